@@ -71,7 +71,7 @@ class _Lines:
     def close(self) -> None:
         """Nothing stays open."""
 
-# (what is under way, bytes done, bytes in all); bytes in all is 0 where nobody knows.
+# What is under way, how much of it is done, and of how much, in pieces or in bytes; 0 where nobody knows how much.
 Progress = Callable[[str, int, int], None]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from sitegen.cache.files import digest
 from sitegen.cache.store import Store
-from sitegen.external import fetch
+from sitegen.external import fetch, pins
 from sitegen.external.node import run_node
 from sitegen.problems import Place, Problems, read_text
 from sitegen.progress import Progress, quiet
@@ -63,7 +63,7 @@ def bundled(
 ) -> list[Bundle]:
     """The bundle of each entry; what esbuild objects to goes to `problems`."""
     store = Store(cache, "bundles")
-    made_by = f"{FORMAT} {fetch.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
+    made_by = f"{FORMAT} {pins.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
     keys = {entry.path: entry.key(made_by) for entry in entries}
     kept = {path: store.find(key) for path, key in keys.items()}
     new = [entry for entry in entries if kept[entry.path] is None]

@@ -16,7 +16,7 @@ from sitegen.bench.pages import browser_of, live, visit
 from sitegen.bench.starts import measure_later, measure_start
 from sitegen.cache.files import cache_dir
 from sitegen.check.html import read_pages
-from sitegen.check.sizes import PAGE_LIMIT, page_weight, runtime_weight
+from sitegen.check.sizes import PAGE_LIMIT, heaviest, page_weight, runtime_weight
 from sitegen.runtime.assemble import assemble
 from sitegen.serve.live import WATCHED, LiveSite
 
@@ -29,10 +29,9 @@ RUNTIME_CACHES = ("outside", "compiled", "wheel", "runtime")  # what a first bui
 def sizes(bench: Bench) -> list[Row]:
     """The heaviest page with all that it loads, and the runtime, by gzip -9."""
     pages = read_pages(bench.site).values()
-    heaviest = max(map(page_weight, pages), key=lambda weight: weight.total)
-    runtime = max(map(runtime_weight, pages), key=lambda weight: weight.total)
+    page, runtime = (heaviest(map(weight, pages)) for weight in (page_weight, runtime_weight))
     return [
-        Row("heaviest page, compressed, without tapes", heaviest.total / 1e3, "kB", PAGE_LIMIT / 1e3, heaviest.page),
+        Row("heaviest page, compressed, without tapes", page.total / 1e3, "kB", PAGE_LIMIT / 1e3, page.page),
         Row("runtime, compressed", runtime.total / 1e6, "MB", RUNTIME_MB, f"{len(runtime.parts)} files"),
     ]
 

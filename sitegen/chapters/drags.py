@@ -15,7 +15,7 @@ def drags(
     widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> list[list[str | float]]:
     """The log entries of a `drag=`; what is wrong goes to `problems`."""
-    offset, log = attribute.value_start + (" " in attribute.value), list[list[str | float]]()  # blanks stand in quotes
+    offset, log = attribute.text_start, list[list[str | float]]()
     for written in attribute.value.split(","):
         where = at(offset + len(written) - len(written.lstrip()))
         name, *place = written.split() or [""]

@@ -33,7 +33,7 @@ def lead_of(
             problems.add(at(attribute.value_start), "a figure shows at least one panel: name it, or leave panels= out")
             continue
         names = () if attribute.value == NONE else tuple(attribute.value.split(","))
-        offsets = [attribute.value_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
+        offsets = [attribute.text_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
         led[attribute.name] = tuple(map(at, offsets))
         if attribute.name in known:
             check(attribute.name, names, known[attribute.name], led[attribute.name], problems)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from sitegen.chapters.known import Known
 from sitegen.chapters.leads import check
-from sitegen.chapters.placing import changed, listed, widget_of
+from sitegen.chapters.placing import changed, widget_of
 from sitegen.chapters.promises import Promise, expected, hold
 from sitegen.chapters.surveyed import Still
 from sitegen.figures.model import Figure
@@ -26,11 +26,10 @@ def still(
     directive: Directive, at: Callable[[int], Place], count: int, widgets: Mapping[str, Widget], problems: Problems
 ) -> Still | None:
     """What a line shows, the `count`-th picture of its chapter; None where it names no widget."""
-    given = listed(directive, at, problems)
-    found = widget_of(directive, given, at, widgets, problems) if given is not None else None
-    if given is None or found is None:
+    found = widget_of(directive, at, widgets, problems)
+    if found is None:
         return None
-    widget, name = found
+    widget, name, given = found
     named = {a.name: a for a in given if a.name}
     own = {each: named.pop(each) for each in OWN if each in named}
     base = preset(widget, name)
@@ -38,7 +37,7 @@ def still(
     figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))
     promise = None
     if "expect" in own:
-        promise = Promise(figure, record.plain(), expected(directive, own["expect"], at, problems))
+        promise = Promise(figure, record.plain(), expected(own["expect"], at, problems))
     panels = tuple(own["panels"].value.split(",")) if "panels" in own else ()
     return Still(figure, record.plain(), panels, promise)
 

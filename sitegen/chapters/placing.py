@@ -41,13 +41,13 @@ def bare(given: Iterable[Attribute], most: int, at: Callable[[int], Place], prob
 
 
 def widget_of(
-    directive: Directive,
-    given: Sequence[Attribute],
-    at: Callable[[int], Place],
-    widgets: Mapping[str, Widget],
-    problems: Problems,
-) -> tuple[Widget, str] | None:
-    """The widget that a line names first, and the preset that it names; None, and a problem, where there is none."""
+    directive: Directive, at: Callable[[int], Place], widgets: Mapping[str, Widget], problems: Problems
+) -> tuple[Widget, str, list[Attribute]] | None:
+    """The widget that a line names first, the preset that it names, and all its attributes; None, and a problem, where
+    one of them cannot be had."""
+    given = listed(directive, at, problems)
+    if given is None:
+        return None
     words = bare(given, 1, at, problems)
     if not words:
         problems.add(
@@ -67,18 +67,17 @@ def widget_of(
             f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
         )
         return None
-    return widget, name
+    return widget, name, given
 
 
 def placed(
     directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
 ) -> Figure | None:
     """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
-    given = listed(directive, at, problems)
-    found = widget_of(directive, given, at, widgets, problems) if given is not None else None
-    if given is None or found is None:
+    found = widget_of(directive, at, widgets, problems)
+    if found is None:
         return None
-    widget, name = found
+    widget, name, given = found
     named = {a.name: a for a in given if a.name and a.name != "preset"}
     figure_id = named.pop("id", None)
     if figure_id and not ID.fullmatch(figure_id.value):
@@ -128,7 +127,7 @@ def presses(
 ) -> list[list[str | float]]:
     """The log entries of `press=a,b*3`; what is wrong goes to `problems`."""
     known = {b.name for b in widget.buttons if b.does == "press"}
-    offset, log = attribute.value_start, list[list[str | float]]()
+    offset, log = attribute.text_start, list[list[str | float]]()
     for written in attribute.value.split(","):
         name, star, times = written.partition("*")
         if name not in known:

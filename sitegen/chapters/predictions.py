@@ -48,7 +48,7 @@ def prediction(
         problems.add(at(directive.start), WRITTEN)
         return None
     if "expect" in own:
-        made = replace(made, expected=_expected(directive, own["expect"], at, problems))
+        made = replace(made, expected=_expected(own["expect"], at, problems))
         if len(made.expected) != len(answers) or len(answers) < 2:
             says = f"{len(answers)} answers, {len(made.expected)} expectations: two or more, and one for each"
             problems.add(at(own["expect"].start), says)
@@ -69,13 +69,13 @@ def prediction(
 
 
 def _expected(
-    directive: Directive, attribute: Attribute, at: Callable[[int], Place], problems: Problems
+    attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> tuple[tuple[Expectation, ...], ...]:
     """What is expected for each answer."""
-    quoted = directive.attributes[attribute.value_start - directive.attributes_start] == '"'
-    pieces, start, found = attribute.value.split("|"), attribute.value_start + quoted, []
-    for piece in pieces:
-        found.append(expected(directive, replace(attribute, value=piece, value_start=start), at, problems))
+    start, found = attribute.text_start, []
+    for piece in attribute.value.split("|"):
+        part = replace(attribute, value=piece, value_start=start, quoted=False)
+        found.append(expected(part, at, problems))
         start += len(piece) + 1
     return tuple(found)
 

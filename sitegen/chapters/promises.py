@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sitegen.chapters.placing import changed, presses
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
-from sitegen.markup.directives import Attribute, Directive, DirectiveError, read
+from sitegen.markup.directives import Attribute, DirectiveError, read
 from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import MAX_LOG, parsed
 
@@ -63,7 +63,7 @@ class Promise:
 
 
 def promise(
-    figure: Figure, directive: Directive, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+    figure: Figure, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> Promise | None:
     """The promise that a directive's attributes make of a figure: control values, `press=` and, for what the text asks
     to press after that, `then=`. None where nothing is expected; what is wrong goes to `problems`."""
@@ -79,15 +79,12 @@ def promise(
         problems.add(at(own["then"].start), f"a log holds at most {MAX_LOG} actions")
         return None
     record = parsed(figure.widget, {**record, "log": log}).plain()
-    return Promise(figure, record, expected(directive, own["expect"], at, problems))
+    return Promise(figure, record, expected(own["expect"], at, problems))
 
 
-def expected(
-    directive: Directive, attribute: Attribute, at: Callable[[int], Place], problems: Problems
-) -> tuple[Expectation, ...]:
+def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problems) -> tuple[Expectation, ...]:
     """What `expect=` says, part by part."""
-    quoted = directive.attributes[attribute.value_start - directive.attributes_start] == '"'
-    start, found = attribute.value_start + quoted, []
+    start, found = attribute.text_start, []
     for part in attribute.value.split(";"):
         place = at(start + len(part) - len(part.lstrip()))
         match = EXPECTED.fullmatch(part.strip())

@@ -295,7 +295,7 @@ def _promise(found: _Finding, token: Token, figure: Figure | None, lost: bool, p
         figure = _named(found, given, written, problems)
     if given is None or figure is None:
         return
-    promised = promise(figure, directive, given, at, problems)
+    promised = promise(figure, given, at, problems)
     if promised is None:
         problems.add(at(directive.start), 'a promise says what holds: {figure press=finish expect="rms < 0.1"}')
     else:
@@ -306,40 +306,46 @@ def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems
     tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, held)
 
 
-def _try(found: _Finding, token: Token, problems: Problems) -> None:
+def _of_figure(
+    found: _Finding, token: Token, what: str, problems: Problems
+) -> tuple[Figure, list[Attribute]] | None:
+    """The figure that a button or a prediction names, and its attributes; None, and a problem, where there is none."""
     written = located(token, Directive)
-    directive, at = written.thing, written.at
-    given = listed(directive, at, problems)
+    given = listed(written.thing, written.at, problems)
     figure = None if given is None else _named(found, given, written, problems)
     for child in token.children or []:
         if child.type in LINKS:
-            problems.add(place_of(child) or written.place, "a button's text holds no links")
-    if figure is not None and given is not None:
-        set_by = [a for a in given if a.name and a.name not in OWN]
-        record = changed(figure.widget, figure.record, set_by, at, problems, OWN)
-        found.set.setdefault(figure.id, []).append(record)
-        found.button_of[written] = Button(figure, record)
-        promised = promise(figure, directive, given, at, problems)
-        if promised is not None:
-            found.promise_of[written] = promised
-        elif not any(a.name in OWN for a in given):
-            _unheld(directive, at, problems)
+            problems.add(place_of(child) or written.place, f"{what}'s text holds no links")
+    return None if figure is None or given is None else (figure, given)
+
+
+def _try(found: _Finding, token: Token, problems: Problems) -> None:
+    named = _of_figure(found, token, "a button", problems)
+    if named is None:
+        return
+    figure, given = named
+    written = located(token, Directive)
+    set_by = [a for a in given if a.name and a.name not in OWN]
+    record = changed(figure.widget, figure.record, set_by, written.at, problems, OWN)
+    found.set.setdefault(figure.id, []).append(record)
+    found.button_of[written] = Button(figure, record)
+    promised = promise(figure, given, written.at, problems)
+    if promised is not None:
+        found.promise_of[written] = promised
+    elif not any(a.name in OWN for a in given):
+        _unheld(written.thing, written.at, problems)
 
 
 def _predict(found: _Finding, token: Token, problems: Problems) -> None:
-    written = located(token, Directive)
-    directive, at = written.thing, written.at
-    given = listed(directive, at, problems)
-    figure = None if given is None else _named(found, given, written, problems)
-    for child in token.children or []:
-        if child.type in LINKS:
-            problems.add(place_of(child) or written.place, "a prediction's text holds no links")
-    if figure is None or given is None:
+    named = _of_figure(found, token, "a prediction", problems)
+    if named is None:
         return
+    figure, given = named
+    written = located(token, Directive)
     if figure.id in found.predictions:
         problems.add(written.place, f"a figure asks once, and {figure.id!r} does already")
         return
-    made = prediction(figure, directive, token.children or [], given, at, problems)
+    made = prediction(figure, written.thing, token.children or [], given, written.at, problems)
     if made is not None:
         found.predictions[figure.id], record = made
         found.set.setdefault(figure.id, []).append(record)

@@ -11,7 +11,7 @@ from sitegen.cache.files import cache_dir
 from sitegen.chapters import claims
 from sitegen.check.html import Page, read_pages
 from sitegen.check.rules import check_pages
-from sitegen.check.sizes import page_weight, runtime_weight
+from sitegen.check.sizes import heaviest, page_weight, runtime_weight
 from sitegen.check.spelling import spelling
 from sitegen.pipeline.attempt import attempt, tell
 from sitegen.progress import shown
@@ -19,10 +19,9 @@ from sitegen.progress import shown
 
 def summary(pages: dict[str, Page]) -> str:
     """The sizes, for reading."""
-    heaviest = max(map(page_weight, pages.values()), key=lambda weight: weight.total)
-    runtime = max(map(runtime_weight, pages.values()), key=lambda weight: weight.total)
+    page, runtime = (heaviest(map(weight, pages.values())) for weight in (page_weight, runtime_weight))
     return (
-        f"{len(pages)} pages; the heaviest, {heaviest.page}, has {heaviest.total / 1000:.0f} kB compressed, "
+        f"{len(pages)} pages; the heaviest, {page.page}, has {page.total / 1000:.0f} kB compressed, "
         f"the runtime {runtime.total / 1e6:.2f} MB"
     )
 

@@ -28,26 +28,18 @@ TELLING = {"a", "button", "label", "legend", "summary", "h1", "h2", "h3", "h4", 
 LOADED_LINKS = {"stylesheet", "icon", "apple-touch-icon", "preload", "modulepreload", "prefetch", "manifest"}
 
 
-@dataclass(frozen=True)
-class Element:
-    """A start tag: its attributes (no value is ""), line and column from 1."""
+class Element(Tag):
+    """A start tag, with the addresses that it loads and links to."""
 
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    column: int
-
-    def get(self, name: str) -> str:
-        """An attribute's value, "" where there is none."""
-        return self.attributes.get(name, "")
+    __slots__ = ()
 
     @property
     def loads(self) -> list[str]:
         """The addresses that the browser loads for this element."""
-        if self.tag == "link":
+        if self.name == "link":
             return [self.get("href")] if LOADED_LINKS & set(self.get("rel").lower().split()) else []
         found = []
-        for name in LOADED.get(self.tag, ()):
+        for name in LOADED.get(self.name, ()):
             if name in self.attributes:
                 several = self.get(name).split(",") if name == "srcset" else [self.get(name)]
                 found += [one.split()[0] if one.split() else "" for one in several]
@@ -56,9 +48,9 @@ class Element:
     @property
     def links(self) -> list[str]:
         """The addresses that a reader may go to from this element, or is sent to."""
-        if self.tag in ("a", "area"):
+        if self.name in ("a", "area"):
             return [self.attributes[name] for name in ("href", "xlink:href") if name in self.attributes]
-        if self.tag == "meta" and self.get("http-equiv").lower() == "refresh":
+        if self.name == "meta" and self.get("http-equiv").lower() == "refresh":
             _, _, address = self.get("content").partition("=")
             return [address.strip(" '\"")]
         return []
@@ -93,7 +85,7 @@ class _Collector:
         self._around: list[tuple[Tag, Element, list[str]]] = []  # those that tell something, with what they said so far
 
     def opened(self, tag: Tag) -> None:
-        element = Element(tag.name, dict(tag.attributes), tag.line, tag.column)
+        element = Element(*tag)
         self._page.elements.append(element)
         for _, _, said in self._around:
             said.append(element.get("alt") or element.get("aria-label"))

@@ -84,7 +84,7 @@ def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem
                 yield at(page, element, f"{address}: a page loads nothing from another origin")
         here = [*element.loads, *element.links]
         here += [element.get("data-tape")] if element.get("data-tape") else []
-        if element.tag == "body" and element.get("data-runtime"):
+        if element.name == "body" and element.get("data-runtime"):
             files = json.loads(element.get("data-runtime-files") or "[]")
             here += [element.get("data-runtime") + file["name"] for file in files]
         for address in here:
@@ -122,38 +122,38 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
             yield at(page, policy, f"the policy allows {word}")
     for element, text in page.inline:
         allowed = all(source_of(text) in policy.get("content") for policy in policies)
-        if not allowed and (element.tag == "style" or element.get("type") not in DATA_SCRIPTS):
-            yield at(page, element, f"an inline <{element.tag}>: the policy blocks it")
+        if not allowed and (element.name == "style" or element.get("type") not in DATA_SCRIPTS):
+            yield at(page, element, f"an inline <{element.name}>: the policy blocks it")
     for element in page.elements:
         for name in element.attributes:
             if name == "style" or name.startswith("on"):
-                yield at(page, element, f"the attribute {name!r} on <{element.tag}>: the policy blocks it")
+                yield at(page, element, f"the attribute {name!r} on <{element.name}>: the policy blocks it")
 
 
 def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """Images say what they show, or that they show nothing (alt="")."""
     for element in page.elements:
-        if element.tag == "img" and "alt" not in element.attributes:
+        if element.name == "img" and "alt" not in element.attributes:
             yield at(page, element, f"{element.get('src')}: an image without alt")
         if element.get("role") == "img" and not (element.get("aria-label") or element.get("aria-labelledby")):
-            yield at(page, element, f"<{element.tag} role=img> without aria-label or aria-labelledby")
+            yield at(page, element, f"<{element.name} role=img> without aria-label or aria-labelledby")
 
 
 def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """Links, buttons, labels and headings hold words, or are named by an attribute."""
     for element, text in page.texts:
         named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
-        hidden = element.get("aria-hidden") == "true" or (element.tag == "a" and "href" not in element.attributes)
+        hidden = element.get("aria-hidden") == "true" or (element.name == "a" and "href" not in element.attributes)
         if not named and not hidden:
-            yield at(page, element, f"an empty <{element.tag}>")
+            yield at(page, element, f"an empty <{element.name}>")
 
 
 def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """One first-level heading, before all others; below it no level is left out."""
-    headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.tag)]
+    headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.name)]
     before = 0
     for element in headings:
-        level = int(element.tag[1])
+        level = int(element.name[1])
         if level == 1 and before:
             yield at(page, element, "a second <h1>")
         elif level > before + 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +28,11 @@ class Weight:
     def total(self) -> int:
         """All of them."""
         return sum(self.parts.values())
+
+
+def heaviest(weights: Iterable[Weight]) -> Weight:
+    """The one with the most bytes."""
+    return max(weights, key=lambda weight: weight.total)
 
 
 @lru_cache(maxsize=4096)
@@ -68,7 +73,7 @@ def runtime_weight(page: Page) -> Weight:
     """What the page's worker loads to bring Python up, as its body says; nothing where it says nothing."""
     parts: dict[str, int] = {}
     for element in page.elements:
-        if element.tag == "body" and element.get("data-runtime"):
+        if element.name == "body" and element.get("data-runtime"):
             folder = element.get("data-runtime")
             for file in json.loads(element.get("data-runtime-files") or "[]"):
                 target = inside(folder + file["name"], page.name)

@@ -34,7 +34,7 @@ def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], metho
     with shown() as progress:
         for each in SWEEPS:
             if each.name in (only or sweeps):
-                run(root, each, methods, cache_dir(), progress, processes, scheduler)
+                run(root, each, methods, cache_dir(), progress, scheduler or processes)
                 path = root / FOLDER / f"{each.name}.json"
                 print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
         for name in renew([name for name in plots if name in (only or plots) and not methods], processes, progress):

@@ -34,9 +34,10 @@ Work = Iterator[tuple[Unit, dict[str, list[float]]]]
 
 
 def run(
-    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, processes: int, scheduler: str
+    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, where: int | str
 ) -> None:
-    """Run one sweep for the contestants of `methods` (all for none) and put their results into its file."""
+    """Run one sweep for the contestants of `methods` (all for none) and put their results into its file. where: as
+    `workers` takes it."""
     asked: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
     store, keys = Store(cache, "sweep"), dict[str, str]()
     codes = {c.method: code_of(c, root) for c in racing(methods)}
@@ -49,7 +50,7 @@ def run(
     missing = [unit for unit in every if _key(unit) not in found]
     done = len(every) - len(missing)
     progress(f"sweeping {sweep.name}", done, len(every))
-    with workers(root, missing, processes, scheduler) as finished:
+    with workers(root, missing, where) as finished:
         for unit, runs in finished:
             kept = json.dumps(runs, separators=(",", ":")).encode()
             store.put(keys[_key(unit)], kept)
@@ -121,15 +122,16 @@ def _short(value: Any) -> str:
 
 
 @contextmanager
-def workers(root: Path, asked: Sequence[Unit], processes: int, scheduler: str) -> Iterator[Work]:
-    """The units run, in whatever order they finish; what is not yet run when this is left is not run."""
-    if scheduler:
-        with _cluster(root, asked, scheduler) as finished:
+def workers(root: Path, asked: Sequence[Unit], where: int | str) -> Iterator[Work]:
+    """The units run, in whatever order they finish; what is not yet run when this is left is not run. where: in how
+    many processes, 0 for one a core, or the address of a Dask cluster."""
+    if isinstance(where, str):
+        with _cluster(root, asked, where) as finished:
             yield finished
-    elif processes == 1 or len(asked) < 2:
+    elif where == 1 or len(asked) < 2:
         yield ((unit, run_unit(unit)) for unit in asked)
     else:
-        with _processes(asked, processes) as finished:
+        with _processes(asked, where) as finished:
             yield finished
 
 

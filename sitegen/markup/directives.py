@@ -43,6 +43,12 @@ class Attribute:
     value: str
     start: int
     value_start: int
+    quoted: bool = False
+
+    @property
+    def text_start(self) -> int:
+        """The offset of the value's first character, which stands after the quote where there is one."""
+        return self.value_start + self.quoted
 
     @property
     def plain(self) -> bool | int | float | str:
@@ -110,14 +116,14 @@ def attributes(directive: Directive) -> list[Attribute]:
         if match is None:
             offset = i + len(source[i:]) - len(source[i:].lstrip())
             raise DirectiveError("a value in quotes is never closed", directive.attributes_start + offset)
-        value = match["value"]
+        value, quoted = match["value"], match["value"].startswith('"')
         if (not match["name"] and value.endswith("=")) or APART.match(source, match.end()):
             where = directive.attributes_start + match.start("name" if match["name"] else "value")
             raise DirectiveError("an attribute is written name=value, without spaces around the =", where)
-        if value.startswith('"'):
+        if quoted:
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")
         base = directive.attributes_start
-        found.append(Attribute(match["name"] or "", value, base + start, base + match.start("value")))
+        found.append(Attribute(match["name"] or "", value, base + start, base + match.start("value"), quoted))
         i = match.end()
     return found

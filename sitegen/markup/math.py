@@ -18,7 +18,7 @@ from markdown_it.token import Token
 
 from sitegen.cache.memo import Remembered
 from sitegen.cache.memory import Memory
-from sitegen.external import fetch
+from sitegen.external import fetch, pins
 from sitegen.external.node import run_node
 from sitegen.problems import Place, Problems
 from sitegen.progress import Progress, quiet
@@ -89,7 +89,7 @@ def _made(
     formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: Progress
 ) -> tuple[Mathematics, dict[Formula, Any]]:
     """All formulas, and what Temml says of those that it cannot read."""
-    version = fetch.read_manifest()["temml"].version
+    version = pins.read_manifest()["temml"].version
     made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
     known = Remembered(cache, f"maths {made_by}", SPARE)
     new = sorted((formula for formula in formulas if not known.knows(_key(formula))), key=_key)

@@ -12,7 +12,7 @@ import numpy as np
 import solvers
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
-from sitegen.external.fetch import read_manifest
+from sitegen.external.pins import read_manifest
 
 
 @dataclass(frozen=True)

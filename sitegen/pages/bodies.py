@@ -86,7 +86,7 @@ class Pen:
         if tape is None:  # its widget fails, which is told
             return Markup("")
         record = figure.record.plain()
-        view = figure_view(figure, record, tape.first, tape.name, says, caption, tape.results)
+        view = figure_view(figure, record, tape.first, tape, says, caption)
         if figure.lead:
             first = view.leading.controls
             brought = {name for spec in first.values() for sets in spec.sets.values() for name in sets}

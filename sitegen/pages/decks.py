@@ -95,7 +95,7 @@ def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView
         for i, name in enumerate(getattr(one.slide, f"{what}s")):
             if name not in names:
                 known.problems.add(one.slide.at(f"{what}s", i), f"no {what} {name!r}{hint(name, names)}")
-    view = figure_view(figure, plain, frame, tape.name, Markup(), Markup(), tape.results)
+    view = figure_view(figure, plain, frame, tape)
     panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
     buttons = tuple(button.name for button in figure.widget.buttons)
     lead = Lead(panels, one.slide.readouts, one.slide.controls, buttons)

@@ -16,6 +16,7 @@ from sitegen.cache.store import Store
 from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
+from sitegen.figures.tape import Tape
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
 from sitegen.markup.typography import apostrophes
 from widgets.drawing.picture import ROLES, number
@@ -25,6 +26,7 @@ from widgets.engine.controls import Spec, specs
 IDS = re.compile(r' id="[^"]*"')
 ROWS = (3, 8)  # pictures that fill one row or two of the whole width, with the desk beneath them
 FLAT = 2  # a picture more than so many times as wide as it is tall leaves room beneath it, while charts fill its desk
+EMPTY = Markup()
 _BOLD = re.compile(r"<strong>(.*?)</strong>")
 
 
@@ -198,13 +200,7 @@ def plain(value: float) -> str:
 
 
 def figure_view(
-    figure: Figure,
-    state: Plain,
-    frame: Plain,
-    tape: str,
-    says: Markup,
-    caption: Markup,
-    results: Sequence[Plain] = (),
+    figure: Figure, state: Plain, frame: Plain, tape: Tape, says: Markup = EMPTY, caption: Markup = EMPTY
 ) -> FigureView:
     """The view of a figure whose state is drawn, and whose jobs are done. says: the sentence that leads."""
     record = {"record": state, "frame": first_frame(frame), "spec": spec(figure.widget)}
@@ -215,12 +211,12 @@ def figure_view(
         specs(figure.widget.controls),
         frame,
         Markup(dumps(record)),
-        tape,
+        tape.name,
         says,
         caption,
         tuple(
             JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
-            for job, result in zip(figure.widget.jobs, results, strict=True)
+            for job, result in zip(figure.widget.jobs, tape.results, strict=True)
         ),
         figure.lead,
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sitegen.cache.memory import Memory
-from sitegen.external.fetch import OutsideError
+from sitegen.external.pins import OutsideError
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import Progress, quiet, shown
 

@@ -103,7 +103,7 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
 
     stdlib, numpy = library_and_numpy(outside, cache, progress)
     wheel = build_wheel(cache)
-    ladder = compiled(wheel, SITE_PACKAGES, 0, outside, cache, progress, ours=True)
+    ladder = compiled(wheel, SITE_PACKAGES, outside, cache, progress, ours=True)
 
     library = bundled(pick(stdlib, lambda name: module_name(name) in kept), "library", before_bundles)
     stdlib_zip = stored_zip(library)
@@ -158,7 +158,7 @@ def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progre
     """Pyodide's standard library and numpy's wheel, compiled. outside: the gathered files of both."""
     given = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
     library, numpy = (
-        compiled(Archive(path.name, path.read_bytes()), prefix, 2, outside, cache, progress) for path, prefix in given
+        compiled(Archive(path.name, path.read_bytes()), prefix, outside, cache, progress) for path, prefix in given
     )
     return library, numpy
 
@@ -166,7 +166,6 @@ def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progre
 def compiled(
     archive: Archive,
     prefix: str,
-    optimize: int,
     outside: Mapping[str, Path],
     cache: Path,
     progress: Progress = quiet,
@@ -175,11 +174,11 @@ def compiled(
 ) -> bytes:
     """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
 
-    outside: the gathered files of numpy and pyodide. Of our own wheel the methods of dataclasses are compiled too, for
-    which its modules are imported.
+    outside: the gathered files of numpy and pyodide. Our own wheel keeps its assertions, and the methods of its
+    dataclasses are compiled too, for which its modules are imported.
     """
     engine = outside["pyodide/pyodide.asm.wasm"]
-    job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
+    job: dict[str, Any] = {"prefix": prefix, "optimize": 0 if ours else 2, "replaced": REPLACED, "changed": CHANGED}
     job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": DATACLASSES}
     job |= {"added": ADDED if prefix == STDLIB else ()}
     inputs = {

@@ -30,7 +30,7 @@ def traced(cache: Path) -> list[str]:
     """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
     outside = gather(["numpy", "pyodide"], cache=cache)
     library, numpy = library_and_numpy(outside, cache)
-    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, outside, cache, ours=True)
+    ladder = compiled(build_wheel(cache), SITE_PACKAGES, outside, cache, ours=True)
     with tempfile.TemporaryDirectory(prefix="ladder-trace-") as temporary:
         request = {
             "folder": str(outside["pyodide/pyodide.mjs"].parent),

@@ -9,13 +9,15 @@ from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
+from sitegen.cache.store import Kind
 from sitegen.external import fetch
 from sitegen.figures.gallery import Plot
 from sitegen.figures.matplotlib_svg import COLOURS
+from sitegen.pages.views import Bytecode
 from sitegen.pipeline.build import Report, build
 from sitegen.pipeline.context import Parts
 from sitegen.problems import BuildFailed
@@ -227,10 +229,23 @@ def fresh_cache(folder: Path) -> Path:
     return folder
 
 
+def cache_without_drawings(cache: Path, folder: Path) -> Path:
+    """A cache that shares with another all but drawings: for a figure whose functions a test has exchanged, which no
+    hash of its code tells."""
+    for kind in {*get_args(Kind), "outside"} - {"drawings", "frames", "plots"}:
+        (cache / kind).mkdir(exist_ok=True)
+        folder.mkdir(exist_ok=True)
+        (folder / kind).symlink_to(cache / kind)
+    return folder
+
+
 @pytest.fixture(scope="session")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The cache that the tests share."""
-    return fresh_cache(tmp_path_factory.mktemp("cache"))
+    with pytest.MonkeyPatch.context() as patch:
+        # All projects have the same templates, each in a folder of its own, by which Jinja would tell them apart.
+        patch.setattr(Bytecode, "get_cache_key", lambda self, name, filename=None: name)
+        yield fresh_cache(tmp_path_factory.mktemp("cache"))
 
 
 class Project:

@@ -144,7 +144,7 @@ def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple
     own = (cell == chosen).all(axis=1)
     marks: list[Mark] = [
         Heat(values, (CLOSE.x0, CLOSE.x1, CLOSE.y0, CLOSE.y1), 0.0, 1.0),
-        *scale_marks(CLOSE, 0.0, 1.0, "score"),
+        *scale_marks(CLOSE, (0.0, 1.0), "score"),
         Path(SQUARE, "accent", closed=True, thick=True),
         Points(near[seen & ~own], "ghost", "square", radius=2.0),
     ]

@@ -9,8 +9,7 @@ import numpy as np
 from solvers import Pose, Status
 from solvers.methods.ndt.ndt_map import NdtMap, build, floored
 from solvers.methods.ndt.score import evaluate, score_map
-from solvers.methods.ndt.translation import Path as Climb
-from solvers.methods.ndt.translation import climb
+from solvers.methods.ndt.translation import Climb, climb
 from solvers.metrics import rre
 from solvers.scenes.rooms import Scene
 from solvers.scenes.walls import ndt_room
@@ -150,7 +149,7 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
     marks: tuple[Mark, ...] = (
         state.field.roots(detail, top),
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
-        *scale_marks(MAP, 0.0, top, "score", 2 if top < 0.4 else 1, roots=True),
+        *scale_marks(MAP, (0.0, top), "score", 2 if top < 0.4 else 1, roots=True),
         Ring([0.0, 0.0], "truth", radius=10.0),
         Points([said.best], "ink", "diamond", radius=4.0),
         *_steps(state.path),

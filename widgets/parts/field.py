@@ -125,14 +125,16 @@ class Field:
 
 @cache
 def scale_marks(
-    view: View, low: float, high: float, name: str, decimals: int = 1, strong: Strong = "high", roots: bool = False
+    view: View, span: tuple[float, float], name: str, decimals: int = 1, strong: Strong = "high", roots: bool = False
 ) -> tuple[Mark, ...]:
     """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
 
-    roots: the colours go by square roots, and the numbers stand where their roots are.
+    span: the least and the greatest value. roots: the colours go by square roots, and the numbers stand where their
+    roots are.
 
     The very same marks each time, which are then not drawn again.
     """
+    low, high = span
 
     def across(px: float) -> float:
         return view.x1 + px / view.scale

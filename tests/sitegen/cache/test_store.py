@@ -133,7 +133,7 @@ def test_what_is_dear_to_make_is_not_trusted_either(
 
     def made() -> list[object]:
         return [
-            assemble.compiled(given, "/", 2, engine, cache),
+            assemble.compiled(given, "/", engine, cache),
             wheel.build_wheel(cache),
             typefaces._cut(typefaces.FACES[0], tmp_path / "given", [65, 66], cache),
         ]

@@ -30,6 +30,8 @@ def test_a_directive_knows_where_its_parts_stand() -> None:
     assert [(a.name, a.plain) for a in words] == [("", "a::b"), ("key", "two words"), ("n", 1)]
     assert source[words[1].start :].startswith("key=")
     assert source[words[1].value_start :].startswith('"two')
+    assert source[words[1].text_start :].startswith("two")
+    assert words[2].text_start == words[2].value_start
 
 
 @pytest.mark.parametrize("text", ["a: b", ":[x]", ": name[x]", ":Name[x]", ":name", ":name x"])

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, fresh_cache
+from tests.sitegen.conftest import START, TOY, Project, cache_without_drawings
 from widgets.drawing.picture import Panel, Picture, Points, View
 from widgets.engine.contract import Key, Lead
 
@@ -44,7 +44,7 @@ def test_without_a_choice_everything_leads(desk: Project) -> None:
 
 def test_a_placement_chooses_in_the_widgets_stead(desk: Project) -> None:
     desk.widgets["toy"] = replace(TOY, lead=Lead(readouts=("presses",), buttons=("go",)))
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     lead, rest = parts(led(desk, "controls=none readouts=noise"))
     assert 'name="noise"' not in lead
     assert 'name="noise"' in rest
@@ -84,6 +84,7 @@ def test_a_main_button_leads(desk: Project) -> None:
         ("buttons=¦og", "no button 'og'; there are back, go, new"),
         ("readouts=¦pressed", "no readout 'pressed'; did you mean 'presses'?"),
         ("panels=main,¦man", "no panel 'man'; did you mean 'main'?"),
+        ('panels="main,¦man"', "no panel 'man'; did you mean 'main'?"),
         ("panels=¦mian", "no panel 'mian'; did you mean 'main'?"),
         ("panels=¦none", "a figure shows at least one panel: name it, or leave panels= out"),
         ("after=¦og", "toy has no button 'og' to press; there are go"),
@@ -112,7 +113,7 @@ def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
         return replace(picture, disabled=frozenset({"go"} if done else ()))
 
     desk.widgets["toy"] = replace(TOY, draw=draw)
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     desk.chapter("\n::figure[C]{toy id=demo press=go}\n")
     (problem,) = desk.problems()
     assert "opens with its main button" in problem
@@ -151,7 +152,7 @@ def test_a_legend_names_first_what_may_be_seen_first(
 
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=draw, legend=legend, tape=(({}, ("go",)), ({"scene": "noisy"}, ("go",))))
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
     assert found == [first, behind]
 
@@ -169,7 +170,7 @@ def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
     legend = (*TOY.legend, Key("outlier", "noise"))
     buttons = (*TOY.buttons[:2], replace(TOY.buttons[2], does="press"))
     desk.widgets["toy"] = replace(TOY, legend=legend, tape=(tape,), buttons=buttons)
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     html = led(desk, "controls=noise readouts=noise buttons=go")
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [first, behind]
 
@@ -189,7 +190,7 @@ def test_a_legend_names_first_what_the_chosen_option_draws(
     """Though another mark has the same role; unless the choice can be made at once."""
     legend = (*TOY.legend, Key("source", "of the noisy scene", "ring", under=("scene", "noisy")))
     desk.widgets["toy"] = replace(TOY, legend=legend)
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
     assert found == [first, behind]
 
@@ -199,7 +200,7 @@ def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> No
     more = Panel("more", "Another", View(0.0, 1.0, 0.0, 1.0), (Points([[0.5, 0.5]], "outlier"),))
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), more), legend=legend)
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     html = led(desk, "panels=main")
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [["a point"], ["noise"]]
 
@@ -207,7 +208,7 @@ def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> No
 def asking(desk: Project, *more: Panel, hovers: tuple[str, ...] = (), **main: Any) -> str:
     """The page of a figure that asks, its panel's view changed, with more panels."""
     desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), *more, **main), hovers=hovers)
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     ask = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
     desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{ask}\n")
     desk.build()

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, fresh_cache
+from tests.sitegen.conftest import START, TOY, Project, cache_without_drawings
 from widgets.drawing.picture import Group, Label, Picture
 
 FIGURE = "::figure[C]{toy id=demo}"
@@ -44,7 +44,7 @@ def drawn_with(project: Project, mark: Any) -> None:
         return replace(picture, panels=(replace(panel, marks=(*panel.marks, mark)),))
 
     project.widgets["toy"] = replace(TOY, draw=draw)
-    project.cache = fresh_cache(project.root / "cache")
+    project.cache = cache_without_drawings(project.cache, project.root / "cache")
 
 
 def test_the_run_decides_which_answer_is_right(project: Project) -> None:

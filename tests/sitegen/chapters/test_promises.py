@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, State, fresh_cache
+from tests.sitegen.conftest import START, TOY, Project, State, cache_without_drawings
 from widgets.drawing.picture import Picture, Readout
 
 Fails = Callable[[str], list[str]]
@@ -148,7 +148,7 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
         return replace(TOY.draw(state), readouts=(Readout("x", "X", value),))
 
     desk.widgets["toy"] = replace(TOY, draw=draw)  # type: ignore[arg-type]
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     desk.chapter(f'\n::figure[C]{{toy id=demo}}\n\n:promise[A]{{demo press=go expect="{expected}"}}\n')
     if holds:
         desk.build()
@@ -225,7 +225,7 @@ def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
 
 def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
     """Those of a state on the figure's tape come from there; a second build draws nothing at all."""
-    desk.cache = fresh_cache(desk.root / "cache")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     drawn: list[int] = []
 
     def draw(state: State) -> Picture:
@@ -241,7 +241,7 @@ def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
     on_the_tape = drawn.count(1)
     assert drawn.count(7) == 1
     desk.chapter('\n::figure[C]{toy id=demo}\n')
-    desk.cache = fresh_cache(desk.root / "other")
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "other")
     drawn.clear()
     desk.build()
     assert drawn.count(1) == on_the_tape

@@ -51,7 +51,7 @@ def home(tmp_path: Path) -> Path:
 
 
 def swept(home: Path, methods: list[str], which: Sweep = SMALL) -> dict[str, Any]:
-    sweep.run(home, which, methods, home / "cache", quiet, 1, "")
+    sweep.run(home, which, methods, home / "cache", quiet, 1)
     found: dict[str, Any] = json.loads((home / "content/data/sweep/small.json").read_text("utf-8"))
     return found
 
@@ -112,11 +112,11 @@ def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
     """The same units through a pool and through a local Dask cluster that is given our sources."""
     asked = [Unit("icp", ({"setting": "clean"},), (40, 53)), Unit("gicp", ({"setting": "clean"},), (40, 53))]
     expected = {unit.method: run_unit(unit) for unit in asked}
-    with sweep.workers(ROOT, asked, 2, "") as finished:
+    with sweep.workers(ROOT, asked, 2) as finished:
         assert {unit.method: found for unit, found in finished} == expected
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
-        sweep.workers(ROOT, asked, 1, cluster.scheduler_address) as finished,
+        sweep.workers(ROOT, asked, cluster.scheduler_address) as finished,
     ):
         assert {unit.method: found for unit, found in finished} == expected
 

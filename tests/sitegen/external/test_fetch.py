@@ -19,8 +19,9 @@ from typing import Any
 
 import pytest
 
-from sitegen.external import fetch
-from sitegen.external.fetch import OutsideError, gather, licences, read_manifest
+from sitegen.external import clients
+from sitegen.external.fetch import gather, licences
+from sitegen.external.pins import OutsideError, read_manifest
 
 RIGHT = b"what it should be"
 WRONG = b"something else"
@@ -127,7 +128,7 @@ def test_a_spoilt_file_in_the_cache_is_loaded_anew(tmp_path: Path, web: Web) -> 
 def test_a_host_that_says_nothing_is_left_for_the_next(
     tmp_path: Path, web: Web, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fetch, "URL_TIMEOUT", 0.2)
+    monkeypatch.setattr(clients, "URL_TIMEOUT", 0.2)
     web.files["/a.txt"] = RIGHT
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
@@ -219,7 +220,7 @@ def wheel(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = 
 def given_by(kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **made: Any) -> Path:
     """A manifest whose source is an archive of a package client that answers with these members."""
     fill, name = {"npm": (tarball, "thing-1.0.tgz"), "pip": (wheel, "thing-1.0-py3-none-any.whl")}[kind]
-    monkeypatch.setattr(fetch, "_download", lambda command, here, *rest: fill(here / "out" / name, **made))
+    monkeypatch.setattr(clients, "_download", lambda command, here, *rest: fill(here / "out" / name, **made))
     return manifest(folder, f'[source.it]\n{kind} = "thing"\nfolder = "in"', '["it"]')
 
 
@@ -229,13 +230,13 @@ def test_a_member_is_read_no_further_than_its_pinned_size(
 ) -> None:
     """A small archive that unpacks to 100 MB is refused with a few bytes of it in memory."""
     given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": bytes(100_000_000)})
-    fill = fetch._download
+    fill = clients._download
 
     def watched(*given: Any) -> None:
         fill(*given)
         tracemalloc.start()
 
-    monkeypatch.setattr(fetch, "_download", watched)
+    monkeypatch.setattr(clients, "_download", watched)
     with pytest.raises(OutsideError, match=f"a.txt has sha256 .* and {len(RIGHT) + 1} bytes, not"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
     _, most = tracemalloc.get_traced_memory()
@@ -245,7 +246,7 @@ def test_a_member_is_read_no_further_than_its_pinned_size(
 
 def test_a_package_that_unpacks_without_end_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the wanted file lies behind more than any package of ours holds."""
-    monkeypatch.setattr(fetch, "UNPACKED", 1_000_000)
+    monkeypatch.setattr(clients, "UNPACKED", 1_000_000)
     given = given_by("npm", tmp_path, monkeypatch, members={"big": bytes(2_000_000), "in/a.txt": RIGHT})
     with pytest.raises(OutsideError, match=r"it \(thing\): it unpacks to more than 1 MB"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
@@ -279,14 +280,14 @@ def test_a_manifest_names_files_of_its_own_folder_alone(tmp_path: Path, name: st
 def test_an_archive_cut_short_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, cut: int) -> None:
     """With the source that gave it, and no traceback."""
     given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": RIGHT})
-    fill = fetch._download
+    fill = clients._download
 
     def short(command: Any, here: Path, *rest: Any) -> None:
         fill(command, here, *rest)
         (archive,) = (here / "out").iterdir()
         archive.write_bytes(archive.read_bytes()[:cut])
 
-    monkeypatch.setattr(fetch, "_download", short)
+    monkeypatch.setattr(clients, "_download", short)
     with pytest.raises(OutsideError, match=r"a\.txt could not be obtained\n  it \(thing\): "):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -13,22 +14,19 @@ from hypothesis import strategies as st
 from solvers import Pose, register
 from solvers.core.status import Status
 from solvers.scenes.rooms import room, room_start
+from tests.widgets.states import state_after
 from widgets.drawing.picture import ROLES, Segments, Tiles
-from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.contract import SEED, Action
 from widgets.figures.atlas import basins
 from widgets.figures.atlas.basins import COLUMNS, HALF, KINDS, LEVELS, NONE, OFFSETS, QUARTER, ROWS, SHIFTED, TURNS
-from widgets.figures.atlas.figure import FINEST, FIRST, WIDGET, State, act, draw, motion, start
+from widgets.figures.atlas.figure import FINEST, FIRST, WIDGET, State, act, draw, motion
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 METHODS = pytest.mark.parametrize("method", ["icp", "point-to-plane", "ndt"])
 TRUTH = Pose.identity()
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def place(row: int, column: int, kind: Any = "click") -> Action:

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from solvers.studies.race import CONTESTANTS, Contestant
 from widgets.drawing.picture import Points, Segments
@@ -96,17 +94,6 @@ def test_every_control_changes_the_links() -> None:
     for change in ({"point": 12.0}, {"turn": 60.0}, {"offset": 2.0}):
         after = [p["svg"] for p in frame(**change)["panels"]]
         assert sum(a != b for a, b in zip(before, after, strict=True)) == len(before)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.floats(-99, 99), st.floats(-99, 99), st.floats(1, 30), st.floats(-180, 180))
-def test_hostile_places_draw(x: float, y: float, point: float, turn: float) -> None:
-    """Anywhere, any point: finite words, and the handle inside its panel."""
-    shown = frame([["drag", "source", x, y]], point=point, turn=turn)
-    assert not re.search(r"nan|inf\b", shown["description"])
-    (handle,) = shown["handles"]
-    assert 0 < handle["left"] < 100
-    assert 0 < handle["top"] < 100
 
 
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=lambda c: c.method)

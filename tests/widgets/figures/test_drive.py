@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from tests.widgets.states import readouts
 from widgets.drawing.picture import Label, Ring, Segments
 from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
@@ -18,7 +19,7 @@ STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
 
 def shown(state: State) -> dict[str, str]:
-    return {readout.name: readout.value for readout in draw(state).readouts}
+    return readouts(draw(state))
 
 
 def at_the_end(**controls: object) -> State:

@@ -3,6 +3,7 @@ names."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,11 @@ from solvers import Pose, register
 from solvers.methods.soft import cpd
 from solvers.metrics import rre, rte
 from solvers.studies.walkthrough import AREA, EVERY, FOUR
+from tests.widgets.states import state_after
 from widgets.drawing.picture import Heat, Panel, Points, Segments
-from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.contract import SEED, Action
 from widgets.figures.four import mmd
-from widgets.figures.four.figure import PARTS, WIDGET, State, act, draw, start
+from widgets.figures.four.figure import PARTS, WIDGET, State, act, draw
 from widgets.figures.four.run import STAGES
 
 NEXT, ITERATE, FINISH = (Action("press", name) for name in ("next", "iterate", "finish"))
@@ -28,11 +30,7 @@ def stage(k: int) -> Action:
     return Action("press", f"stage-{k}")
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def panels(state: State) -> dict[str, Panel]:

@@ -3,6 +3,7 @@ name."""
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,25 +12,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.widgets.states import readouts, state_after
 from widgets.drawing.picture import Label, Points
-from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion, start
+from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion
 from widgets.figures.icp.run import begun
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 SCENES = ["clean", "noise", "gradient", "striped", "outliers", "combo"]
 
 
-def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
-    state = start(preset(WIDGET, name, controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def shown(state: State) -> dict[str, str]:
-    return {readout.name: readout.value for readout in draw(state).readouts}
+    return readouts(draw(state))
 
 
 def test_the_chart_goes_as_far_as_its_words_say() -> None:

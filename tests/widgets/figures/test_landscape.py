@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.widgets.states import state_after
 from widgets.drawing.picture import Heat
-from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.figures.landscape.figure import BANDS, FEW, MOST, NEAR, REACH, SIDE, WIDGET, State, act, draw, start
+from widgets.figures.landscape.figure import BANDS, FEW, MOST, NEAR, REACH, SIDE, WIDGET, State, act, draw
 
 SOW, CLEAR, RESAMPLE = (Action("press", name) for name in ("sow", "clear", "resample"))
 OBJECTIVES = pytest.mark.parametrize("objective", ["mmd", "capped"])
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def click(x: float, y: float) -> Action:

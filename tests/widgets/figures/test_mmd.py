@@ -3,6 +3,7 @@ name."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,24 +12,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers.numerics.fourier_features import exact_squared_mmd
+from tests.widgets.states import readouts, state_after
 from widgets.drawing.picture import Path
-from widgets.engine.contract import SEED, Action, preset
-from widgets.figures.mmd import MOST, SCHEDULE, STEPS, WIDGET, State, act, draw, motion, start
+from widgets.engine.contract import Action
+from widgets.figures.mmd import MOST, SCHEDULE, STEPS, WIDGET, State, act, draw, motion
 from widgets.parts.feature_marks import CIRCLE, MAP, crests
 
 STEP, FINISH, RESAMPLE = (Action("press", name) for name in ("step", "finish", "resample"))
 FAR = st.floats(-1e6, 1e6)
 
 
-def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
-    state = start(preset(WIDGET, name, controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def shown(state: State) -> dict[str, str]:
-    return {readout.name: readout.value for readout in draw(state).readouts}
+    return readouts(draw(state))
 
 
 @settings(max_examples=40, deadline=None)

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from solvers import register
-from widgets.engine.contract import SEED, Action, preset
-from widgets.engine.host import Host
+from tests.widgets.states import state_after
+from widgets.engine.contract import Action
 from widgets.figures.ndt_climb import climb as climbing
-from widgets.figures.ndt_climb.figure import COARSER, MAX_STEPS, WIDGET, State, act, draw, start
+from widgets.figures.ndt_climb.figure import COARSER, MAX_STEPS, WIDGET, State, act, draw
 
 STEP = Action("press", "step")
 
 
-def run(*actions: Action, seed: int = SEED, preset_name: str = "default", **controls: Any) -> State:
-    state = start(preset(WIDGET, preset_name, controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def finished(**controls: Any) -> State:
@@ -85,7 +80,7 @@ def test_the_scores_beside_each_other_are_of_the_same_cells() -> None:
 
 def test_a_score_can_exceed_that_of_the_truth() -> None:
     """The preset named so: a pose off the truth scores higher than the truth."""
-    state = finished(preset_name="exceeds")
+    state = finished(name="exceeds")
     assert state.fine.relative[-1] > 1.1
     shown = {r.name: float(r.value) for r in draw(state).readouts if r.name.startswith(("score", "rotation_f"))}
     assert shown["score_fine"] > shown["score_truth"]
@@ -118,20 +113,3 @@ def test_run_ends_and_stays_ended() -> None:
     assert draw(state).disabled == {"step", "run"}
     assert act(state, STEP).fine is state.fine
     assert draw(run(STEP)).disabled == frozenset()
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    st.lists(st.tuples(st.sampled_from(["source", "turn", "step"]), *[st.floats(-99, 99)] * 2), max_size=6),
-    st.floats(0.4, 2.0),
-    st.floats(0.0, 0.3),
-    st.booleans(),
-)
-def test_nothing_a_reader_does_breaks_it(
-    did: list[tuple[str, float, float]], cell: float, noise: float, four: bool
-) -> None:
-    """Any start, also one far outside the cells, gives a picture whose numbers are numbers."""
-    log = [["press", "step"] if name == "step" else ["drag", name, x, y] for name, x, y in did]
-    plain = preset(WIDGET, "default", {"cell": cell, "noise": noise, "four": four}).plain()
-    frame = Host().render("f", {**plain, "log": [*log, ["press", "step"]]})
-    assert "nan" not in "".join(p["svg"] for p in frame["panels"]) + frame["description"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,24 +12,21 @@ from hypothesis import strategies as st
 
 from solvers import Pose
 from solvers.metrics import point_error
-from widgets.engine.contract import SEED, Action, preset
+from tests.widgets.states import readouts, state_after
+from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.pipeline.door import door
-from widgets.figures.pipeline.figure import WIDGET, State, act, draw, motion, start
+from widgets.figures.pipeline.figure import WIDGET, State, act, draw, motion
 from widgets.figures.pipeline.run import right
 
 NEXT, FINISH = Action("press", "next"), Action("press", "finish")
 
 
-def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
-    state = start(preset(WIDGET, name, controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def shown(state: State) -> dict[str, str]:
-    return {readout.name: readout.value for readout in draw(state).readouts}
+    return readouts(draw(state))
 
 
 def stages(state: State) -> list[str]:

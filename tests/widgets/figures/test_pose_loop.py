@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from solvers import Status
 from solvers.posegraph import KERNELS, chi_squared, optimise
+from tests.widgets.states import frame_after, readouts
 from widgets.drawing.picture import Label
-from widgets.engine.contract import SEED, Action, preset
-from widgets.engine.host import Host
+from widgets.engine.contract import SEED, Action
 from widgets.figures.pose_loop import (
     CORNERS,
     FALSE,
@@ -36,8 +36,7 @@ SEEDS = range(SEED, SEED + 25 * 13, 13)
 
 
 def shown(*log: list[object], seed: int = SEED, **controls: object) -> dict[str, float | str]:
-    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "seed": seed, "log": list(log)})
-    return {r["name"]: r["value"] for r in frame["readouts"]}
+    return readouts(frame_after(WIDGET, *log, seed=seed, **controls))
 
 
 def apart(state: State) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,30 +16,20 @@ from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.consensus import trials
 from solvers.methods.pairs.ransac import RANSAC, RansacOptions
+from tests.widgets.states import frame_after, readouts, state_after
 from widgets.drawing.picture import Path, Points, Segments
-from widgets.engine.contract import SEED, Action, preset
-from widgets.engine.host import Host
+from widgets.engine.contract import SEED, Action
 from widgets.figures.ransac.budget_chart import SHARES, TOP, budget_chart, curve
-from widgets.figures.ransac.figure import MOST, SEPARATION, STEPS, WIDGET, Controls, State, act, draw, start
+from widgets.figures.ransac.figure import MOST, SEPARATION, STEPS, WIDGET, Controls, State, act, draw
 from widgets.figures.ransac.match_view import HIGH, LOW, PULLED, RIGHT
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
-def frame(*log: list[Any], seed: int = SEED, name: str = "default", **controls: Any) -> dict[str, Any]:
-    plain = preset(WIDGET, name, controls).plain()
-    return Host().render("f", {**plain, "seed": seed, "log": list(log)})
-
-
-def shown(framed: dict[str, Any]) -> dict[str, str]:
-    return {r["name"]: r["value"] for r in framed["readouts"]}
+frame = partial(frame_after, WIDGET)
 
 
 @pytest.mark.parametrize("seed", [SEED, SEED + 13, SEED + 26])
@@ -66,14 +57,14 @@ def test_steps_after_the_end_change_nothing() -> None:
     end = frame(["press", "finish"])
     assert set(end["disabled"]) == {"step", "finish"}
     for log in ([["press", "finish"], ["press", "step"]], [["press", "step"]] * 40):
-        assert shown(frame(*log)) == shown(end)
+        assert readouts(frame(*log)) == readouts(end)
     assert frame()["disabled"] == []
 
 
 def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
     """What the figure is there to show, over 25 draws: the consensus is near the truth, the fit of all pairs is not."""
     for seed in range(SEED, SEED + 25 * 13, 13):
-        said = shown(frame(["press", "finish"], seed=seed))
+        said = readouts(frame(["press", "finish"], seed=seed))
         assert float(said["rotation_error"]) < 3
         assert float(said["translation_error"]) < 0.15
         assert float(said["ghost_translation"]) > 0.8
@@ -91,7 +82,7 @@ def test_every_control_changes_what_it_names() -> None:
     ):
         after = frame(["press", "finish"], **change)
         for name in named:
-            assert shown(after)[name] != shown(before)[name], (change, name)
+            assert readouts(after)[name] != readouts(before)[name], (change, name)
     assert frame(confidence="0.5")["panels"][1]["svg"] != frame()["panels"][1]["svg"]
     assert frame(epsilon=0.5)["panels"][0]["svg"] != frame()["panels"][0]["svg"]
 
@@ -142,11 +133,11 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
         ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
         assert ringed.pop("ghost") == 40
-        said = shown(frame(["press", "finish"], **controls))
+        said = readouts(frame(["press", "finish"], **controls))
         assert ringed.pop("target") == 40 - int(said["count"])
         assert ringed == {"outlier": int(said["admitted"]), "truth": int(said["lost"])}
-    assert int(shown(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
-    assert int(shown(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
+    assert int(readouts(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
+    assert int(readouts(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
 
 
 def test_a_trial_is_seen_without_the_errors_of_the_pose() -> None:
@@ -174,7 +165,7 @@ def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float)
 def test_a_far_partner_does_not_move_the_consensus() -> None:
     """Pulled beyond ε to either side, it is left out, and the consensus pose is the same to the last digit shown."""
     places = [(-4.0, 0.0), (2.0, -2.5), (6.9, -2.8)]
-    ends = [shown(frame(["drag", "partner", *place], ["press", "finish"])) for place in places]
+    ends = [readouts(frame(["drag", "partner", *place], ["press", "finish"])) for place in places]
     assert len({(e["rotation_error"], e["translation_error"], e["count"]) for e in ends}) == 1
     assert len({e["ghost_translation"] for e in ends}) == 3
     kept = run(FINISH)
@@ -201,7 +192,7 @@ def test_the_cap_is_said() -> None:
     framed = frame(["press", "finish"], epsilon=0.02, noise=0.3)
     state = run(FINISH, epsilon=0.02, noise=0.3)
     assert state.run.now.status[0] == Status.CAPPED
-    assert shown(framed)["trials"] == str(MOST)
+    assert readouts(framed)["trials"] == str(MOST)
     assert "Capped short of N" in framed["note"]
     assert f"of at most {MOST}" in framed["description"]
 
@@ -261,7 +252,7 @@ def test_whatever_a_reader_does_the_numbers_are_numbers(
 ) -> None:
     """Any controls, presses, pulls and seed: finite readouts, counts within forty, trials within budget and cap."""
     framed = frame(*log, seed=seed, **controls)
-    said = shown(framed)
+    said = readouts(framed)
     assert not any(word in " ".join(said.values()) + framed["description"] for word in ("nan", "inf"))
     assert int(said["trials"]) <= MOST
     if said["count"] != "–":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -13,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers.methods.soft.shares import filterreg_shares
-from widgets.engine.contract import SEED, Action, preset
-from widgets.engine.host import Host
-from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WIDGET, State, act, motion, start
+from tests.widgets.states import frame_after, state_after
+from widgets.engine.contract import SEED, Action
+from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WIDGET, act, motion
 from widgets.figures.soft_family.links import links, threads
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
@@ -23,15 +24,11 @@ Why = Callable[[str, Mapping[str, str]], None]
 WIDTHS = ["held", "estimated", "scheduled"]
 
 
-def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
-    state = start(preset(WIDGET, name, controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def frame(log: list[Any] | None = None, name: str = "default", **controls: Any) -> dict[str, Any]:
-    return Host().render("f", {**preset(WIDGET, name, controls).plain(), "log": log or []})
+    return frame_after(WIDGET, *(log or []), name=name, **controls)
 
 
 @pytest.mark.parametrize("method", ["cpd-rigid", "cpd-similarity", "filterreg"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,21 +12,18 @@ from hypothesis import strategies as st
 from solvers import register
 from solvers.metrics import residuals
 from solvers.mug_scene import RADIUS, mug_start
+from tests.widgets.states import state_after
 from widgets.drawing.picture import Points, Segments
-from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.contract import Action
 from widgets.figures.space.eye import HIGH, LEVELS, LOW, Eye
-from widgets.figures.space.figure import WIDGET, State, act, draw, start
+from widgets.figures.space.figure import WIDGET, act, draw
 from widgets.figures.space.run import OFFSET, OPTIONS, UNKNOWN
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 PLACES = st.tuples(st.floats(LOW[0], HIGH[0]), st.floats(LOW[1], HIGH[1]))
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 @settings(max_examples=30, deadline=None)

@@ -7,6 +7,7 @@ import pytest
 
 from solvers.studies.coverage import coverage
 from solvers.studies.redrawn import STANDS, walls_of
+from tests.widgets.states import frame_after, readouts
 from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.controls import specs
@@ -31,8 +32,7 @@ MORE, ALL = Action("press", "more"), Action("press", "finish")
 
 def shown(name: str = "default", *presses: str, **controls: float | str) -> dict[str, str]:
     log = [["press", press] for press in presses]
-    frame = Host().render("f", {**preset(WIDGET, name, controls).plain(), "log": log})
-    return {r["name"]: r["value"] for r in frame["readouts"]}
+    return readouts(frame_after(WIDGET, *log, name=name, **controls))
 
 
 def test_before_the_first_draw_there_is_only_what_is_expected() -> None:

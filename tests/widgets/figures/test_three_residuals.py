@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
+from tests.widgets.states import frame_after, readouts, state_after
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures import surfaces
-from widgets.figures.three_residuals import NAMES, WIDGET, State, act, start
+from widgets.figures.three_residuals import NAMES, WIDGET, act
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
 
-def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
-    state = start(preset(WIDGET, "default", controls).controls, seed)
-    for action in actions:
-        state = act(state, action)
-    return state
+run = partial(state_after, WIDGET)
 
 
 def shown(log: list[Any], **controls: Any) -> dict[str, str]:
-    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log})
-    return {r["name"]: r["value"] for r in frame["readouts"]}
+    return readouts(frame_after(WIDGET, *log, **controls))
 
 
 @pytest.mark.parametrize("name", list(NAMES))
@@ -81,19 +76,3 @@ def test_every_control_changes_what_it_names() -> None:
     ]  # fmt: skip
     for change in changes:
         assert shown([["press", "step"]], **{**base, **change}) != plain, change
-
-
-@settings(max_examples=20, deadline=None)
-@given(
-    st.sampled_from(["room", "wall", "corridor"]), st.floats(0.0, 0.3), st.floats(0.0, 50.0),
-    st.lists(st.one_of(
-        st.sampled_from([["press", "step"], ["press", "finish"]]),
-        st.tuples(st.sampled_from(WIDGET.handles), *[st.floats(-99, 99)] * 2).map(lambda drag: ["drag", *drag]),
-    ), max_size=4),
-)  # fmt: skip
-def test_any_state_draws(scene: str, noise: float, outliers: float, log: list[Any]) -> None:
-    """Whatever is chosen, dragged and pressed: a picture with finite words, and one that the record gives again."""
-    plain = preset(WIDGET, "default", {"scene": scene, "noise": noise, "outliers": outliers}).plain()
-    frame = Host().render("f", {**plain, "log": log})
-    assert "nan" not in frame["description"]
-    assert frame == Host().render("f", {**plain, "log": log})

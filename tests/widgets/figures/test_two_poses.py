@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import register
+from tests.widgets.states import frame_after, readouts
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
@@ -17,8 +18,7 @@ PLAIN = preset(WIDGET).plain()
 
 
 def shown(*log: list[object], **controls: float) -> dict[str, str]:
-    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": list(log)})
-    return {r["name"]: r["value"] for r in frame["readouts"]}
+    return readouts(frame_after(WIDGET, *log, **controls))
 
 
 def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:

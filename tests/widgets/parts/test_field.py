@@ -92,7 +92,7 @@ def test_a_side_that_does_not_divide_is_refused() -> None:
 def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
     """The bar lies in the padding at the right, as high as the window, and its numbers include both ends."""
     view = View(*WINDOW, width=400.0, pad=PAD)
-    bar, _, *labels = scale_marks(view, 0.0, 0.4, "score")
+    bar, _, *labels = scale_marks(view, (0.0, 0.4), "score")
     assert isinstance(bar, Heat)
     left, right, low, high = bar.window
     assert view.x1 < left < right
@@ -108,7 +108,7 @@ def test_strong_may_be_low() -> None:
     part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
     np.testing.assert_allclose(part[0] + part[1], 1.0)
     view = View(*WINDOW, width=300.0, pad=PAD)
-    bars = [scale_marks(view, -1.0, 3.0, "value", strong=strong)[0] for strong in ("high", "low")]
+    bars = [scale_marks(view, (-1.0, 3.0), "value", strong=strong)[0] for strong in ("high", "low")]
     assert all(isinstance(bar, Heat) for bar in bars)
     np.testing.assert_allclose(*[np.asarray(bar.values)[:: 1 if k else -1] for k, bar in enumerate(bars)])  # type: ignore[union-attr]
 
@@ -122,7 +122,7 @@ def test_roots_and_their_scale_agree() -> None:
     assert field.roots(1, 4.0) is mark
     assert field.heat(1, 0.0, 4.0) is not mark
     view = View(0.0, 1.0, 0.0, 2.0, pad=PAD)
-    labels = [each for each in scale_marks(view, 0.0, 4.0, "n", 0, roots=True) if isinstance(each, Label)]
+    labels = [each for each in scale_marks(view, (0.0, 4.0), "n", 0, roots=True) if isinstance(each, Label)]
     heights = {each.text: float(np.asarray(each.xy)[1]) for each in labels if each.text != "n"}
     assert heights["4"] == 2.0
     assert heights["1"] == 1.0

@@ -178,7 +178,7 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
         field.heat(detail, 0.0, top, strong="low"),
         state.terrain.lines if detail == BANDS else state.terrain.coarse_lines,
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
-        *scale_marks(MAP, 0.0, top, "strong is low", decimals, strong="low"),
+        *scale_marks(MAP, (0.0, top), "strong is low", decimals, strong="low"),
         Ring([0.0, 0.0], "truth", radius=10.0),
         *_ways(state, said),
     )

@@ -79,8 +79,8 @@ def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], 
         for one, x in zip(entries, lines, strict=True)
     )  # fmt: skip
     panels = (
-        strips("rre", "Rotation", "°", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES),
-        strips("rte", "Translation", "\u00a0u", entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE),
+        strips("rre", ("Rotation", "°"), entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES),
+        strips("rte", ("Translation", "\u00a0u"), entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE),
     )
     return Result(caption(race), "Solver", COLUMNS, rows, panels, python(race, controls.ninth))
 
@@ -96,13 +96,14 @@ def caption(race: racing.Controls) -> str:
 
 
 def strips(
-    name: str, what: str, unit: str, entries: Sequence[Entry],
+    name: str, quantity: tuple[str, str], entries: Sequence[Entry],
     errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]], span: tuple[float, float], close: float,
 ) -> Panel:  # fmt: skip
     """A strip a solver with a dot for every seed, on an axis of decades; a bar at the median, a line at the threshold.
 
-    What lies outside `span` is drawn at its end.
+    quantity: what the errors are of, and their unit. What lies outside `span` is drawn at its end.
     """
+    what, unit = quantity
     low, high = (float(np.log10(v)) for v in span)
     view = View(low, high, -9.0, 0.0, 480.0, PAD[1] + PAD[3] + 9 * ROW, PAD)
     exponents = np.arange(np.ceil(low), np.floor(high) + 1)

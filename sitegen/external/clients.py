@@ -1,0 +1,152 @@
+"""The clients that bring pinned files: a web address, npm and pip, each with its progress and its limits."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from sitegen.external.node import environment, npm_command
+from sitegen.external.pins import OutsideError, PinnedFile, Source
+from sitegen.progress import Progress
+
+URL_TIMEOUT = 5.0  # seconds a web address may stay silent before the next source is asked
+UNPACKED = 256_000_000  # bytes that an npm package may hold: a tar is unpacked up to the last of the files wanted
+# What readers of archives raise for what is none, or a broken one.
+FAULTS = (OSError, EOFError, RuntimeError, ValueError, zlib.error, zipfile.BadZipFile, tarfile.TarError)
+
+
+def fetched(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
+    """Those of the files that a source has, by name, not yet verified. Raises one of FAULTS."""
+    return _FETCH[source.kind](source, files, progress)
+
+
+def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
+    import urllib.request  # with TLS and all: a tenth of a second, and most builds fetch nothing
+
+    taken = {}
+    for file in files:
+        with urllib.request.urlopen(source.spec + file.name, timeout=URL_TIMEOUT) as answer:
+            parts: list[bytes] = []
+            done = 0
+            # One byte more than expected is enough to see that it is not the file.
+            while part := answer.read(min(1 << 16, file.size + 1 - done)):
+                parts.append(part)
+                done += len(part)
+                progress(file.name, done, file.size)
+        taken[file.name] = b"".join(parts)
+    return taken
+
+
+def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
+    with tempfile.TemporaryDirectory(prefix="ladder-npm-") as temporary:
+        here = Path(temporary)
+        (here / "out").mkdir()
+        # A cache of its own, so that what has arrived can be seen and is gone afterwards.
+        folders: list[str | Path] = ["--cache", here / "cache", "--pack-destination", here / "out"]
+        _download(npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts"), here, source, progress)
+        wanted = {f"{source.folder}/{file.name}": file for file in files}
+        taken: dict[str, bytes] = {}
+        package = _only_file(here / "out", source)
+        with _Limited(package) as stream, tarfile.open(fileobj=stream, mode="r|") as archive:
+            for member in archive:
+                file = wanted.get(member.name)
+                if file is not None and member.isfile() and (found := archive.extractfile(member)):
+                    taken[file.name] = file.read(found)
+                if len(taken) == len(wanted):
+                    break
+        return taken
+
+
+class _Limited(gzip.GzipFile):
+    """A gzip file of at most UNPACKED bytes: a small one can unpack to any size."""
+
+    def read(self, size: int | None = -1) -> bytes:
+        """So many of its bytes. Raises OutsideError."""
+        data = super().read(size)
+        if self.tell() > UNPACKED:
+            raise OutsideError(f"it unpacks to more than {UNPACKED / 1e6:.0f} MB")
+        return data
+
+
+def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
+    with tempfile.TemporaryDirectory(prefix="ladder-pip-") as temporary:
+        here = Path(temporary)
+        (here / "out").mkdir()
+        # A wheel is only opened as an archive here, so the Python it is meant for need not be ours.
+        options = ["--no-deps", "--only-binary=:all:", "--no-cache-dir", "--retries", "2"]
+        options += ["--python-version", source.python, *(["--platform", source.platform] if source.platform else [])]
+        pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(here / "out")]
+        _download([*pip, *options, source.spec], here, source, progress)
+        wheel = _only_file(here / "out", source)
+        if source.folder:
+            return _members(wheel, source.folder, files)
+        with wheel.open("rb") as stream:
+            return {file.name: file.read(stream) for file in files if file.name == wheel.name}
+
+
+def _members(wheel: Path, folder: str, files: Sequence[PinnedFile]) -> dict[str, bytes]:
+    """Those of the files that a folder of the wheel holds."""
+    taken = {}
+    with zipfile.ZipFile(wheel) as archive:
+        members = set(archive.namelist())
+        for file in files:
+            if (name := f"{folder}/{file.name}") in members:
+                with archive.open(name) as member:
+                    taken[file.name] = file.read(member)
+    return taken
+
+
+_FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, bytes]]] = {
+    "url": _from_url,
+    "npm": _from_npm,
+    "pip": _from_pip,
+}
+
+
+def _only_file(folder: Path, source: Source) -> Path:
+    found = [p for p in folder.iterdir() if p.is_file()]
+    if len(found) != 1:
+        raise OutsideError(f"one archive of {source.spec} was expected, {len(found)} came")
+    return found[0]
+
+
+def _download(command: Sequence[str], here: Path, source: Source, progress: Progress) -> None:
+    """Run a package client in `here`; progress is what has come to lie there, since the clients tell no machine."""
+    env = environment({"TMPDIR": str(here), "TEMP": str(here), "TMP": str(here)})
+    log = here / "log"
+    with log.open("wb") as out:
+        process = subprocess.Popen(command, cwd=here, env=env, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+        try:
+            while True:
+                try:
+                    process.wait(timeout=0.25)
+                    break
+                except subprocess.TimeoutExpired:
+                    progress(source.spec, min(_weight(here), source.archive_size), source.archive_size)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+    if process.returncode != 0:
+        said = log.read_text("utf-8", errors="replace").strip().splitlines()
+        raise OutsideError(f"its client ended with code {process.returncode}: " + " | ".join(said[-3:]))
+    progress(source.spec, source.archive_size, source.archive_size)
+
+
+def _weight(folder: Path) -> int:
+    total = 0
+    for root, _, names in os.walk(folder):
+        for name in names:
+            try:
+                total += os.stat(os.path.join(root, name)).st_size
+            except OSError:  # moved or removed by the client meanwhile
+                continue
+    return total

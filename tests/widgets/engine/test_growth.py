@@ -1,0 +1,61 @@
+"""Nothing grows with use: after many drags or picks more, Python holds as many blocks as before them."""
+
+from __future__ import annotations
+
+import gc
+import json
+import sys
+from collections.abc import Iterable
+from itertools import pairwise
+from math import cos, sin
+from typing import Any
+
+import pytest
+
+from widgets.engine.contract import Widget, preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
+
+pytestmark = pytest.mark.native  # counts what this Python's allocator has given out
+
+FIGURES = ("icp", "kabsch", "ndt-climb", "pose-loop", "ransac")  # quick, and their frames are of nearly one size
+ROUNDS, ACTIONS = 4, 30  # what fills up grows in the first rounds, what leaks in every one
+SPARE = 60  # blocks in a round, two for each action; a state that is kept has more
+
+
+def logs(widget: Widget, numbers: Iterable[int]) -> list[list[Any]]:
+    """A log for each number, the first handle, or else a pick, at a place on a circle; and at last an empty one."""
+    aims = [*(["drag", handle] for handle in widget.handles), *(["click", panel] for panel in widget.clicks)]
+    return [*([[*aims[0], 2 * cos(i), 2 * sin(i)]] for i in numbers), []]
+
+
+def growth(host: Host, widget: Widget) -> int:
+    """How many blocks more Python holds after a round of actions than before it, in the round that adds least."""
+    plain, held = preset(widget).plain(), list[int]()
+    for first in range(0, ROUNDS * ACTIONS, ACTIONS):
+        for log in logs(widget, range(first, first + ACTIONS)):
+            host.frame(json.dumps({"figure": "fig-x", "record": {**plain, "log": log}, "detail": 0}))
+        gc.collect()
+        held.append(sys.getallocatedblocks())
+    assert held[0] > 10_000, "this Python does not count its blocks"
+    return min(after - before for before, after in pairwise(held))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_many_actions_leave_nothing_behind(name: str) -> None:
+    """Neither with the host nor in what a figure remembers by itself."""
+    assert growth(Host(), WIDGETS[name]) < SPARE
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_states_that_are_kept_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a host that keeps them all."""
+    states: list[Any] = []
+    drawn = Host._drawn
+
+    def keeping(host: Host, figure: str, widget: Widget, record: Any, reached: list[Any], detail: int | None) -> Any:
+        states.append(reached[-1])
+        return drawn(host, figure, widget, record, reached, detail)
+
+    monkeypatch.setattr(Host, "_drawn", keeping)
+    assert growth(Host(), WIDGETS[name]) > SPARE
