@@ -13,7 +13,7 @@
 //   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
 //   { type: "give", id, request, data }                      { type: "give", id, told, python_ms }      data: Uint8Array
 //   { type: "forget", key }
-//                                                            { type: "error", id, message, trace }
+//                                                            { type: "error", id, message, trace, lacks }   lacks: a file
 //   { type: "heap" }                                         { type: "heap", bytes }
 
 const network = self.fetch.bind(self); // what start() puts in its place is for Pyodide alone
@@ -70,7 +70,7 @@ function progressTeller(files) {
 
 /** @param {RuntimeFile} file @returns {(error: any) => never} */
 const lost = (file) => (error) => {
-  throw new Error(`${file.name} could not be loaded: ${error.message}`);
+  throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox ends its own with one
 };
 
 /** @param {RuntimeFile} file */
@@ -329,7 +329,7 @@ async function answer({ type, id, request, data }) {
       const fault = file ? await rooms?.bring(file).catch((lack) => lack) : error;
       if (!fault) continue; // once more, with what it lacked
       const trace = String(/** @type {any} */ (fault)?.message ?? fault).trim();
-      post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
+      post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace, lacks: Boolean(file) });
       return;
     }
   }

@@ -104,3 +104,33 @@ test("every state is reached, and none but by the table", () => {
   }
   assert.deepEqual([...seen].sort(), Object.keys(NEXT).sort());
 });
+
+test("a file of Python's that did not load leaves the question waiting until it is asked again, or another is", () => {
+  const state = new FigureState(record(0), {});
+  const ask = (seed) => {
+    state.record = record(seed);
+    state.wait(state.record, null, true);
+    assert.equal(state.take().record.seed, seed);
+  };
+  ask(1);
+  state.settle(true);
+  state.miss("no such pack");
+  assert.equal(state.name("live"), "failed");
+  assert.equal(state.lack, "no such pack");
+
+  assert.equal(state.take().record.seed, 1, "asked again");
+  assert.equal(state.lack, "");
+  state.settle(true);
+  state.miss("still none");
+
+  state.begin();
+  assert.equal(state.lack, "", "another question");
+  assert.ok(!state.waiting);
+  ask(2);
+  state.settle(true);
+  state.miss("none again");
+
+  state.leave();
+  assert.equal(state.record.seed, 0, "given up");
+  assert.equal(state.name("live"), "static");
+});

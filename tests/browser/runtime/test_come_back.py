@@ -70,6 +70,37 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         running.close()
 
 
+def test_a_drag_left_for_another_page_is_over(playwright: Playwright, server: SiteServer) -> None:
+    """The button is let go on the other page: back in the history's page the handle stays where it was."""
+    running = playwright.chromium.launch(
+        executable_path=whole_chromium(), args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
+    )
+    try:
+        page = running.new_page(reduced_motion="reduce", service_workers="block")
+        page.goto(f"{server.origin}/kabsch.html")
+        solve = Figure(page, "fig-solve").live().settled()
+        page.evaluate("addEventListener('pageshow', ({ persisted }) => { window.persisted = persisted; })")
+        handle, before = solve.handle("source"), solve.readout("rms")
+        handle.scroll_into_view_if_needed()
+        box = handle.bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 30, y + 20, steps=4)
+        solve.changes("rms", before)
+        wanted = solve.record()
+        page.goto(f"{server.origin}/references.html")
+        page.mouse.up()
+        page.go_back(wait_until="commit")
+        assert page.evaluate("window.persisted") is True
+        page.mouse.move(x + 120, y + 90, steps=4)
+        expect(solve.root).not_to_contain_class("dragging")
+        assert solve.record() == wanted
+    finally:
+        running.close()
+
+
 SAID = """
 const { postMessage } = Worker.prototype;
 window.known = [];

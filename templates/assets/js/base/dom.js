@@ -81,10 +81,10 @@ export function text(element, value) {
 }
 
 /**
- * What was thrown, in words.
+ * What was thrown, in words that go into a sentence: browsers end some of theirs with a full stop.
  * @param {unknown} error
  */
-export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
+export const messageOf = (error) => (error instanceof Error ? error.message : String(error)).replace(/\.$/, "");
 
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 export const calm = () => still.matches;

@@ -82,6 +82,11 @@ export class Figure {
     return this.#state.error;
   }
 
+  /** Why the record that is wanted waits while Python is up, in words; "" where none does. */
+  get lack() {
+    return this.#state.lack;
+  }
+
   /** The question that is being drawn. */
   get asked() {
     return this.#state.asked;
@@ -104,7 +109,7 @@ export class Figure {
 
   /** Whether something is read, asked, waiting, moving or being made finer. */
   get busy() {
-    return Boolean(this.#reading() || this.pending || this.#moving || this.#finer);
+    return Boolean(this.#reading() || (this.pending && !this.lack) || this.#moving || this.#finer);
   }
 
   /** It is on screen. */
@@ -182,9 +187,13 @@ export class Figure {
       (error) => {
         if (left()) return;
         this.#state.settle(true);
+        const recorded = error.lacks && taped(this.id, question.record);
+        const why = error.message.replace(/^ValueError: /, "");
         if (error.stopped) this.#state.again();
-        else this.refuse(`This state cannot be drawn: ${error.message.replace(/^ValueError: /, "")}.`);
-        this.#pump();
+        else if (recorded) this.#show(question.record, recorded, "tape");
+        else if (!error.lacks) this.refuse(`This state cannot be drawn: ${why}.`);
+        else if (!this.#state.waiting) this.#state.miss(why);
+        if (!this.lack) this.#pump();
         if (!this.#state.asked) this.#state.settle();
         this.tell();
       },
@@ -232,6 +241,12 @@ export class Figure {
   refuse(message) {
     this.#state.refuse(message);
     this.#left();
+  }
+
+  /** Asks once more for what waits, as a file of Python's did not load. */
+  retry() {
+    this.#pump();
+    this.tell();
   }
 
   /** Gives up what is being drawn and what waits: the figure is what is seen of it. */
@@ -348,7 +363,7 @@ export class Figure {
   }
 
   #tapeArrived() {
-    if (runtime.state === "live" || !this.waiting) return;
+    if ((runtime.state === "live" && !this.lack) || !this.waiting) return;
     const frame = taped(this.id, this.record);
     if (!frame) return void this.#untaped();
     this.#state.clear();

@@ -38,7 +38,10 @@ export function hold(area, captor, { begin, follow, end, cancel }, moves = "poin
 
   /** @param {PointerEvent} event */
   function move(event) {
-    if (held?.pointer === event.pointerId) follow(held.what, event);
+    if (held?.pointer !== event.pointerId) return;
+    const gone = event.pointerType !== "touch" && !event.buttons; // let go while another page was seen
+    if (gone) release(event);
+    else follow(held.what, event);
   }
 
   /** @param {PointerEvent} event */

@@ -181,6 +181,11 @@ export function addOwnClouds(figure, overlay) {
     if (!event.dataTransfer || !carries(event)) return;
     event.preventDefault();
     figure.root.classList.remove("dropping");
+    const folder = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry()).find((each) => each?.isDirectory);
+    if (folder) {
+      figure.refuse(`${called(folder.name)} is a folder: drop files, the source first.`);
+      return;
+    }
     const files = [...event.dataTransfer.files];
     if (files.length) open(files, around(event, "[data-place]")?.dataset.place);
   }

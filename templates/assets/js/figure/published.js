@@ -1,5 +1,5 @@
-// A page that is open while the site is published anew asks for files that are gone. Where Python could not be loaded, it
-// looks whether that is why: then a reload helps, and nothing else does.
+// A page that is open while the site is published anew asks for files that are gone. Where Python could not be loaded, or
+// a part of it later, it looks whether that is why: then a reload helps, and nothing else does.
 /** @import { Figure } from "./figure.js" */
 
 import { fragmentOf } from "../base/address.js";
@@ -35,6 +35,6 @@ export const published = {
   },
 };
 
-runtime.on("change", () => {
-  if (runtime.state === "failed" && !runtime.stopped) look().catch(() => {}); // no network: nothing is known
-});
+const check = () => void look().catch(() => {}); // no network: nothing is known
+runtime.on("change", () => runtime.state === "failed" && !runtime.stopped && check());
+runtime.on("lack", check);

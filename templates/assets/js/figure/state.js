@@ -30,6 +30,7 @@ export class FigureState {
   /** @type {"static" | "tape" | "live"} */
   #source = "static";
   #error = "";
+  #lack = "";
 
   /**
    * @param {FigureRecord} record
@@ -61,6 +62,11 @@ export class FigureState {
     return this.#error;
   }
 
+  /** Why what waits is not asked while Python is up, in words: a file of Python's did not load. */
+  get lack() {
+    return this.#lack;
+  }
+
   /** Something is asked, or waits to be. */
   get pending() {
     return this.#asked !== null || this.waiting;
@@ -71,13 +77,14 @@ export class FigureState {
    * @returns {StateName}
    */
   name(runtime) {
-    if (this.#error || (this.waiting && runtime === "failed")) return "failed";
+    if (this.#error || this.#lack || (this.waiting && runtime === "failed")) return "failed";
     return this.waiting && runtime !== "live" ? "waiting" : this.#source;
   }
 
   /** Another question: what was wrong with the last one is past. */
   begin() {
     this.#error = "";
+    if (this.#lack) this.clear();
   }
 
   /**
@@ -93,6 +100,7 @@ export class FigureState {
   /** The oldest question, which is now being drawn; null where there is none, or one is being drawn already. */
   take() {
     if (this.#asked || !this.waiting) return null;
+    this.#lack = "";
     return (this.#asked = this.#waiting.shift() ?? null);
   }
 
@@ -115,15 +123,25 @@ export class FigureState {
     this.#waiting = [{ record: this.record, merge: null }];
   }
 
+  /**
+   * A file that Python needs for the record did not load: it waits for the reader to ask again, or for another.
+   * @param {string} why
+   */
+  miss(why) {
+    this.again();
+    this.#lack = why;
+  }
+
   /** Nothing waits any more. */
   clear() {
     this.#waiting = [];
+    this.#lack = "";
   }
 
   /** Gives up what is being drawn and what waits: the figure is what is seen of it. */
   leave() {
     this.#asked = this.#replay = null;
-    this.#waiting = [];
+    this.clear();
     this.record = this.shown;
   }
 

@@ -40,15 +40,17 @@ function replaying({ replayed, of, reads }) {
  */
 function told(figure, late) {
   if (figure.error) {
-    const words = runtime.state === "file" ? `${figure.error} ${FROM_DISK}` : figure.error;
-    return { words, ways: runtime.state === "file" ? [] : ["Reset"], heard: true };
+    if (runtime.state === "file") return { words: `${figure.error} ${FROM_DISK}`, ways: [], heard: true };
+    if (!published.anew) return { words: figure.error, ways: ["Reset"], heard: true };
+    return { words: `${figure.error} This site has been updated.`, ways: ["Reset", "Reload"], heard: true };
   }
   const waits = figure.waiting;
-  if (runtime.state === "failed" && (waits || figure.visible)) {
+  const failed = runtime.state === "failed";
+  if ((failed && (waits || figure.visible)) || figure.lack) {
     const kept = waits ? " Your work is kept." : "";
     if (published.anew) return { words: `This site has been updated.${kept}`, ways: ["Reload"], heard: waits };
-    const choices = runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
-    return { words: `${runtime.message}.${kept}`, ways: choices, heard: waits };
+    const choices = !failed ? ["Retry", "Cancel"] : runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
+    return { words: `${failed ? runtime.message : figure.lack}.${kept}`, ways: choices, heard: waits };
   }
   if (waits && runtime.state !== "live") {
     const words = "Python is starting; then this will be shown.";
@@ -66,7 +68,7 @@ function told(figure, late) {
 
 /** @type {Record<string, (figure: Figure) => void>} */
 const ways = {
-  Retry: () => runtime.restart(),
+  Retry: (figure) => (runtime.state === "failed" ? runtime.restart() : figure.retry()),
   Reset: (figure) => figure.reset(),
   Cancel(figure) {
     figure.leave();

@@ -17,7 +17,7 @@ import { store } from "../base/store.js";
 /** @typedef {{ key: string, words: string }} Told  on what a reader brought */
 /** @typedef {Error & { stopped?: boolean }} Stopped */
 
-/** @type {ReturnType<typeof emitter<{ change: [] }>>} */
+/** @type {ReturnType<typeof emitter<{ change: [], lack: [] }>>} lack: a file that came to be needed did not load */
 const { on, emit } = emitter();
 const page = document.documentElement;
 const { runtime: folder = "", runtimeFiles, runtimeBytes, worker: script = "" } = document.body.dataset;
@@ -188,9 +188,10 @@ const heard = {
   frame: ({ id, frame: drawn }) => answered(id, (question) => drew(question, JSON.parse(drawn))),
   job: ({ id, slice }) => answered(id, ({ resolve }) => resolve(JSON.parse(slice))),
   give: ({ id, told }) => answered(id, ({ resolve }) => resolve(JSON.parse(told))),
-  error({ id, message, trace }) {
+  error({ id, message, trace, lacks }) {
     console.info(trace);
-    answered(id, ({ reject }) => reject(new Error(message)));
+    answered(id, ({ reject }) => reject(Object.assign(new Error(message), { lacks })));
+    if (lacks) emit("lack");
   },
   heap({ bytes }) {
     for (const { resolve } of heaps.splice(0)) resolve(bytes);
@@ -309,7 +310,8 @@ function lasting(limit, anew, over) {
  * and is dropped when the figure asks anything else before its turn has come.
  * `going` is told what a long answer is at, { replayed, of } in actions or { reads: a file's name }; a replay is given
  * up where it returns false.
- * Rejects with the Python error, or with `stopped: true` where the worker died or the replay was given up.
+ * Rejects with the Python error, with `lacks: true` where a file of Python's did not load, or with `stopped: true` where
+ * the worker died or the replay was given up.
  * @param {{ figure: string, record: FigureRecord, detail?: number, finer?: boolean,
  *   going?: (progress: Progress) => boolean }} wanted
  * @returns {Promise<Frame>}

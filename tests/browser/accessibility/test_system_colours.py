@@ -1,0 +1,71 @@
+"""Where the reader's system sets the colours, what is chosen and what hatching tells apart is seen as drawn."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+
+import pytest
+from PIL import Image
+from playwright.sync_api import Locator, expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+SCHEMES = ("light", "dark")
+HATCHED = ("turned", "quarter", "half", "none")
+# How something that can be chosen is drawn: its ground and its outline.
+LOOK = "e => { const s = getComputedStyle(e); return [s.backgroundColor, s.outlineStyle, s.outlineColor].join(); }"
+
+
+def inside(key: Locator) -> set[tuple[int, ...]]:
+    """The colours well inside a legend's swatch for an area, which is 17 px wide and 10 px high."""
+    key.scroll_into_view_if_needed()
+    box = key.bounding_box()
+    assert box is not None
+    left, middle = round(box["x"]), round(box["y"] + box["height"] / 2)
+    clip = {"x": left + 4, "y": middle - 3, "width": 10, "height": 6}
+    picture = Image.open(io.BytesIO(key.page.screenshot(clip=clip)))  # type: ignore[arg-type]
+    return {colour for _, colour in picture.convert("RGB").getcolors() or []}  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_areas_of_a_map_keep_their_hatching_in_its_legend(reader: Callable[..., Reader], scheme: str) -> None:
+    page = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce").open("icp.html")
+    legend = Figure(page, "fig-atlas").seen().root.locator(".legend")
+    for kind in HATCHED:
+        assert len(inside(legend.locator(f".key.end-{kind}"))) > 1, kind
+    paper = page.evaluate("getComputedStyle(document.documentElement).backgroundColor")
+    assert paper != "rgb({}, {}, {})".format(*next(iter(inside(legend.locator(".key.end-shifted")))))
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> None:
+    """A result of the search, an answer, the pen that is in hand, a deck's notes."""
+    one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
+    page = one.open("icp.html")
+    answers = Figure(page, "fig-atlas").live().root.locator(".predict-answers button")
+    answers.first.click()
+    expect(answers.first).to_have_attribute("aria-pressed", "true")
+    assert answers.nth(0).evaluate(LOOK) != answers.nth(1).evaluate(LOOK)
+
+    page.locator("button.search-open").click()
+    page.keyboard.type("icp")
+    found = page.locator("[role=option]")
+    expect(found.first).to_have_attribute("aria-selected", "true")
+    page.mouse.move(0, 0)
+    assert found.nth(0).evaluate(LOOK) != found.nth(1).evaluate(LOOK)
+
+    page = one.open("clouds.html")
+    pens = Figure(page, "fig-own").live().root.locator("[data-pen]")
+    pens.first.click()
+    expect(pens.first).to_have_attribute("aria-pressed", "true")
+    page.mouse.move(0, 0)
+    assert pens.nth(0).evaluate(LOOK) != pens.nth(1).evaluate(LOOK)
+
+    page = one.open("slides-icp.html")
+    notes, grid = (page.locator(f'.deck-bar [data-slides="{what}"]') for what in ("notes", "grid"))
+    notes.click()
+    expect(notes).to_have_attribute("aria-pressed", "true")
+    page.mouse.move(0, 0)
+    assert notes.evaluate(LOOK) != grid.evaluate(LOOK)

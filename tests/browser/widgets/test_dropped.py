@@ -1,0 +1,42 @@
+"""What a reader drops on the figure of own clouds that is no file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+
+def drop(figure: Figure, *paths: Path) -> None:
+    """Drops what lies on the disk on the figure's picture, as a file manager does."""
+    box = figure.seen().root.locator(".figure-stage").bounding_box()
+    assert box is not None
+    session = figure.page.context.new_cdp_session(figure.page)
+    data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
+    for kind in ("dragEnter", "dragOver", "drop"):
+        place = {"x": box["x"] + 40, "y": box["y"] + 40}
+        session.send("Input.dispatchDragEvent", {"type": kind, "data": data, **place})
+
+
+def test_a_folder_is_called_one_and_the_next_drop_is_read(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """Alone or beside a file nothing of it is taken; then two files are, one that ends its lines as Windows does."""
+    page = reader(reduced_motion="reduce").open("clouds.html")
+    own = Figure(page, "fig-own").live()
+    folder, one, other = tmp_path / "scans", tmp_path / "one.csv", tmp_path / "other.csv"
+    folder.mkdir()
+    one.write_bytes(b"\xef\xbb\xbfx,y\r\n1,2\r\n3,4\r\n5,7\r\n")
+    other.write_bytes("x,y\n1,2\n3,5\n5,7\n8,8\n".encode("utf-16"))
+    words, told = own.root.locator(".status-words"), own.root.locator("[data-told]")
+    for paths in ((folder,), (one, folder)):
+        drop(own, *paths)
+        expect(words).to_have_text("scans is a folder: drop files, the source first.")
+        expect(told).to_have_text(["Nothing yet.", "Nothing yet."])
+        own.button("reset").click()
+        expect(words).not_to_contain_text("folder")
+    drop(own, one, other)
+    expect(told.nth(0)).to_contain_text("one.csv: 3 points in 2-D", timeout=60_000)
+    expect(told.nth(1)).to_contain_text("other.csv: 4 points in 2-D", timeout=60_000)
