@@ -78,8 +78,8 @@ class CongruentOptions:
     >>> from solvers import options, register, scenes
     >>> scene = scenes.room("clean")
     >>> hasty = options.CongruentOptions(patience=5)
-    >>> register(scene.source, scene.target, "ransac-congruent", options=hasty).detail("idle")
-    np.int64(5)
+    >>> register(scene.source, scene.target, "ransac-congruent", options=hasty).steps
+    10
     """
 
     separation: float | None = None
