@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import threading
 from http import HTTPStatus
 from pathlib import Path
@@ -91,3 +92,14 @@ class SiteServer(StaticServer):
         """The server is gone, also for those who wait at a door."""
         self.release()
         super().stop()
+
+
+def published_anew(site: Path, folder: Path) -> Path:
+    """A copy of the site in the folder as another build would leave it: its worker has another name."""
+    new = folder / "site"
+    shutil.copytree(site, new)
+    (worker,) = new.glob("assets/worker.*.mjs")
+    renamed = worker.rename(worker.with_name("worker.0000000000.mjs"))
+    for path in new.glob("*.html"):
+        path.write_text(path.read_text("utf-8").replace(worker.name, renamed.name), "utf-8")
+    return new

@@ -47,7 +47,7 @@ def test_a_short_length_scale_breaks_the_landscape() -> None:
 
 
 def test_refining_need_not_sharpen_the_run_that_is_shown() -> None:
-    """13: refining leaves the rotation error of the run in the figure as it was; with the race's gate it is larger."""
+    """8.1: refining leaves the rotation error of the run in the figure as it was; with the race's gate it is larger."""
     proposed, refined = (readouts("pipeline", "default", *["next"] * k)["rotation_error"] for k in (1, 2))
     wide = readouts("pipeline", "default", "next", "next", gate=2.6)["rotation_error"]
     assert proposed == refined

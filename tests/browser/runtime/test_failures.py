@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from playwright.sync_api import Locator, Route, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure
-from tests.browser.server import SiteServer
+from tests.browser.server import SiteServer, published_anew
 
 FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: true } });"
 
@@ -265,13 +264,7 @@ def test_a_page_older_than_the_site_offers_a_reload(
     one.expect("404", "Failed to load", "Failed to fetch")
     one.context.add_init_script(FRUGAL)
     page = one.open("kabsch.html")
-    new = tmp_path / "site"
-    shutil.copytree(site, new)
-    (worker,) = new.glob("assets/worker.*.mjs")
-    worker.rename(worker.with_name("worker.0000000000.mjs"))
-    for path in new.glob("*.html"):
-        path.write_text(path.read_text("utf-8").replace(worker.name, "worker.0000000000.mjs"), "utf-8")
-    server.root = new
+    server.root = published_anew(site, tmp_path)
     solve = Figure(page, "fig-solve").seen()
     before = solve.readout("rms")
     solve.drag("source", 50, 50)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
-from tests.browser.server import SiteServer
+from tests.browser.server import SiteServer, published_anew
 
 PACK = "figure-three_residuals"
 REASON = f"{PACK}.pack could not be loaded"
@@ -72,13 +71,7 @@ def test_a_page_older_than_the_site_offers_a_reload_when_python_lacks_a_part(
 ) -> None:
     """The part's name is gone with the old build: Reload brings the new one, and the state."""
     three = lacking(reader, server)
-    new = tmp_path / "site"
-    shutil.copytree(site, new)
-    (worker,) = new.glob("assets/worker.*.mjs")
-    worker.rename(worker.with_name("worker.0000000000.mjs"))
-    for path in new.glob("*.html"):
-        path.write_text(path.read_text("utf-8").replace(worker.name, "worker.0000000000.mjs"), "utf-8")
-    server.root = new
+    server.root = published_anew(site, tmp_path)
     three.drag("point-source", 40, 30)
     words = three.root.locator(".status-words")
     expect(words).to_have_text("This site has been updated. Your work is kept.")

@@ -277,7 +277,7 @@ export function addPictureButtons(root) {
     try {
       save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
     } catch (error) {
-      text(told, `No PNG can be made: ${messageOf(error).replace(/\.$/, "")}. Save it as SVG.`);
+      text(told, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
     }
   });
 }
