@@ -13,14 +13,14 @@ from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.remote.client_config import ClientConfig
 from selenium.webdriver.webkitgtk.options import Options
 from selenium.webdriver.webkitgtk.service import Service
-from urllib3.exceptions import HTTPError
+from urllib3.exceptions import HTTPError, ReadTimeoutError
 
 from sitegen.problems import first_line
 
 SCREEN = "1600x1400x24"
 # Without this the browser's own toolbar keeps its window wider than a phone.
 NARROW = "headerbar *, box button, entry, button { min-width: 0; padding: 0; margin: 0; }"
-STARTS = 60  # seconds until a first session counts as failed
+STARTS = 60  # seconds until a start counts as failed
 
 
 class Display:
@@ -63,15 +63,28 @@ def start_display() -> tuple[subprocess.Popen[bytes], str]:
 
 
 def session(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
-    """The driver's service, running, and a browser with one window; `seconds`: how long any answer may take."""
+    """The driver's service, running, and a browser with one window; `seconds`: how long any answer may take.
+
+    A browser that does not come up is started once more: WebKitGTK's at times ends before its driver has heard of it,
+    and the driver then waits for ever.
+    """
+    try:
+        return _started(driver, display, seconds)
+    except ReadTimeoutError:
+        return _started(driver, display, seconds)
+
+
+def _started(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
     service = Service(str(driver), env=display.env)
     service.start()
-    config = ClientConfig(remote_server_addr=service.service_url, timeout=round(seconds))
+    config = ClientConfig(remote_server_addr=service.service_url, timeout=STARTS)
     try:
-        return service, webdriver.Remote(service.service_url, options=Options(), client_config=config)
+        browser = webdriver.Remote(service.service_url, options=Options(), client_config=config)
     except BaseException:
         service.stop()
         raise
+    config.timeout = round(seconds)  # read anew for each answer
+    return service, browser
 
 
 def fault(driver: Path) -> str:

@@ -15,8 +15,8 @@ from sitegen.check.browsers import BrowserMissing, found
 
 # As WebKitWebDriver 2.50 is: --version brings its usage and exit code 1; a session is asked for over HTTP.
 DRIVER = """#!{python}
-import json, os, sys
-from http.server import BaseHTTPRequestHandler, HTTPServer
+import json, os, sys, threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 if "--version" in sys.argv:
     sys.exit("Usage: WebKitWebDriver options")
@@ -33,7 +33,13 @@ class Driver(BaseHTTPRequestHandler):
 
     def do_POST(self):
         self.rfile.read(int(self.headers["Content-Length"]))
-        if {refuses}:
+        with open({asked!r}, "a+") as asked:
+            asked.seek(0)
+            nth = asked.read().count("asked")
+            asked.write("asked ")
+        if nth < {silent}:
+            threading.Event().wait()
+        elif {refuses}:
             self.answer({{"error": "session not created", "message": "no browser here", "stacktrace": ""}}, 500)
         else:
             self.answer({{"sessionId": "one", "capabilities": {{}}}})
@@ -50,7 +56,7 @@ class Driver(BaseHTTPRequestHandler):
     def log_message(self, *_):
         pass
 
-HTTPServer(("127.0.0.1", int(sys.argv[sys.argv.index("-p") + 1])), Driver).serve_forever()
+ThreadingHTTPServer(("127.0.0.1", int(sys.argv[sys.argv.index("-p") + 1])), Driver).serve_forever()
 """
 DISPLAY = """#!{python}
 import os, signal, sys
@@ -73,8 +79,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def driver(folder: Path, *, refuses: bool = False) -> Path:
-    text = DRIVER.format(python=sys.executable, refuses=refuses, asked=str(folder / "asked"))
+def driver(folder: Path, *, refuses: bool = False, silent: int = 0) -> Path:
+    """silent: how often it gives no answer before it does."""
+    text = DRIVER.format(python=sys.executable, refuses=refuses, silent=silent, asked=str(folder / "asked"))
     return program(folder / "WebKitWebDriver", text)
 
 
@@ -82,7 +89,15 @@ def test_a_driver_that_gives_a_session_is_taken(folder: Path, monkeypatch: pytes
     """Named by a variable; the session is ended again."""
     monkeypatch.setenv("WEBKIT_DRIVER", str(driver(folder)))
     assert found("webkit") == folder / "WebKitWebDriver"
-    assert (folder / "asked").read_text("utf-8").startswith("ended")
+    assert (folder / "asked").read_text("utf-8").startswith("asked ended")
+
+
+def test_a_browser_that_does_not_come_up_is_started_once_more(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A driver whose browser has gone waits for it for ever; a second one that hangs is a fault."""
+    monkeypatch.setattr(webkit, "STARTS", 2)
+    assert webkit.fault(driver(folder, silent=1)) == ""
+    assert (folder / "asked").read_text("utf-8").startswith("asked asked ended")
+    assert "Read timed out" in webkit.fault(driver(folder, silent=9))
 
 
 def test_one_that_refuses_or_ends_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
