@@ -11,8 +11,8 @@ from pathlib import Path
 
 def first_line(error: BaseException) -> str:
     """What an error says first; its kind where it says nothing."""
-    said = str(error).strip()
-    return said.splitlines()[0] if said else type(error).__name__
+    text = str(error).strip()
+    return text.splitlines()[0] if text else type(error).__name__
 
 
 @dataclass(frozen=True, order=True)
@@ -126,10 +126,10 @@ def _ours(match: re.Match[str]) -> str:
 
 def hint(name: str, names: Iterable[str]) -> str:
     """'; did you mean 'x'?' for the closest of `names`; a list of them where none is close and they are few."""
-    known = sorted(set(names))
-    close = get_close_matches(name, known, n=1)
+    choices = sorted(set(names))
+    close = get_close_matches(name, choices, n=1)
     if close:
         return f"; did you mean {close[0]!r}?"
-    if not known:
+    if not choices:
         return "; there are none"
-    return f"; there are {', '.join(known)}" if len(known) <= 12 else ""
+    return f"; there are {', '.join(choices)}" if len(choices) <= 12 else ""

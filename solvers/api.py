@@ -138,8 +138,8 @@ def register(
     >>> np.degrees(rre(batch.pose, scene.truth)) < 5.0
     array([ True,  True, False])
     """
-    chosen = method_of(method)
-    own = _options(chosen, options, keywords)
+    solver = method_of(method)
+    own = _options(solver, options, keywords)
     function(callback, "callback")
     if isinstance(start, Result):
         raise ValueError("start: expected a Pose or its matrix, got a Result; pass result.pose")
@@ -147,12 +147,12 @@ def register(
     cap = None if max_steps is None else validate.count(max_steps, "max_steps")
 
     def solve(source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any) -> Result:
-        problem, axes = _problem(chosen, source, target, start, pairs, weights, seed)
+        problem, axes = _problem(solver, source, target, start, pairs, weights, seed)
         debug(
             "%s: %d points on to %d, a batch of %d, %s",
-            chosen.name, problem.source.shape[1], problem.target.shape[1], problem.size, own,
+            solver.name, problem.source.shape[1], problem.target.shape[1], problem.size, own,
         )  # fmt: skip
-        result = from_batch(*run(begin(chosen, problem, own, cap), callback), axes)
+        result = from_batch(*run(begin(solver, problem, own, cap), callback), axes)
         debug("%r", result)
         return result
 
@@ -161,26 +161,26 @@ def register(
     return solve(source, target, poses, pairs, weights, seeds)
 
 
-def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
-    known = [f.name for f in fields(method.options)]
+def _options(method: Method[Any], whole: Any, keywords: dict[str, Any]) -> Any:
+    names = [f.name for f in fields(method.options)]
     if whole is not None:
         if type(whole) is not method.options:
             raise ValueError(f"options: method {method.name!r} takes {method.options.__name__}, got {shown(whole)}")
-        if given:
-            raise ValueError(f"{next(iter(given))}: give the options as one object or one by one, not both")
+        if keywords:
+            raise ValueError(f"{next(iter(keywords))}: give the options as one object or one by one, not both")
         own: Any = whole
-        return replace(own, **_plain({name: getattr(own, name) for name in known}))
+        return replace(own, **_plain({name: getattr(own, name) for name in names}))
     for ours, name in OTHER_NAMES.items():
-        if name in given and ours in known:
-            if ours in given:
+        if name in keywords and ours in names:
+            if ours in keywords:
                 raise ValueError(f"{name}: is another name of {ours}; give one of them")
-            given = {ours if key == name else key: value for key, value in given.items()}
-    for name in given:
-        if name not in known:
-            raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
-    if method.weighted and "weight" in known and isinstance(given.get("weight"), np.ndarray | list | tuple):
+            keywords = {ours if key == name else key: value for key, value in keywords.items()}
+    for name in keywords:
+        if name not in names:
+            raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, names)}")
+    if method.weighted and "weight" in names and isinstance(keywords.get("weight"), np.ndarray | list | tuple):
         raise ValueError("weight: expected the name of a kernel; did you mean 'weights', one number per row?")
-    return method.options(**_plain(given))
+    return method.options(**_plain(keywords))
 
 
 def _plain(options: dict[str, Any]) -> dict[str, Any]:
@@ -188,12 +188,12 @@ def _plain(options: dict[str, Any]) -> dict[str, Any]:
     return {name: validate.scalar(value) for name, value in options.items()}
 
 
-def _hint(wrong: str, method: Method[Any], known: list[str]) -> str:
+def _hint(wrong: str, method: Method[Any], options: list[str]) -> str:
     """What may have been meant by a name that is not an option, and what the method takes."""
-    takes = [*known, *(name for name, does in (("pairs", method.paired), ("weights", method.weighted)) if does)]
+    takes = [*options, *(name for name, does in (("pairs", method.paired), ("weights", method.weighted)) if does)]
     every = [*takes, "start", "seed", "max_steps"]
-    meant = [name for name in _MEANT[wrong] if name in every] if wrong in _MEANT else [wrong]
-    near = validate.nearest(meant[0], every) if meant else ""
+    candidates = [name for name in _MEANT[wrong] if name in every] if wrong in _MEANT else [wrong]
+    near = validate.nearest(candidates[0], every) if candidates else ""
     return f"{near}; it takes: {', '.join(takes)}"
 
 
@@ -205,8 +205,8 @@ def _problem(
     d = p.shape[-1]
     q = validate.cloud(target, "target", d)
     if method.dims is not None and d not in method.dims:
-        allowed = " or ".join(str(k) for k in method.dims)
-        raise ValueError(f"source: method {method.name!r} works in {allowed} dimensions, the points have {d}")
+        choices = " or ".join(str(k) for k in method.dims)
+        raise ValueError(f"source: method {method.name!r} works in {choices} dimensions, the points have {d}")
     if pairs is not None:
         if not method.paired:
             raise ValueError(f"pairs: method {method.name!r} finds its own partners and takes none")
@@ -266,22 +266,22 @@ def _one_by_one(
     source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray, solve: Callable[..., Result]
 ) -> Result:
     """A list of clouds: each its own run."""
-    given = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
-    lists = {name: given[name] for name in ("source", "target") if _is_list(given[name], name)}
+    inputs = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
+    lists = {name: inputs[name] for name in ("source", "target") if _is_list(inputs[name], name)}
     n = len(next(iter(lists.values())))
     if "source" in lists:
         dims = one_by_one(n, lambda k: validate.cloud(source[k], "source").shape[-1])
         other = next((k for k in range(n) if dims[k] != dims[0]), 0)
         if other:
-            said = f"number 0 of the list has {dims[0]} and number {other} has {dims[other]}"
-            raise ValueError(f"source: expected clouds of one dimension, but {said}")
+            message = f"number 0 of the list has {dims[0]} and number {other} has {dims[other]}"
+            raise ValueError(f"source: expected clouds of one dimension, but {message}")
     # All but the lists may be one for all, or one each: a list, or an array with one
     # leading axis.
     axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
-    further = {name: ndim(x) - axes[name] for name, x in given.items() if name in axes and name not in lists}
+    further = {name: ndim(x) - axes[name] for name, x in inputs.items() if name in axes and name not in lists}
     further["start"] = len(start.batch) if isinstance(start, Pose) else 0
     for name in further:
-        x = given[name]
+        x = inputs[name]
         rows = isinstance(x, list | tuple) and (further[name] < 0 or any(row is None for row in x))
         if rows or further[name] == 1:
             lists[name] = x
@@ -293,9 +293,9 @@ def _one_by_one(
             raise ValueError(f"{name}: there are {len(x)}, but {n} clouds")
 
     def solved(k: int) -> Result:
-        found = solve(**{name: lists[name][k] if name in lists else x for name, x in given.items()})
-        if found.pose.batch:
-            raise ValueError(f"is to be one problem, but has leading axes {found.pose.batch}")
-        return found
+        result = solve(**{name: lists[name][k] if name in lists else x for name, x in inputs.items()})
+        if result.pose.batch:
+            raise ValueError(f"is to be one problem, but has leading axes {result.pose.batch}")
+        return result
 
     return side_by_side(one_by_one(n, solved))

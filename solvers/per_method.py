@@ -74,11 +74,11 @@ def parameters(method: str) -> list[inspect.Parameter]:
     list of inspect.Parameter
         In the order of the signature.
     """
-    chosen, common = METHODS[method], dict(inspect.signature(register).parameters)
-    own = [_option(one.name, one.default, one.type) for one in fields(chosen.options)]
+    entry, common = METHODS[method], dict(inspect.signature(register).parameters)
+    own = [_option(one.name, one.default, one.type) for one in fields(entry.options)]
     own += [_option(OTHER_NAMES[o.name], o.default, o.annotation) for o in own if o.name in OTHER_NAMES]
     left_out = {"method", "options", "keywords"}
-    left_out |= {name for name, takes in (("pairs", chosen.paired), ("weights", chosen.weighted)) if not takes}
+    left_out |= {name for name, takes in (("pairs", entry.paired), ("weights", entry.weighted)) if not takes}
     rest = [one for name, one in common.items() if name not in left_out]
     return [*rest[:2], *own, *rest[2:]]
 
@@ -89,14 +89,14 @@ def _option(name: str, default: Any, annotation: Any) -> inspect.Parameter:
 
 def _words(method: str) -> str:
     """A docstring in numpydoc's form, put together from those of the method, its options and `register`."""
-    chosen = METHODS[method]
-    told = {**_parameters_of(register.__doc__), **_parameters_of(chosen.options.__doc__)}
-    told |= {other: f"{other} : float\n    The same as `{own}`." for own, other in OTHER_NAMES.items() if own in told}
-    listed = [told[one.name] for one in parameters(method) if one.name in told]
-    summary = f"{chosen.summary[:1].upper()}{chosen.summary[1:]}."
-    source = f"Source: {chosen.source}. The same as `register(…, {method!r})`."
+    entry = METHODS[method]
+    texts = {**_parameters_of(register.__doc__), **_parameters_of(entry.options.__doc__)}
+    texts |= {other: f"{other} : float\n    The same as `{own}`." for own, other in OTHER_NAMES.items() if own in texts}
+    own_texts = [texts[one.name] for one in parameters(method) if one.name in texts]
+    summary = f"{entry.summary[:1].upper()}{entry.summary[1:]}."
+    source = f"Source: {entry.source}. The same as `register(…, {method!r})`."
     returns = ["Returns", "-------", "Result", "    As from `register`."]
-    return "\n".join([summary, "", source, "", "Parameters", "----------", *listed, "", *returns])
+    return "\n".join([summary, "", source, "", "Parameters", "----------", *own_texts, "", *returns])
 
 
 def _parameters_of(docstring: str | None) -> dict[str, str]:

@@ -155,8 +155,8 @@ def evidence(
     np.float64(1.0)
     """
     if unequal(source) or unequal(target):
-        given = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose")}
-        return _side_by_side(_one_by_one(given, lambda **own: evidence(**own, reach=reach)))
+        inputs = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose")}
+        return _side_by_side(_one_by_one(inputs, lambda **own: evidence(**own, reach=reach)))
     p, q = validate.cloud(cast(ArrayLike, source), "source"), validate.cloud(cast(ArrayLike, target), "target")
     of_kind(pose, Pose, "pose")
     for name, d in (("source", p.shape[-1]), ("target", q.shape[-1]), ("pose", pose.dim)):
@@ -171,10 +171,10 @@ def evidence(
     explained = nearest.within(squares, np.broadcast_to(near, axes).reshape(-1))
     rms = np.sqrt(np.where(explained, squares, 0.0).sum(axis=1) / np.maximum(explained.sum(axis=1), 1))
     surface = normals(index)
-    known = explained & ~np.take_along_axis(surface.flagged, rows, axis=1)
+    has_normal = explained & ~np.take_along_axis(surface.flagged, rows, axis=1)
     n = np.take_along_axis(surface.vectors, rows[..., None], axis=1)
     partners = np.take_along_axis(index.points, rows[..., None], axis=1)
-    used = known.astype(np.float64)
+    used = has_normal.astype(np.float64)
     centre, radius = weighted_centroid(moved, used), weighted_radius(moved, used)
     system = gauss_newton.system(moved, partners, n[..., :, None] * n[..., None, :], used, centre, radius)
     largest = system.eigenvalues[:, -1]
@@ -187,14 +187,14 @@ def evidence(
     )
 
 
-def _one_by_one(given: dict[str, Any], judge: Callable[..., _Said]) -> list[_Said]:
+def _one_by_one(inputs: dict[str, Any], judge: Callable[..., _Said]) -> list[_Said]:
     """`judge` of each cloud of a list, with what is given for it or for all, by name."""
-    n = len(given["source"] if unequal(given["source"]) else given["target"])
-    axes = {name: _further(x, name) for name, x in given.items()}
-    for name, x in given.items():
+    n = len(inputs["source"] if unequal(inputs["source"]) else inputs["target"])
+    axes = {name: _further(x, name) for name, x in inputs.items()}
+    for name, x in inputs.items():
         if axes[name] not in (0, 1) or (axes[name] == 1 and len(x) != n):
             raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
-    return one_by_one(n, lambda k: judge(**{name: x[k] if axes[name] else x for name, x in given.items()}))
+    return one_by_one(n, lambda k: judge(**{name: x[k] if axes[name] else x for name, x in inputs.items()}))
 
 
 def _further(x: Any, name: str) -> int:
@@ -265,10 +265,10 @@ def halves(
     True
     """
     if unequal(source) or unequal(target):
-        given = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose"), "weights": weights}
+        inputs = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose"), "weights": weights}
         if "seed" in options:
-            given["seed"] = validate.seeds(options.pop("seed"))
-        return np.array(_one_by_one(given, lambda **own: halves(**own, method=method, **options)))
+            inputs["seed"] = validate.seeds(options.pop("seed"))
+        return np.array(_one_by_one(inputs, lambda **own: halves(**own, method=method, **options)))
     p = validate.cloud(cast(ArrayLike, source), "source")
     of_kind(pose, Pose, "pose")
     if p.shape[-2] < 2:
@@ -283,7 +283,7 @@ def halves(
     for part in (0, 1):
         half = None if w is None else w[..., part::2]
         other = target if q is None else q[..., part::2, :]
-        found = register(p[..., part::2, :], other, method, start=pose, weights=half, **options)
-        ends.append(found.pose.apply(p))
+        result = register(p[..., part::2, :], other, method, start=pose, weights=half, **options)
+        ends.append(result.pose.apply(p))
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
     return apart[()]

@@ -57,11 +57,11 @@ def search(bench: Bench) -> list[Row]:
     ]
 
 
-def proof_rows(found: Mapping[str, Sequence[Proof]]) -> list[Row]:
+def proof_rows(by_room: Mapping[str, Sequence[Proof]]) -> list[Row]:
     """A row a room, its slowest proof."""
     what = f"proof to {GAP:g} u², room"
     return [
-        Row(f"{what} '{setting}', natively", slowest(some), "ms", 1000, told(some)) for setting, some in found.items()
+        Row(f"{what} '{setting}', natively", slowest(some), "ms", 1000, told(some)) for setting, some in by_room.items()
     ]
 
 

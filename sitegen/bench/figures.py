@@ -69,7 +69,7 @@ class Followed:
 
 def drag(bench: Bench) -> list[Row]:
     """Every figure of the built site moved: the delay of each input, and the frames that were missed."""
-    found: list[Followed] = []
+    results: list[Followed] = []
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         for name in with_figures(bench.site):
@@ -79,8 +79,8 @@ def drag(bench: Bench) -> list[Row]:
                 rung = page.locator(".chapter-rung").inner_text().removeprefix("Rung").strip()
                 figures = page.locator("figure.figure[data-widget]")
                 each = (followed(page, figure, name, rung, server.origin) for figure in figures.all())
-                found += [one for one in each if one]
-    return rows(found)
+                results += [one for one in each if one]
+    return rows(results)
 
 
 def with_figures(site: Path) -> list[str]:
@@ -97,8 +97,8 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     """
     widget, name = figure.get_attribute("data-widget") or "", figure.get_attribute("id")
     where, took = f"{page_name}#{name}", warmed(page, f"#{name}")
-    named = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
-    handles = list(named)[:HANDLES]
+    names = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
+    handles = list(names)[:HANDLES]
     slider = figure.locator("input[type=range]").first
     delays, missed, frames, moved = list[float](), 0, 0, handles
     ours, control = list[tuple[float, float]](), list[float]()
@@ -126,10 +126,10 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames, ours, control, took)
 
 
-def rows(found: list[Followed]) -> list[Row]:
+def rows(results: list[Followed]) -> list[Row]:
     """A line a figure; the aims for handles on the near rungs, and for the others a frame to read their times by."""
     out = []
-    for one in found:
+    for one in results:
         near = one.rung in NEAR and one.frames > 0  # a slider draws another map: no drag
         aim = NEAR_MS if near else NINE_MS if one.widget == NINE else None
         note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
@@ -138,12 +138,12 @@ def rows(found: list[Followed]) -> list[Row]:
         what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
         out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
         out += _split(one, which)
-    missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
-    worst = max(found, key=lambda one: one.missed / max(one.frames, 1))
+    missed, frames = sum(one.missed for one in results), sum(one.frames for one in results)
+    worst = max(results, key=lambda one: one.missed / max(one.frames, 1))
     note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
     out.append(Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 1, note))
-    slow = max(found, key=lambda one: one.warm_up)
-    note = f"in sight with Python up; {slow.where}, median {number_ms(median(one.warm_up for one in found))}"
+    slow = max(results, key=lambda one: one.warm_up)
+    note = f"in sight with Python up; {slow.where}, median {number_ms(median(one.warm_up for one in results))}"
     return [*out, Row("warm-up of a figure, the longest", slow.warm_up, "ms", None, note)]
 
 

@@ -105,15 +105,15 @@ def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
 
     matrix: (..., 3, 3), or (..., 4, 4) of points with z = 0, where a tilt out of the plane counts as rotation.
     """
-    found = np.asarray(matrix, dtype=float)
-    d = found.shape[-1] - 1
+    matrices = np.asarray(matrix, dtype=float)
+    d = matrices.shape[-1] - 1
     right = truth.matrix if d == 2 else lifted(truth.matrix)
-    scale = np.abs(np.linalg.det(found[..., :d, :d])) ** (1.0 / d)
-    off = found[..., :d, :d] / scale[..., None, None] @ right[:d, :d].T * truth.scale ** (-1.0)
+    scale = np.abs(np.linalg.det(matrices[..., :d, :d])) ** (1.0 / d)
+    off = matrices[..., :d, :d] / scale[..., None, None] @ right[:d, :d].T * truth.scale ** (-1.0)
     # From sine and cosine: the cosine alone loses half of the digits of a small angle.
     sine = np.linalg.norm(off - off.swapaxes(-1, -2), axis=(-2, -1)) / np.sqrt(8.0)
     angle = np.degrees(np.arctan2(sine, (np.trace(off, axis1=-2, axis2=-1) - (d - 2)) / 2.0))
-    shift = np.linalg.norm(found[..., :d, d] - right[:d, d], axis=-1)
+    shift = np.linalg.norm(matrices[..., :d, d] - right[:d, d], axis=-1)
     return float(np.median(angle)), float(np.median(shift)), float(np.median(np.abs(scale / truth.scale - 1.0)))
 
 
@@ -143,10 +143,10 @@ def measured(root: Path, python: Path) -> dict[str, Any]:
                     clouds = Path(folder) / f"{name}-{module}.npz"
                     np.savez(clouds, **task.given(module))
                     print(f"{name}, {module}", file=sys.stderr, flush=True)
-                    told = asked(root, python, "-m", "sitegen.bench.gallery_run", snippet(name, module), clouds)
-                    turns.setdefault((name, module), []).append(told)
+                    answer = asked(root, python, "-m", "sitegen.bench.gallery_run", snippet(name, module), clouds)
+                    turns.setdefault((name, module), []).append(answer)
     absent = {module: some[0]["absent"] for (_, module), some in turns.items() if "absent" in some[0]}
-    found = {
+    results = {
         name: {m: _line(turns[name, m], task.truth) for m in task.modules if m not in absent}
         for name, task in tasks().items()
     }
@@ -156,7 +156,7 @@ def measured(root: Path, python: Path) -> dict[str, Any]:
         "date": date.today().isoformat(),
         "system": platform.system(), "machine": platform.machine(), "cores": os.cpu_count() or 0,
         "versions": {"solvers": solvers.__version__, **versions}, "importing": importing, "absent": absent,
-        "tasks": found,
+        "tasks": results,
     }  # fmt: skip
 
 
@@ -172,8 +172,8 @@ def asked(root: Path, python: Path, *words: str | Path) -> Any:
     """The JSON that a process of `python` in the checkout prints, on one thread. Raises CalledProcessError."""
     command = [str(python), *map(str, words)]
     environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(root)}
-    done = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, text=True, check=True)
-    return json.loads(done.stdout.strip().splitlines()[-1])
+    result = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    return json.loads(result.stdout.strip().splitlines()[-1])
 
 
 def _line(turns: Sequence[Mapping[str, Any]], truth: Pose) -> dict[str, Any]:

@@ -121,7 +121,7 @@ def tape(bench: Bench) -> list[Row]:
     first click of a page, on every page, in several cold loads."""
     Holding.let_go = Event()
     delays: dict[str, list[float]] = {}
-    kept: list[str] = []
+    waiting: list[str] = []
     with serving(bench.site, Holding) as server, browser_of(bench) as browser:
         try:
             for name in pages_with(bench.site, 'class="primary"'):
@@ -129,7 +129,7 @@ def tape(bench: Bench) -> list[Row]:
                 if answers := [delay for load in loads for delay in load or ()]:
                     delays[name] = answers
                 elif loads[0] is not None:
-                    kept.append(name)
+                    waiting.append(name)
         finally:
             Holding.let_go.set()
     middle = {name: median(answers) for name, answers in delays.items()}
@@ -137,7 +137,7 @@ def tape(bench: Bench) -> list[Row]:
     note = f"first click of a page, runtime held back: {worst}, median of {LOADS} cold loads, worst of {len(delays)}"
     note += f" pages; median of pages {number_ms(median(middle.values()))}"
     note += f", longest of all loads {number_ms(max(map(max, delays.values())))}"
-    note += f"; kept until Python is up: {', '.join(kept)}" if kept else ""
+    note += f"; kept until Python is up: {', '.join(waiting)}" if waiting else ""
     return [Row("first answer from the tape", middle[worst], "ms", 16, note)]
 
 
@@ -187,15 +187,15 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     `marks` are [name, time] in order of time. One question is under way at a time; inputs that
     come meanwhile are merged into the next.
     """
-    asked: list[float] = []
+    pending: list[float] = []
     waiting: list[float] = []
     delays = []
     for name, at in marks:
         if name == "ladder:input":
-            (waiting if asked else asked).append(at)
+            (waiting if pending else pending).append(at)
         elif name == "ladder:swap":
-            delays += [at - since for since in asked]
-            asked, waiting = waiting, []
+            delays += [at - since for since in pending]
+            pending, waiting = waiting, []
     return delays
 
 

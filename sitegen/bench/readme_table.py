@@ -136,8 +136,8 @@ LINES = (
 def keep(root: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
     """Put the table into the docs and its headlines into the README, between their marks. Raises ValueError where a
     file has none, or a line no row; then neither file changes."""
-    written = {PAGE: markdown(rows, machine), README: headlines(rows)}
-    texts = {root / name: _between_marks(root / name, text) for name, text in written.items()}
+    sections = {PAGE: markdown(rows, machine), README: headlines(rows)}
+    texts = {root / name: _between_marks(root / name, text) for name, text in sections.items()}
     for path, text in texts.items():
         write(path, text.encode())
 
@@ -165,8 +165,8 @@ def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
     colds = (row for row in rows if row.what == COLD)
     speed = "".join(f" A cold start of the runtime took {_shown(row)} there; {row.note}." for row in colds)
     when = f"{str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}"
-    held = "\n".join(map(_held, (line for line in LINES if line.tests)))
-    return f"{table}\n\nMeasured on {when}: {where}.{speed}\n\n{HELD}\n\n{held}"
+    guarantees = "\n".join(map(_held, (line for line in LINES if line.tests)))
+    return f"{table}\n\nMeasured on {when}: {where}.{speed}\n\n{HELD}\n\n{guarantees}"
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> str:
@@ -180,13 +180,13 @@ def _held(line: Line) -> str:
 
 
 def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
-    found = [row for row in rows if row.what.startswith(line.rows)]
-    if not found:
+    matches = [row for row in rows if row.what.startswith(line.rows)]
+    if not matches:
         raise ValueError(f"no measurement for {line.what!r}: no row begins with {' or '.join(line.rows)}")
-    worst = max(found, key=_strain)
-    met = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
+    worst = max(matches, key=_strain)
+    verdict = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
     aim = "" if worst.aim is None else f"{'≤ ' * bool(worst.aim)}{number(worst.aim)} {worst.unit}".strip()
-    return line.what, line.aim or aim, _shown(worst), met
+    return line.what, line.aim or aim, _shown(worst), verdict
 
 
 def _shown(row: Row) -> str:

@@ -44,18 +44,18 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
     }
 
 
-def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps: bool = False) -> int:
+def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str], keeps: bool = False) -> int:
     """Build, measure, print, write; with `keeps` also the docs' table, for which every group is needed.
 
     The exit code is 1 when something cannot be measured, 2 for an unknown group and for --keep with a few.
     """
-    known = groups()
+    available = groups()
     if keeps and only:
         print("bench: --keep writes the whole table, so it cannot be combined with --only", file=sys.stderr)
         return 2
-    unknown = [name for name in only if name not in known]
+    unknown = [name for name in only if name not in available]
     if unknown:
-        print(f"bench: no group {', '.join(unknown)}; there are {', '.join(known)}", file=sys.stderr)
+        print(f"bench: no group {', '.join(unknown)}; there are {', '.join(available)}", file=sys.stderr)
         return 2
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
@@ -63,31 +63,31 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps:
     if not outcome.good:
         return 1
     try:
-        subject = Bench(root, root / "site", chromium(given))
+        subject = Bench(root, root / "site", chromium(browser_path))
     except BrowserMissing as error:
         print(error, file=sys.stderr)
         return 1
-    measured: dict[str, list[Row]] = {}
-    failed: dict[str, str] = {}
-    for name in only or known:
+    results: dict[str, list[Row]] = {}
+    failures: dict[str, str] = {}
+    for name in only or available:
         print(f"measuring {name}", file=sys.stderr, flush=True)
         try:
-            measured[name] = known[name](subject)
+            results[name] = available[name](subject)
         except Exception as error:  # one group that cannot be measured does not take the others away
             traceback.print_exc()
-            failed[name] = f"{type(error).__name__}: {error}"
-    rows = [row for some in measured.values() for row in some]
+            failures[name] = f"{type(error).__name__}: {error}"
+    rows = [row for some in results.values() for row in some]
     print(table(rows))
-    for name, why in failed.items():
+    for name, why in failures.items():
         print(f"{name} could not be measured: {why.splitlines()[0]}")
     where = machine(root, subject)
-    data = {"machine": where, "groups": {n: list(map(asdict, r)) for n, r in measured.items()}}
-    out.write_text(json.dumps({**data, "failed": failed}, indent=1, ensure_ascii=False) + "\n", "utf-8")
-    if keeps and not failed:
+    data = {"machine": where, "groups": {n: list(map(asdict, r)) for n, r in results.items()}}
+    out.write_text(json.dumps({**data, "failed": failures}, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    if keeps and not failures:
         from sitegen.bench.readme_table import keep
 
         keep(root, rows, where)
-    return 1 if failed else 0
+    return 1 if failures else 0
 
 
 def table(rows: Sequence[Row]) -> str:
@@ -95,13 +95,13 @@ def table(rows: Sequence[Row]) -> str:
     lines = [("what", "measured", "target", "")]
     for row in rows:
         aim = "" if row.aim is None else f"≤ {number(row.aim)} {row.unit}"
-        met = "" if row.met is None else "met" if row.met else "missed"
-        lines.append((row.what, f"{number(row.value)} {row.unit}", aim, met))
+        mark = "" if row.met is None else "met" if row.met else "missed"
+        lines.append((row.what, f"{number(row.value)} {row.unit}", aim, mark))
     widths = [max(len(line[i]) for line in lines) for i in range(3)]
     notes = ["", *(row.note for row in rows)]
     return "\n".join(
-        "  ".join([what.ljust(widths[0]), value.rjust(widths[1]), aim.rjust(widths[2]), met.ljust(6), note]).rstrip()
-        for (what, value, aim, met), note in zip(lines, notes, strict=True)
+        "  ".join([what.ljust(widths[0]), value.rjust(widths[1]), aim.rjust(widths[2]), mark.ljust(6), note]).rstrip()
+        for (what, value, aim, mark), note in zip(lines, notes, strict=True)
     )
 
 

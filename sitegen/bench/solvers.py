@@ -188,11 +188,11 @@ def icp_rows() -> list[Row]:
     def theirs() -> None:
         cloud, moving = small.PointCloud(target), small.PointCloud(source)
         tree = small.KdTree(cloud, num_threads=1)
-        found = small.align(
+        alignment = small.align(
             cloud, moving, tree, registration_type="ICP", max_correspondence_distance=1.0, num_threads=1,
             max_iterations=steps[-1],
         )  # fmt: skip
-        iterations.append(int(found.iterations))
+        iterations.append(int(alignment.iterations))
 
     other = fastest(theirs, 1)
     note += f"; small_gicp {other:.2f} s, {iterations[-1]} iterations; both with their trees"

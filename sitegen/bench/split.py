@@ -129,9 +129,9 @@ def laid_control(page: Page, figure: Locator, handle: Locator, origin: str) -> I
 
 
 def _page(there: dict[str, Any], frames: list[str], style: str) -> str:
-    drawn = {panel["name"]: panel["svg"] for panel in json.loads(frames[0])["panels"]}
+    svgs = {panel["name"]: panel["svg"] for panel in json.loads(frames[0])["panels"]}
     panels = "".join(
-        f'<div class="{escape(classes)}" style="position:absolute;{_box(box)}">{drawn[name]}</div>'
+        f'<div class="{escape(classes)}" style="position:absolute;{_box(box)}">{svgs[name]}</div>'
         for name, classes, *box in there["panels"]
     )
     width, height = there["size"]

@@ -30,8 +30,8 @@ def code_text(source: str) -> str:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
             first = node.body[0] if node.body else None
-            said = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
-            if first is not None and said and isinstance(first.value.value, str):  # type: ignore[attr-defined]
+            constant = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+            if first is not None and constant and isinstance(first.value.value, str):  # type: ignore[attr-defined]
                 for row in range(first.lineno - 1, first.end_lineno or first.lineno):
                     lines[row] = ""
     return "\n".join(line.rstrip() for line in lines if line.strip())
@@ -45,31 +45,31 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
     """
     waiting, skipped = list(modules), set(skip)
     packages = {name.partition(".")[0] for name in waiting}
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     while waiting:
         name = waiting.pop()
         path = _file(name, root)
-        if name in found or name in skipped or name.partition(".")[0] not in packages:
+        if name in files or name in skipped or name.partition(".")[0] not in packages:
             continue
         if path is None:
             raise LookupError(f"no module {name} under {root}")
-        found[name] = path
+        files[name] = path
         waiting += imports(path.read_text("utf-8"), root)
-    return dict(sorted(found.items()))
+    return dict(sorted(files.items()))
 
 
 def imports(source: str, root: Path) -> list[str]:
     """The modules that a source imports, by their full names; one that gives a name of its own stands for that."""
-    found: list[str] = []
+    modules: list[str] = []
     source = TYPES.sub("", source)
     for module, names, plain in IMPORT.findall(source):
         if plain:
-            found += [name.split()[0] for name in plain.split(",")]
+            modules += [name.split()[0] for name in plain.split(",")]
             continue
         inner = [f"{module}.{name}" for name in re.findall(r"(\w+)(?: as \w+)?", re.sub(r"#.*", "", names))]
         inside = [name for name in inner if _file(name, root) is not None]
-        found += inside if len(inside) == len(inner) else [*inside, module]
-    return found
+        modules += inside if len(inside) == len(inner) else [*inside, module]
+    return modules
 
 
 def method_modules(name: str) -> set[str]:
@@ -91,23 +91,23 @@ def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = 
 
     `imported(module)` may give the text of a module that a name is imported from, to stand with it.
     """
-    named: dict[str, ast.stmt] = {}
+    definitions: dict[str, ast.stmt] = {}
     for node in ast.parse(source).body:
         for name in _defines(node):
-            named[name] = node
-    found: dict[str, str] = {}
+            definitions[name] = node
+    code: dict[str, str] = {}
     waiting, lines = list(first), source.split("\n")
     while waiting:
         name = waiting.pop()
-        if name in found or name not in named:
+        if name in code or name not in definitions:
             continue
-        node = named[name]
+        node = definitions[name]
         decorators = [_segment(lines, each) for each in getattr(node, "decorator_list", [])]
-        found[name] = "\n".join([*decorators, code_text(_segment(lines, node))])
+        code[name] = "\n".join([*decorators, code_text(_segment(lines, node))])
         if isinstance(node, ast.ImportFrom):
-            found[name] += imported(node.module or "")
+            code[name] += imported(node.module or "")
         waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
-    return found
+    return code
 
 
 def _segment(lines: list[str], node: ast.stmt | ast.expr) -> str:

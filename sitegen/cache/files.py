@@ -36,7 +36,7 @@ def content(path: Path) -> bytes:
 
 
 @lru_cache(maxsize=1024)
-def _content(path: Path, changed: int, size: int) -> bytes:
+def _content(path: Path, mtime: int, size: int) -> bytes:
     return path.read_bytes()
 
 
@@ -59,10 +59,10 @@ def hashed_name(name: str, data: bytes) -> str:
 
 def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
     """A hash of names and contents together, whatever their order."""
-    found = hashlib.sha256()
+    hasher = hashlib.sha256()
     for name, data in sorted(files):
-        found.update(f"{name}\0{len(data)}\0".encode() + data)
-    return found.hexdigest()
+        hasher.update(f"{name}\0{len(data)}\0".encode() + data)
+    return hasher.hexdigest()
 
 
 

@@ -24,16 +24,16 @@ class Remembered:
     @cached_property
     def _known(self) -> dict[str, Any]:
         """What was kept, read when it is first asked for."""
-        known: dict[str, Any] = json.loads(self._store.find(self._name) or "{}")
-        return known
+        entries: dict[str, Any] = json.loads(self._store.find(self._name) or "{}")
+        return entries
 
-    def knows(self, given: str) -> bool:
+    def knows(self, question: str) -> bool:
         """Whether the answer is there."""
-        return _key(given) in self._known
+        return _key(question) in self._known
 
-    def answer(self, given: str, make: Callable[[], Any]) -> Any:
-        """What `make` finds, which depends on `given` alone."""
-        key = _key(given)
+    def answer(self, question: str, make: Callable[[], Any]) -> Any:
+        """What `make` finds, which depends on `question` alone."""
+        key = _key(question)
         if key not in self._asked:
             self._asked[key] = self._known[key] if key in self._known else make()
         return self._asked[key]
@@ -47,5 +47,5 @@ class Remembered:
         self._store.put(self._name, json.dumps(self._known, ensure_ascii=False).encode())
 
 
-def _key(given: str) -> str:
-    return hashlib.sha256(given.encode()).hexdigest()[:32]
+def _key(question: str) -> str:
+    return hashlib.sha256(question.encode()).hexdigest()[:32]

@@ -36,8 +36,8 @@ class Memory:
         """What `make` gives, which depends on `made_of` alone; that is compared by value, and nobody may change it."""
         if name not in self._known or self._known[name][0] != made_of:
             self._known[name] = made_of, make()
-        found: T = self._known[name][1]
-        return found
+        value: T = self._known[name][1]
+        return value
 
     def told(self, name: Hashable, made_of: object, problems: Problems, make: Callable[[Problems], T]) -> T:
         """The same of what also tells problems, which may depend on those told before: they are told again."""
@@ -46,9 +46,9 @@ class Memory:
             own = _before(problems)
             return make(own), own
 
-        found, own = self.answer(name, (made_of, _before(problems)), made)
+        value, own = self.answer(name, (made_of, _before(problems)), made)
         problems.take(own)
-        return found
+        return value
 
     def has_told(self, name: Hashable, made_of: object, problems: Problems) -> bool:
         """Whether `told` would make nothing."""

@@ -54,8 +54,8 @@ def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
     whoever needs it, since a process takes a second to start."""
     if len(pieces) < 2:
         return
-    with working(pieces) as finished:
-        for done, _ in enumerate(finished):
+    with working(pieces) as results:
+        for done, _ in enumerate(results):
             progress(what, done, len(pieces))
         progress(what, len(pieces), len(pieces))
 
@@ -91,15 +91,15 @@ def _finished(
         for ready in cast(list[Connection], wait(list(busy))):
             i = busy.pop(ready)
             try:
-                found = ready.recv()
+                result = ready.recv()
             except (EOFError, OSError):
-                found = PieceFailed("its process died")
+                result = PieceFailed("its process died")
                 crew.pop(ready).join()
                 if todo:
                     hand_on(_started(crew))
             else:
                 hand_on(ready)
-            yield i, found
+            yield i, result
 
 
 def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
@@ -141,9 +141,9 @@ def _work(pipe: Connection) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no half of a file is left
     with suppress(EOFError, OSError):
         while True:
-            function, given = pipe.recv()
+            function, arguments = pipe.recv()
             try:
-                found = function(*given)
+                result = function(*arguments)
             except Exception:
-                found = PieceFailed(traceback.format_exc())
-            pipe.send(found)
+                result = PieceFailed(traceback.format_exc())
+            pipe.send(result)

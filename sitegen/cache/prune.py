@@ -26,13 +26,13 @@ def prune(cache: Path, now: float | None = None) -> list[Path]:
         return []
     with suppress(OSError):  # a cache that we may only read
         put_file(stamp, b"", cache)
-    gone = []
+    removals = []
     for name in FOLDERS:
         for path in sorted((cache / name).rglob("*"), reverse=True):  # what a folder holds comes before it
             with suppress(OSError):  # gone already, in use on Windows, or a folder that holds something
                 if _removed(path, now):
-                    gone.append(path)
-    return gone
+                    removals.append(path)
+    return removals
 
 
 def _removed(path: Path, now: float) -> bool:

@@ -80,9 +80,9 @@ class Store:
 
 def _seal(path: Path, data: bytes) -> bytes:
     """The hash of an entry, its place included."""
-    found = hashlib.sha256(f"{path.parent.name}/{path.name}\0".encode())
-    found.update(data)
-    return found.digest()
+    hasher = hashlib.sha256(f"{path.parent.name}/{path.name}\0".encode())
+    hasher.update(data)
+    return hasher.digest()
 
 
 def _read(path: Path) -> bytes | None:

@@ -96,20 +96,20 @@ def people(names: Iterable[str]) -> str:
     return every[0] if len(every) == 1 else f"{', '.join(every[:-1])} and {every[-1]}"
 
 
-def read_references(root: Path, problems: Problems, kept: Memory | None = None) -> dict[str, Reference]:
+def read_references(root: Path, problems: Problems, memory: Memory | None = None) -> dict[str, Reference]:
     """The references by key, sorted as a bibliography is; faulty ones go to `problems`."""
     path = root / "content" / "references.yaml"
     if not path.is_file():
         return {}
     text = read_text(path, NAME, problems)
-    return (kept or Memory()).told("references", text, problems, partial(_references, text))
+    return (memory or Memory()).told("references", text, problems, partial(_references, text))
 
 
 def _references(text: str, problems: Problems) -> dict[str, Reference]:
     document, keys = yaml_schema.entries(text, NAME, "references", problems)
     if document is None:
         return {}
-    found = []
+    references = []
     for key in keys:
         before = len(problems.found)
         values = yaml_schema.validated(document, FIELDS, problems, key)
@@ -118,8 +118,8 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
         if len(problems.found) > before and (not values["authors"] or not values["year"]):
             values |= {"authors": values["authors"] or ["?"], "year": values["year"] or 0}
         values["authors"] = tuple(values["authors"])
-        found.append(Reference(key=str(key), place=document.at(key), **values))
-    return {reference.key: reference for reference in _lettered(found)}
+        references.append(Reference(key=str(key), place=document.at(key), **values))
+    return {reference.key: reference for reference in _lettered(references)}
 
 
 def _lettered(references: list[Reference]) -> list[Reference]:
@@ -128,12 +128,12 @@ def _lettered(references: list[Reference]) -> list[Reference]:
     counts: dict[str, int] = {}
     for reference in order:
         counts[reference.label] = counts.get(reference.label, 0) + 1
-    seen: dict[str, int] = {}
+    so_far: dict[str, int] = {}
     result = []
     for reference in order:
         label = reference.label
-        seen[label] = seen.get(label, 0) + 1
-        letter = chr(ord("a") + seen[label] - 1) if counts[label] > 1 else ""
+        so_far[label] = so_far.get(label, 0) + 1
+        letter = chr(ord("a") + so_far[label] - 1) if counts[label] > 1 else ""
         result.append(replace(reference, letter=letter))
     return result
 

@@ -61,21 +61,21 @@ def standing(result: Result | None) -> str:
     return result.outcome if result is not None and result.current else "unknown"
 
 
-def read_tests(root: Path, files: Iterable[str], cache: Path, kept: Memory | None = None) -> dict[str, Test]:
+def read_tests(root: Path, files: Iterable[str], cache: Path, memory: Memory | None = None) -> dict[str, Test]:
     """The tests of the named files (relative to the root; what is not a file has none) by id."""
     paths = {name: root / name for name in sorted(set(files)) if name.endswith(".py")}
     sources = {name: content(path) for name, path in paths.items() if path.is_file()}
-    return (kept or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))
+    return (memory or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))
 
 
 def _tests_of(sources: Mapping[str, bytes], cache: Path) -> dict[str, Test]:
-    known = Remembered(cache, f"tests-{FORMAT}")
-    found: list[Test] = []
+    memo = Remembered(cache, f"tests-{FORMAT}")
+    tests: list[Test] = []
     for name, data in sources.items():
         source = data.decode().replace("\r\n", "\n").replace("\r", "\n")
-        found += [Test(*one) for one in known.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
-    known.keep()
-    return {test.id: test for test in found}
+        tests += [Test(*one) for one in memo.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
+    memo.keep()
+    return {test.id: test for test in tests}
 
 
 def _tests_in(name: str, source: str) -> list[list[Any]]:
@@ -84,7 +84,7 @@ def _tests_in(name: str, source: str) -> list[list[Any]]:
         tree = ast.parse(source)
     except SyntaxError:
         return []
-    found: list[list[Any]] = []
+    tests: list[list[Any]] = []
     lines = source.splitlines()
     for node in tree.body:
         members = node.body if isinstance(node, ast.ClassDef) and node.name.startswith("Test") else [node]
@@ -94,8 +94,8 @@ def _tests_in(name: str, source: str) -> list[list[Any]]:
                 first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
                 text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
                 changes = any(argument.arg == whys.FIXTURE for argument in member.args.args)
-                found.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first, changes])
-    return found
+                tests.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first, changes])
+    return tests
 
 
 def test_files(root: Path) -> list[str]:
@@ -140,13 +140,13 @@ def test_of(directive: Directive) -> str:
 
 def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems) -> str:
     """The kind that a claim names, if any; what else stands beside its test goes to `problems`."""
-    given = listed(directive, at, problems) or []
-    for extra in [one for one in given if not one.name][1:]:
+    attrs = listed(directive, at, problems) or []
+    for extra in [one for one in attrs if not one.name][1:]:
         near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
         problems.add(at(extra.start), f"expected name=value, not {extra.value!r}{near}")
-    for other in (one for one in given if one.name not in ("", "kind")):
+    for other in (one for one in attrs if one.name not in ("", "kind")):
         problems.add(at(other.start), f"a claim has no attribute {other.name!r}{hint(other.name, ['kind'])}")
-    for kind in (one for one in given if one.name == "kind"):
+    for kind in (one for one in attrs if one.name == "kind"):
         if kind.value in KINDS:
             return kind.value
         problems.add(at(kind.value_start), f"no kind of claim {kind.value!r}{hint(kind.value, KINDS)}")
@@ -180,19 +180,19 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
     return sorted(ids)
 
 
-def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path, kept: Memory) -> dict[str, Test]:
+def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path, memory: Memory) -> dict[str, Test]:
     """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
-    wanted = claimed_by(chapters)
-    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted), cache, kept)
-    return found if set(wanted) <= set(found) else read_tests(root, test_files(root), cache)
+    ids = claimed_by(chapters)
+    tests = read_tests(root, (test_id.partition("::")[0] for test_id in ids), cache, memory)
+    return tests if set(ids) <= set(tests) else read_tests(root, test_files(root), cache)
 
 
-def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
+def read_results(root: Path, memory: Memory | None = None) -> dict[str, Result]:
     """The last results of the claimed tests."""
     path = root / RESULTS
     if not path.is_file():
         return {}
-    packages = (kept or Memory()).answer("tested code", (), partial(tested_code, root))
+    packages = (memory or Memory()).answer("tested code", (), partial(tested_code, root))
     results = json.loads(path.read_text("utf-8"))
     files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
     return {
@@ -216,16 +216,16 @@ def write_results(
 ) -> None:
     """Keep the outcomes of the claimed tests that ran, with what they changed; the others keep what they had."""
     path = root / RESULTS
-    kept = json.loads(path.read_text("utf-8")) if path.is_file() else {}
-    wanted = claimed(root)
+    old = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    ids = claimed(root)
     packages = tested_code(root)
     new: dict[str, dict[str, Any]] = {
-        i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in wanted if i in outcomes
+        i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in ids if i in outcomes
     }
     for i, change in (changes or {}).items():
         if i in new:
             new[i][whys.FIXTURE] = change.plain()
-    result = {i: new.get(i) or kept[i] for i in wanted if i in new or i in kept}
+    result = {i: new.get(i) or old[i] for i in ids if i in new or i in old}
     text = json.dumps(result, indent=1, sort_keys=True) + "\n"
     if not path.is_file() or path.read_text("utf-8") != text:
         write(path, text.encode())

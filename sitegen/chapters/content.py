@@ -216,12 +216,12 @@ def _defaults(fields: dict[str, yaml_schema.Field]) -> dict[str, Any]:
 
 
 def read_chapters(
-    root: Path, site: Site, problems: Problems, drafts: bool = False, kept: Memory | None = None
+    root: Path, site: Site, problems: Problems, drafts: bool = False, memory: Memory | None = None
 ) -> tuple[list[Chapter], list[Chapter]]:
     """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
-    whose mistakes stop nothing. With `kept`, only what was edited is parsed."""
-    kept = kept or Memory()
-    found: list[tuple[tuple[float, str], Path]] = []
+    whose mistakes stop nothing. With `memory`, only what was edited is parsed."""
+    memory = memory or Memory()
+    files: list[tuple[tuple[float, str], Path]] = []
     for path in _markdown(root / "content", root, problems):
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
@@ -229,18 +229,18 @@ def read_chapters(
                 Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
             )
         # Without a number it stands last, so that what refers to it is not a mistake as well.
-        found.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
-    found.sort()
-    if not found and not problems.found:
+        files.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
+    files.sort()
+    if not files and not problems.found:
         problems.add(Place("content"), "no chapter found")
-    for (one, first), (other, second) in pairwise(found):
+    for (one, first), (other, second) in pairwise(files):
         if one == other and math.isfinite(one[0]):
             problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
     chapters: list[Chapter] = []
     left_out: list[Chapter] = []
-    for _, path in found:
+    for _, path in files:
         own = Problems()
-        chapter = _chapter(root, path, own, kept, first=not chapters)
+        chapter = _chapter(root, path, own, memory, first=not chapters)
         if chapter.draft and not drafts:
             left_out.append(chapter)
         else:
@@ -266,22 +266,22 @@ def is_draft(what: str, file: str) -> str:
     return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
 
 
-def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> list[Chapter]:
+def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> list[Chapter]:
     """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
-    docs, kept = [], kept or Memory()
+    docs, memory = [], memory or Memory()
     for path in _markdown(root / DOCS, root, problems):
         if not SLUG.fullmatch(path.stem):
             says = "a page of the docs is called like authoring.md: lower-case ASCII letters, digits and hyphens"
             problems.add(Place(f"{DOCS}/{path.name}"), says)
-        docs.append(_chapter(root, path, problems, kept, first=False))
+        docs.append(_chapter(root, path, problems, memory, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
     if docs and index is None:
         problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it must link to the other pages of the docs")
     elif index is not None:
         inline = [child for token in index.document.tokens for child in token.children or []]
-        linked = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
+        targets = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
         for doc in docs:
-            if doc is not index and not linked & {doc.page, Path(doc.source.path).name}:
+            if doc is not index and not targets & {doc.page, Path(doc.source.path).name}:
                 problems.add(index.at(), f"no link leads to {doc.source.path}")
     return docs
 
@@ -290,10 +290,10 @@ def _is_doc(name: str) -> bool:
     return name.startswith(f"{DOCS}/")
 
 
-def _chapter(root: Path, path: Path, problems: Problems, kept: Memory, first: bool) -> Chapter:
+def _chapter(root: Path, path: Path, problems: Problems, memory: Memory, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
     text = read_text(path, name, problems)
-    return kept.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
+    return memory.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
 
 
 def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
@@ -312,11 +312,11 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
         ]:
             if slug and not SLUG.fullmatch(slug):
-                said = f"{slug!r} is not a page name: use lower-case letters, digits, hyphens"
-                problems.add(document.at(*where), said)
+                message = f"{slug!r} is not a page name: use lower-case letters, digits, hyphens"
+                problems.add(document.at(*where), message)
         if values["emblem"] and values["emblem"] not in emblems.NAMES:
-            said = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
-            problems.add(document.at("emblem"), said)
+            message = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
+            problems.add(document.at("emblem"), message)
         if not values["summary"]:
             problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
     file = Path(name)
@@ -350,10 +350,10 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
         here = "the file is empty" if not text.strip() else "front matter is missing"
         problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
         return "", text
-    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, start.end())
-    if closed is not None:
-        front = text[start.end() : closed.start()]
-        return front or "\n", "\n" * (front.count("\n") + 2) + text[closed.end() :]
+    closing = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, start.end())
+    if closing is not None:
+        front = text[start.end() : closing.start()]
+        return front or "\n", "\n" * (front.count("\n") + 2) + text[closing.end() :]
     problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
     lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))
     return "\n".join([*lines, ""]), "\n" * (len(lines) + 1) + "\n".join(text.split("\n")[len(lines) + 1 :])
@@ -361,12 +361,12 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
 
 def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     """No two pages of one name, and no redirect from a page that is there."""
-    taken = dict.fromkeys(OWN_PAGES, "the site's own page")
+    owners = dict.fromkeys(OWN_PAGES, "the site's own page")
     for chapter in chapters:
         for name in sorted({chapter.name, chapter.slug}):
-            if name in taken:
-                problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {taken[name]}")
-            taken[name] = chapter.source.path
+            if name in owners:
+                problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {owners[name]}")
+            owners[name] = chapter.source.path
     decks = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
     for chapter in chapters:
         if chapter.name in decks:
@@ -375,24 +375,25 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     for chapter in chapters:
         if chapter.name in checks:
             problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {checks[chapter.name]}")
-    taken |= decks | checks
+    owners |= decks | checks
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
-            if name in taken:
-                problems.add(chapter.at("redirects", i), f"redirect from {name!r}: that name is taken by {taken[name]}")
-            taken[name] = chapter.source.path
+            if name in owners:
+                says = f"redirect from {name!r}: that name is taken by {owners[name]}"
+                problems.add(chapter.at("redirects", i), says)
+            owners[name] = chapter.source.path
 
 
 def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> None:
     """Every chapter's rung is one of the ladder's, and no two chapters stand on one."""
-    known = [rung.rung for rung in site.ladder if rung.rung]
-    taken: dict[str, str] = {}
+    rungs = [rung.rung for rung in site.ladder if rung.rung]
+    owners: dict[str, str] = {}
     for chapter in chapters:
-        if chapter.rung and known and chapter.rung not in known:
+        if chapter.rung and rungs and chapter.rung not in rungs:
             problems.add(
-                chapter.at("rung"), f"no rung {chapter.rung!r} in content/site.yaml{hint(chapter.rung, known)}"
+                chapter.at("rung"), f"no rung {chapter.rung!r} in content/site.yaml{hint(chapter.rung, rungs)}"
             )
-        if chapter.rung in taken:
-            problems.add(chapter.at("rung"), f"{taken[chapter.rung]} stands on rung {chapter.rung!r} already")
+        if chapter.rung in owners:
+            problems.add(chapter.at("rung"), f"{owners[chapter.rung]} stands on rung {chapter.rung!r} already")
         if chapter.rung:
-            taken[chapter.rung] = chapter.source.path
+            owners[chapter.rung] = chapter.source.path

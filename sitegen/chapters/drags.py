@@ -16,15 +16,15 @@ def drags(
 ) -> list[list[str | float]]:
     """The log entries of a `drag=`; what is wrong goes to `problems`."""
     offset, log = attribute.text_start, list[list[str | float]]()
-    for written in attribute.value.split(","):
-        where = at(offset + len(written) - len(written.lstrip()))
-        name, *place = written.split() or [""]
+    for piece in attribute.value.split(","):
+        where = at(offset + len(piece) - len(piece.lstrip()))
+        name, *place = piece.split() or [""]
         if name not in widget.handles:
             problems.add(where, f"{widget.name} has no handle {name!r} to drag{hint(name, widget.handles)}")
         else:
             try:
                 log.append(action(widget, ["drag", name, *map(float, place)]).plain())
             except ValueError:
-                problems.add(where, f"{written.strip()!r}: {WRITTEN}")
-        offset += len(written) + 1
+                problems.add(where, f"{piece.strip()!r}: {WRITTEN}")
+        offset += len(piece) + 1
     return log

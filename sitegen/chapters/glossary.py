@@ -45,17 +45,17 @@ def read_glossary(
     chapters: Sequence[Chapter],
     drafts: Sequence[Chapter],
     problems: Problems,
-    kept: Memory | None = None,
+    memory: Memory | None = None,
 ) -> dict[str, Term]:
     """The terms by key, in the order of the alphabet; faulty ones go to `problems`. drafts: those that are left out."""
     path = root / "content" / "glossary.yaml"
     if not path.is_file():
         return {}
     text = read_text(path, NAME, problems)
-    named = {chapter.slug: (chapter.page, chapter.title) for chapter in chapters}
+    pages = {chapter.slug: (chapter.page, chapter.title) for chapter in chapters}
     left_out = {draft.slug: draft.source.path for draft in drafts}
-    make = partial(_terms, text, named, left_out)
-    return (kept or Memory()).told("glossary", (text, named, left_out), problems, make)
+    make = partial(_terms, text, pages, left_out)
+    return (memory or Memory()).told("glossary", (text, pages, left_out), problems, make)
 
 
 def _terms(
@@ -64,7 +64,7 @@ def _terms(
     document, keys = yaml_schema.entries(text, NAME, "terms", problems)
     if document is None:
         return {}
-    found = []
+    terms = []
     for key in keys:
         values = yaml_schema.validated(document, FIELDS, problems, key)
         name = values["chapter"]
@@ -74,8 +74,8 @@ def _terms(
             problems.add(document.at(key, "chapter"), says)
         page, title = chapters.get(name, ("", ""))  # what is faulty has its name still
         words = values["term"], values["says"], tuple(values["also"])
-        found.append(Term(str(key), *words, page, title, document.at(key)))
-    return {term.key: term for term in sorted(found, key=lambda term: ascii_slug(term.term))}
+        terms.append(Term(str(key), *words, page, title, document.at(key)))
+    return {term.key: term for term in sorted(terms, key=lambda term: ascii_slug(term.term))}
 
 
 def named(words: str, key: str, terms: Mapping[str, Term]) -> Term | None:

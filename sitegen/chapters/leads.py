@@ -20,32 +20,32 @@ NONE = "none"  # in place of names
 
 
 def lead_of(
-    widget: Widget, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+    widget: Widget, attributes: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> tuple[Lead | None, dict[str, tuple[Place, ...]]]:
     """What leads: the widget's own choice with what a placement names in its stead, and where that stands.
 
     Controls and buttons are checked here; panels and readouts where the figure is drawn (`check_drawn`).
     """
-    known = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
+    available = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
     lead, led = widget.lead, dict[str, tuple[Place, ...]]()
-    for attribute in given:
+    for attribute in attributes:
         if (attribute.name, attribute.value) == ("panels", NONE):
             problems.add(at(attribute.value_start), "a figure shows at least one panel: name it, or leave panels= out")
             continue
         names = () if attribute.value == NONE else tuple(attribute.value.split(","))
         offsets = [attribute.text_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
         led[attribute.name] = tuple(map(at, offsets))
-        if attribute.name in known:
-            check(attribute.name, names, known[attribute.name], led[attribute.name], problems)
+        if attribute.name in available:
+            check(attribute.name, names, available[attribute.name], led[attribute.name], problems)
         lead = replace(lead or Lead(), **{attribute.name: names})
     return lead, led
 
 
-def check(what: str, names: Sequence[str], known: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
+def check(what: str, names: Sequence[str], present: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
     """Tell of names that are to lead and that the figure does not have."""
     for name, place in zip(names, places, strict=True):
-        if name not in known:
-            problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, known)}")
+        if name not in present:
+            problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, present)}")
 
 
 def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Problems) -> None:
@@ -59,8 +59,8 @@ def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Pro
     if figure.lead is None:
         return
     for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):
-        drawn = [each["name"] for each in frame[what]]
-        check(what, names, drawn, figure.led.get(what, [figure.place] * len(names)), problems)
+        available = [each["name"] for each in frame[what]]
+        check(what, names, available, figure.led.get(what, [figure.place] * len(names)), problems)
 
 
 def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:

@@ -48,8 +48,8 @@ class Links:
     def placed(self, name: str) -> tuple[Widget, Record] | None:
         """The figure that `:ref[fig:name]` means: its widget, and the record that it opens in."""
         having = [each for each in self.chapters if name in each.placed]
-        meant = next((each for each in having if each.page == self.chapter), next(iter(having), None))
-        return meant.placed[name] if meant else None
+        chapter = next((each for each in having if each.page == self.chapter), next(iter(having), None))
+        return chapter.placed[name] if chapter else None
 
     def reference(self, text: str, place: Place, state: str = "") -> Markup:
         """The link that `:ref[text]` means; empty, and a problem, where it means none. state: to open a figure in."""
@@ -96,19 +96,19 @@ class Links:
     def _numbered(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
         """A link to a figure, or to an equation ("eq"): this chapter's own, or the only one elsewhere."""
         what = "figure" if kind == "fig" else "equation"
-        found = {each.page: _numbers(each, kind)[name] for each in self.chapters if name in _numbers(each, kind)}
-        page = self.chapter if self.chapter in found else next(iter(found), None)
+        targets = {each.page: _numbers(each, kind)[name] for each in self.chapters if name in _numbers(each, kind)}
+        page = self.chapter if self.chapter in targets else next(iter(targets), None)
         if page is None:
             if not any(f"{kind}:{name}" in each.lost for each in self.chapters):
-                names = [known for each in self.chapters for known in _numbers(each, kind)]
+                names = [other for each in self.chapters for other in _numbers(each, kind)]
                 draft = next((each for each in self.drafts if name in _numbers(each, kind)), None)
                 self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
-        if page != self.chapter and len(found) > 1:
-            where = " and ".join(sorted(each.file for each in self.chapters if each.page in found))
-            plain = f"[words]({page}#{found[page][0]})"
+        if page != self.chapter and len(targets) > 1:
+            where = " and ".join(sorted(each.file for each in self.chapters if each.page in targets))
+            plain = f"[words]({page}#{targets[page][0]})"
             self.problems.add(place, f"{what} {name!r} stands in {where}: rename one, or link by {plain}")
-        fragment, text = found[page]
+        fragment, text = targets[page]
         href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
@@ -135,12 +135,12 @@ def _numbers(chapter: Outline, kind: str) -> Mapping[str, tuple[str, str]]:
     return chapter.numbered if kind == "fig" else chapter.equations
 
 
-def state_of(figure: Record, wanted: Record) -> str:
+def state_of(figure: Record, record: Record) -> str:
     """What a link to a figure ends with to open it in a state, as *Copy link* writes it: what differs, in base64url."""
-    first, plain = figure.plain(), wanted.plain()
+    first, plain = figure.plain(), record.plain()
     controls = {name: value for name, value in plain["controls"].items() if value != first["controls"][name]}
-    said = {"widget": plain["widget"], "controls": controls, "seed": plain["seed"], "log": plain["log"]}
-    return "?s=" + urlsafe_b64encode(dumps(said).encode()).decode().rstrip("=")
+    state = {"widget": plain["widget"], "controls": controls, "seed": plain["seed"], "log": plain["log"]}
+    return "?s=" + urlsafe_b64encode(dumps(state).encode()).decode().rstrip("=")
 
 
 def _is_named(page: str, chapter: Outline) -> bool:

@@ -22,15 +22,15 @@ class Onward:
 
 def read_onward(front: yaml_schema.Yaml, problems: Problems) -> tuple[Onward, ...]:
     """The places under `next:`, in order; what is wrong goes to `problems`, but for names that lead nowhere."""
-    given = front.data.get("next") if isinstance(front.data, dict) else None
-    found: list[Onward] = []
-    for i in range(len(given) if isinstance(given, list) else 0):
+    entries = front.data.get("next") if isinstance(front.data, dict) else None
+    places: list[Onward] = []
+    for i in range(len(entries) if isinstance(entries, list) else 0):
         values = yaml_schema.validated(front, ONWARD, problems, "next", i)
         if i == MOST:
             problems.add(front.at("next", i), f"next: {MOST} places at most, so that a reader can choose")
         if not values["to"] or not values["says"]:
             continue
-        if values["to"] in [one.to for one in found]:
+        if values["to"] in [one.to for one in places]:
             problems.add(front.text_at("next", i, "to"), f"next: {values['to']!r} appears twice")
-        found.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
-    return tuple(found)
+        places.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
+    return tuple(places)

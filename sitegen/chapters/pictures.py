@@ -26,14 +26,14 @@ def still(
     directive: Directive, at: Callable[[int], Place], count: int, widgets: Mapping[str, Widget], problems: Problems
 ) -> Still | None:
     """What a line shows, the `count`-th picture of its chapter; None where it names no widget."""
-    found = widget_of(directive, at, widgets, problems)
-    if found is None:
+    parts = widget_of(directive, at, widgets, problems)
+    if parts is None:
         return None
-    widget, name, given = found
-    named = {a.name: a for a in given if a.name}
-    own = {each: named.pop(each) for each in OWN if each in named}
+    widget, name, attributes = parts
+    by_name = {a.name: a for a in attributes if a.name}
+    own = {each: by_name.pop(each) for each in OWN if each in by_name}
     base = preset(widget, name)
-    record = changed(widget, base, named.values(), at, problems, OWN)
+    record = changed(widget, base, by_name.values(), at, problems, OWN)
     figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))
     promise = None
     if "expect" in own:

@@ -20,21 +20,21 @@ ID = re.compile(r"(?=.*[A-Za-z0-9])[A-Za-z0-9-]+")  # hyphens alone are none
 def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
     """The directive's attributes; None where they cannot be read. That, and one that stands twice, is a problem."""
     try:
-        found = attributes(directive)
+        attrs = attributes(directive)
     except DirectiveError as error:
         problems.add(at(error.offset), str(error))
         return None
     seen: set[str] = set()
-    for attribute in found:
+    for attribute in attrs:
         if attribute.name and attribute.name in seen:
             problems.add(at(attribute.start), f"{attribute.name!r} appears twice")
         seen.add(attribute.name)
-    return found
+    return attrs
 
 
-def bare(given: Iterable[Attribute], most: int, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
+def bare(attrs: Iterable[Attribute], most: int, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
     """The attributes that are words alone; each beyond the `most` that may be is a problem."""
-    words = [a for a in given if not a.name]
+    words = [a for a in attrs if not a.name]
     for extra in words[most:]:
         problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
     return words
@@ -45,10 +45,10 @@ def widget_of(
 ) -> tuple[Widget, str, list[Attribute]] | None:
     """The widget that a line names first, the preset that it names, and all its attributes; None, and a problem, where
     one of them cannot be had."""
-    given = listed(directive, at, problems)
-    if given is None:
+    attrs = listed(directive, at, problems)
+    if attrs is None:
         return None
-    words = bare(given, 1, at, problems)
+    words = bare(attrs, 1, at, problems)
     if not words:
         problems.add(
             at(directive.attributes_start), f"a {directive.name} names its widget first: {{kabsch preset=default}}"
@@ -59,43 +59,43 @@ def widget_of(
         near = hint(first.value, widgets)
         problems.lacks(module_file(first.value), at(first.start), f"no widget {first.value!r}{near}")
         return None
-    widget, chosen = widgets[first.value], next((a for a in given if a.name == "preset"), None)
-    name = chosen.value if chosen else "default"
+    widget, choice = widgets[first.value], next((a for a in attrs if a.name == "preset"), None)
+    name = choice.value if choice else "default"
     if name not in widget.presets:
         problems.add(
-            at(chosen.value_start if chosen else first.start),
+            at(choice.value_start if choice else first.start),
             f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
         )
         return None
-    return widget, name, given
+    return widget, name, attrs
 
 
 def placed(
     directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
 ) -> Figure | None:
     """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
-    found = widget_of(directive, at, widgets, problems)
-    if found is None:
+    parts = widget_of(directive, at, widgets, problems)
+    if parts is None:
         return None
-    widget, name, given = found
-    named = {a.name: a for a in given if a.name and a.name != "preset"}
-    figure_id = named.pop("id", None)
+    widget, name, attrs = parts
+    by_name = {a.name: a for a in attrs if a.name and a.name != "preset"}
+    figure_id = by_name.pop("id", None)
     if figure_id and not ID.fullmatch(figure_id.value):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is not an id: use letters, digits, hyphens")
-    after = named.pop("after", None)
-    leading = [named.pop(part) for part in LEADING if part in named]
+    after = by_name.pop("after", None)
+    leading = [by_name.pop(part) for part in LEADING if part in by_name]
     lead, led = lead_of(widget, leading, at, problems)
     base = preset(widget, name)
-    record = changed(widget, base, named.values(), at, problems, ("preset", "id", "after", *LEADING))
+    record = changed(widget, base, by_name.values(), at, problems, ("preset", "id", "after", *LEADING))
     own = record.plain()
     comes = None
     if after is not None:
         comes = parsed(widget, {**own, "log": [*own["log"], *presses(widget, after, at, problems)]})
-    taped = [
+    tape = [
         parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", each] for each in log]})
         for changes, log in widget.tape
     ]
-    led_to = [state for one in (record, *([comes] if comes else []), *taped) for state in ways(one)]
+    led_to = [state for one in (record, *([comes] if comes else []), *tape) for state in ways(one)]
     return Figure(
         figure_id.value if figure_id else widget.name,
         number,
@@ -111,14 +111,14 @@ def placed(
 
 def id_of(directive: Directive) -> str:
     """The id that a `::figure` or `::plot` line gives, also where it cannot be read: that named, or its first word."""
-    named = re.search(r"\bid\s*=\s*([\w-]+)", directive.attributes) or re.match(r"\s*([\w-]+)", directive.attributes)
-    return named[1] if named else ""
+    match = re.search(r"\bid\s*=\s*([\w-]+)", directive.attributes) or re.match(r"\s*([\w-]+)", directive.attributes)
+    return match[1] if match else ""
 
 
 def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Control values with `changes` in place and, where they do not say, what their chosen options bring along."""
-    known = specs(widget.controls)
-    brought = {k: v for name, value in changes.items() for k, v in known[name].sets.get(str(value), {}).items()}
+    control_specs = specs(widget.controls)
+    brought = {k: v for name, value in changes.items() for k, v in control_specs[name].sets.get(str(value), {}).items()}
     return {**values(base.controls), **brought, **changes}
 
 
@@ -126,24 +126,24 @@ def presses(
     widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> list[list[str | float]]:
     """The log entries of `press=a,b*3`; what is wrong goes to `problems`."""
-    known = {b.name for b in widget.buttons if b.does == "press"}
+    buttons = {b.name for b in widget.buttons if b.does == "press"}
     offset, log = attribute.text_start, list[list[str | float]]()
-    for written in attribute.value.split(","):
-        name, star, times = written.partition("*")
-        if name not in known:
-            problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, known)}")
+    for piece in attribute.value.split(","):
+        name, star, times = piece.partition("*")
+        if name not in buttons:
+            problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, buttons)}")
         elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
-            problems.add(at(offset), f"{written!r}: how often is a whole number from 1 to {MAX_LOG}")
+            problems.add(at(offset), f"{piece!r}: how often is a whole number from 1 to {MAX_LOG}")
         else:
             log += [["press", name]] * (int(times) if star else 1)
-        offset += len(written) + 1
+        offset += len(piece) + 1
     return log
 
 
 def changed(
     widget: Widget,
     base: Record,
-    given: Iterable[Attribute],
+    attrs: Iterable[Attribute],
     at: Callable[[int], Place],
     problems: Problems,
     more: Sequence[str] = (),
@@ -153,10 +153,10 @@ def changed(
 
     more: what else may be named where this is written.
     """
-    known = specs(widget.controls)
+    control_specs = specs(widget.controls)
     controls: dict[str, Any] = {}
     seed, log = base.seed, []
-    for attribute in given:
+    for attribute in attrs:
         where = at(attribute.value_start)
         if attribute.name == "seed":
             if (
@@ -171,13 +171,13 @@ def changed(
             log += presses(widget, attribute, at, problems)
         elif attribute.name == "drag":
             log += drags(widget, attribute, at, problems)
-        elif attribute.name not in known:
-            near = hint(attribute.name, [*known, "seed", "press", "drag", *more])
+        elif attribute.name not in control_specs:
+            near = hint(attribute.name, [*control_specs, "seed", "press", "drag", *more])
             if attribute.name in ("preset", "id"):
                 near = ": that belongs on the ::figure line; set controls, seed and press here"
             problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
         else:
-            value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain
+            value = attribute.value if control_specs[attribute.name].kind == "choice" else attribute.plain
             try:
                 validated(widget.controls, {attribute.name: value})
                 controls[attribute.name] = value

@@ -14,10 +14,10 @@ def placed(
     directive: Directive, at: Callable[[int], Place], number: str, plots: Mapping[str, Plot], problems: Problems
 ) -> Placed | None:
     """The plot that a `::plot` line places; None where it names none."""
-    given = listed(directive, at, problems)
-    if given is None:
+    attributes = listed(directive, at, problems)
+    if attributes is None:
         return None
-    words = bare(given, 1, at, problems)
+    words = bare(attributes, 1, at, problems)
     if not words:
         problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
         return None
@@ -26,7 +26,7 @@ def placed(
         problems.add(at(words[0].start), f"no plot {words[0].value!r}{hint(words[0].value, plots)}")
         return None
     plot_id = plot.name
-    for attribute in (a for a in given if a.name):
+    for attribute in (a for a in attributes if a.name):
         if attribute.name != "id":
             problems.add(
                 at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"

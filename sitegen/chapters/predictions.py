@@ -33,24 +33,24 @@ def prediction(
     figure: Figure,
     directive: Directive,
     tokens: Sequence[Token],
-    given: Iterable[Attribute],
+    attributes: Iterable[Attribute],
     at: Callable[[int], Place],
     problems: Problems,
 ) -> tuple[Prediction, Record] | None:
     """What a directive asks of a figure, and the state that decides it. None, and a problem, where nothing does."""
-    named = {a.name: a for a in given if a.name}
-    own = {name: named.pop(name) for name in OWN if name in named}
-    record = changed(figure.widget, figure.record, named.values(), at, problems, OWN)
-    asked, *answers = parts(tokens)
-    made = Prediction(figure, record.plain(), at(directive.start), asked, answers)
+    by_name = {a.name: a for a in attributes if a.name}
+    own = {name: by_name.pop(name) for name in OWN if name in by_name}
+    record = changed(figure.widget, figure.record, by_name.values(), at, problems, OWN)
+    question, *answers = parts(tokens)
+    result = Prediction(figure, record.plain(), at(directive.start), question, answers)
     kinds = {frozenset(["expect"]), frozenset(["panels", "says"]), frozenset(["within"])}
     if frozenset(own) not in kinds:
         problems.add(at(directive.start), WRITTEN)
         return None
     if "expect" in own:
-        made = replace(made, expected=_expected(own["expect"], at, problems))
-        if len(made.expected) != len(answers) or len(answers) < 2:
-            says = f"{len(answers)} answers, {len(made.expected)} expectations: two or more, and one for each"
+        result = replace(result, expected=_expected(own["expect"], at, problems))
+        if len(result.expected) != len(answers) or len(answers) < 2:
+            says = f"{len(answers)} answers, {len(result.expected)} expectations: two or more, and one for each"
             problems.add(at(own["expect"].start), says)
             return None
     elif answers:
@@ -58,38 +58,38 @@ def prediction(
         return None
     elif "panels" in own:
         names = tuple(own["panels"].value.split(","))
-        made = replace(made, panels=names, says=own["says"].value)
+        result = replace(result, panels=names, says=own["says"].value)
     else:
         within = own["within"].plain
         if isinstance(within, (bool, str)) or not within > 0:
             problems.add(at(own["within"].value_start), f"{own['within'].value!r} is not a distance in u")
             return None
-        made = replace(made, within=float(within))
-    return made, record
+        result = replace(result, within=float(within))
+    return result, record
 
 
 def _expected(
     attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> tuple[tuple[Expectation, ...], ...]:
     """What is expected for each answer."""
-    start, found = attribute.text_start, []
+    start, groups = attribute.text_start, []
     for piece in attribute.value.split("|"):
         part = replace(attribute, value=piece, value_start=start, quoted=False)
-        found.append(expected(part, at, problems))
+        groups.append(expected(part, at, problems))
         start += len(piece) + 1
-    return tuple(found)
+    return tuple(groups)
 
 
 def parts(tokens: Sequence[Token]) -> list[list[Token]]:
     """Inline tokens, cut at the bars that stand outside of emphasis and the like."""
-    found: list[list[Token]] = [[]]
+    result: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
         depth += token.nesting
         pieces = token.content.split(BAR) if depth == 0 and token.type == "text" else [token.content]
-        found[-1].append(replace(token, content=pieces[0]))
-        found += [[replace(token, content=piece)] for piece in pieces[1:]]
-    return found
+        result[-1].append(replace(token, content=pieces[0]))
+        result += [[replace(token, content=piece)] for piece in pieces[1:]]
+    return result
 
 
 def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[Token]], str]) -> Question | None:
@@ -122,12 +122,12 @@ def _expectations(
 def _panels(asked: Prediction, known: Known) -> list[tuple[Markup, bool]]:
     """Each panel by its caption's first line, and whether its word stands in it."""
     for frame in known.frames(asked.figure, [asked.record]):
-        drawn = {panel["name"]: panel for panel in frame["panels"]}
-        check("panels", asked.panels, tuple(drawn), [asked.place] * len(asked.panels), known.problems)
+        panels = {panel["name"]: panel for panel in frame["panels"]}
+        check("panels", asked.panels, tuple(panels), [asked.place] * len(asked.panels), known.problems)
         return [
-            (Markup.escape(drawn[name]["caption"].split("\n")[0]), f">{asked.says}</text>" in drawn[name]["svg"])
+            (Markup.escape(panels[name]["caption"].split("\n")[0]), f">{asked.says}</text>" in panels[name]["svg"])
             for name in asked.panels
-            if name in drawn
+            if name in panels
         ]
     return []
 

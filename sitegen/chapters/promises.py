@@ -63,13 +63,13 @@ class Promise:
 
 
 def promise(
-    figure: Figure, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+    figure: Figure, attributes: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> Promise | None:
     """The promise that a directive's attributes make of a figure: control values, `press=` and, for what the text asks
     to press after that, `then=`. None where nothing is expected; what is wrong goes to `problems`."""
-    named = {a.name: a for a in given if a.name}
-    own = {name: named.pop(name) for name in OWN if name in named}
-    record = changed(figure.widget, figure.record, named.values(), at, problems, OWN).plain()
+    by_name = {a.name: a for a in attributes if a.name}
+    own = {name: by_name.pop(name) for name in OWN if name in by_name}
+    record = changed(figure.widget, figure.record, by_name.values(), at, problems, OWN).plain()
     if "expect" not in own:
         if "then" in own:
             problems.add(at(own["then"].start), "then= is what is pressed before expect= holds, and that is not there")
@@ -84,7 +84,7 @@ def promise(
 
 def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problems) -> tuple[Expectation, ...]:
     """What `expect=` says, part by part."""
-    start, found = attribute.text_start, []
+    start, expectations = attribute.text_start, []
     for part in attribute.value.split(";"):
         place = at(start + len(part) - len(part.lstrip()))
         match = EXPECTED.fullmatch(part.strip())
@@ -93,9 +93,9 @@ def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problem
         else:
             name, than, number, words, goes = match.group("name", "than", "number", "words", "goes")
             other = float((number or "0").replace("−", "-"))
-            found.append(Expectation(match[0], place, name, than or "", other, words or "", goes or ""))
+            expectations.append(Expectation(match[0], place, name, than or "", other, words or "", goes or ""))
         start += len(part) + 1
-    return tuple(found)
+    return tuple(expectations)
 
 
 def unheld(text: str) -> Iterator[tuple[str, int]]:

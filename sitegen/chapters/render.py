@@ -118,8 +118,8 @@ class _Renderer:
 
     def body(self) -> Body:
         html = self.flow(self._chapter.document.tokens)
-        shown = [heading for heading in self._survey.headings if heading.level in (2, 3)]
-        contents = tuple((heading.level, heading.id, self.heading(heading)) for heading in shown)
+        sections = [heading for heading in self._survey.headings if heading.level in (2, 3)]
+        contents = tuple((heading.level, heading.id, self.heading(heading)) for heading in sections)
         return replace(self.found(html, contents), onward=self._links.onward(self._chapter.onward))
 
     def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
@@ -247,8 +247,8 @@ class _Renderer:
 
     def _picture(self, token: Token) -> str:
         picture, caption = self._survey.picture(token), Markup(self._inline(token.children))
-        found = drawn(picture, self._known) if picture else None
-        return str(self._known.picture_html(*found, caption)) if found else ""
+        drawing = drawn(picture, self._known) if picture else None
+        return str(self._known.picture_html(*drawing, caption)) if drawing else ""
 
     def _try(self, token: Token) -> str:
         text = self._inline(token.children)
@@ -270,8 +270,8 @@ class _Renderer:
     def _value(self, token: Token) -> str:
         directive, at = directive_of(token)
         try:
-            asked = read_value(directive.text)
-            number = asked if isinstance(asked, float) else self._known.values.value(asked)
+            value = read_value(directive.text)
+            number = value if isinstance(value, float) else self._known.values.value(value)
         except CallError as error:
             self._problems.add(at(directive.text_start + error.offset), str(error))
             return ""
@@ -295,11 +295,11 @@ class _Renderer:
             where = at(directive.text_start + figure_at)
             self._problems.add(where, f"no figure {figure_id!r} in this chapter{hint(figure_id, self._survey.figures)}")
             return ""
-        given = listed(directive, at, self._problems)
-        if figure is None or given is None:
+        attributes = listed(directive, at, self._problems)
+        if figure is None or attributes is None:
             return ""
-        bare(given, 0, at, self._problems)
-        record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
+        bare(attributes, 0, at, self._problems)
+        record = changed(figure.widget, figure.record, [a for a in attributes if a.name], at, self._problems)
         readouts = self._known.readouts(figure, record.plain())
         if name in readouts:
             return f'<span class="computed">{escape(readouts[name])}</span>'
@@ -337,12 +337,12 @@ class _Renderer:
         number = len(self._claims)
         claim = self._claims[-1]
         state = standing(self._known.results.get(claim.test_id))
-        said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
+        label = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         if claim.kind and state == "passed":
-            said = "checked by changing this one thing"
+            label = "checked by changing this one thing"
         return (  # with a word joiner in it, so that it never begins a line
             f'<a class="claim-mark" data-outcome="{state}" href="{self._chapter.checks}#{anchor(claim.test_id)}" '
-            f'title="{said}: see how" aria-label="Claim {number}, {said}: see how">&#8288;</a></span>'
+            f'title="{label}: see how" aria-label="Claim {number}, {label}: see how">&#8288;</a></span>'
         )
 
     def _ref(self, token: Token) -> str:
@@ -353,16 +353,16 @@ class _Renderer:
 
     def _state(self, name: str, directive: Directive, at: Callable[[int], Place]) -> str:
         """What the link to a figure ends with where its state is named; what is wrong with that is told."""
-        given = listed(directive, at, self._problems) or []
+        attributes = listed(directive, at, self._problems) or []
         kind, _, figure_id = name.partition(":")
-        figure = self._links.placed(figure_id) if given and kind == "fig" else None
+        figure = self._links.placed(figure_id) if attributes and kind == "fig" else None
         if figure is None:
-            if given and (kind != "fig" or figure_id in self._survey.plots):
-                self._problems.add(at(given[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
+            if attributes and (kind != "fig" or figure_id in self._survey.plots):
+                self._problems.add(at(attributes[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
             return ""
-        bare(given, 0, at, self._problems)
+        bare(attributes, 0, at, self._problems)
         widget, record = figure
-        return state_of(record, changed(widget, record, [a for a in given if a.name], at, self._problems))
+        return state_of(record, changed(widget, record, [a for a in attributes if a.name], at, self._problems))
 
     def _cite(self, token: Token) -> str:
         parts = []

@@ -71,8 +71,8 @@ class Slide:
 
 def read_slides(front: yaml_schema.Yaml, chapter: Source, problems: Problems) -> tuple[Slide, ...]:
     """The slides of a chapter's front matter, in order; what is wrong in themselves goes to `problems`."""
-    given = front.data.get("slides") if isinstance(front.data, dict) else None
-    return tuple(_read(front, i, chapter, problems) for i in range(len(given) if isinstance(given, list) else 0))
+    entries = front.data.get("slides") if isinstance(front.data, dict) else None
+    return tuple(_read(front, i, chapter, problems) for i in range(len(entries) if isinstance(entries, list) else 0))
 
 
 def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) -> Slide:

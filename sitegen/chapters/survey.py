@@ -95,29 +95,29 @@ class _Finding:
 
 def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems) -> Survey:
     """The chapter's survey; what is wrong in itself goes to `problems`."""
-    found = _Finding(chapter, set(chapter.document.lost))
+    finding = _Finding(chapter, set(chapter.document.lost))
     flow = chapter.document.tokens
-    _notes(found, problems)
+    _notes(finding, problems)
     for i, token in enumerate(flow):
         match token.type:
             case "heading_open":
-                _heading(found, token, flow[i + 1], problems)
+                _heading(finding, token, flow[i + 1], problems)
             case "figure":
-                _figure(found, token, widgets, problems)
+                _figure(finding, token, widgets, problems)
             case "plot":
-                _plot(found, token, plots, problems)
+                _plot(finding, token, plots, problems)
             case "picture":
-                _picture(found, token, widgets, problems)
-    _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
+                _picture(finding, token, widgets, problems)
+    _within(finding, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
     for slide in chapter.slides:
-        shown, lost = found.figures.get(slide.figure), slide.figure not in ("", *found.figures)
-        _within(found, [*slide.title, *slide.text, *slide.notes], problems, shown, lost)
-        found.slides.append(_staged(found, slide, problems))
-    return found.survey()
+        figure, lost = finding.figures.get(slide.figure), slide.figure not in ("", *finding.figures)
+        _within(finding, [*slide.title, *slide.text, *slide.notes], problems, figure, lost)
+        finding.slides.append(_staged(finding, slide, problems))
+    return finding.survey()
 
 
 def _within(
-    found: _Finding, tokens: Sequence[Token], problems: Problems, shown: Figure | None = None, lost: bool = False
+    finding: _Finding, tokens: Sequence[Token], problems: Problems, figure: Figure | None = None, lost: bool = False
 ) -> None:
     """The formulas of some text, its buttons and its promises, for which the chapter's figures must be known.
 
@@ -126,19 +126,19 @@ def _within(
     tell_unfit(tokens, problems)
     for token in tokens:
         if token.type in ("math_block", "math_block_label"):
-            _equation(found, token, problems)
+            _equation(finding, token, problems)
         for child in token.children or []:
             if child.type == "math_inline":
-                found.formulas.append(Asked(formula_of(child), _shifted(child)))
+                finding.formulas.append(Asked(formula_of(child), _shifted(child)))
     for token in tokens:
         if token.type == "try":
-            _try(found, token, problems)
+            _try(finding, token, problems)
         if token.type == "predict":
-            _predict(found, token, problems)
-        own = found.figure_of.get(located(token, Directive)) if token.type == "figure" else shown
+            _predict(finding, token, problems)
+        own = finding.figure_of.get(located(token, Directive)) if token.type == "figure" else figure
         for child in token.children or []:
             if child.type == "promise_open":
-                _promise(found, child, own, lost or (token.type == "figure" and own is None), problems)
+                _promise(finding, child, own, lost or (token.type == "figure" and own is None), problems)
         if token.type in ("figure", "picture", "plot", "predict", "try", "aside") and not token.children:
             problems.add(located(token, Directive).place, f"::{token.type} has no text")
 
@@ -149,18 +149,18 @@ def _shifted(token: Token) -> Callable[[int], Place]:
     return lambda inside: formula.at(formula.offset + 1 + inside)
 
 
-def _anchor(found: _Finding, name: str, place: Place, what: str, problems: Problems) -> None:
-    if name in found.anchors:
-        problems.add(place, f"{what} appears twice in this chapter (first in line {found.anchors[name].line})")
-    found.anchors.setdefault(name, place)
+def _anchor(finding: _Finding, name: str, place: Place, what: str, problems: Problems) -> None:
+    if name in finding.anchors:
+        problems.add(place, f"{what} appears twice in this chapter (first in line {finding.anchors[name].line})")
+    finding.anchors.setdefault(name, place)
 
 
-def _heading(found: _Finding, token: Token, content: Token, problems: Problems) -> None:
+def _heading(finding: _Finding, token: Token, content: Token, problems: Problems) -> None:
     level, heading = int(token.tag[1]), located(token, Anchor)
     name, place = heading.thing.name, heading.place
     if level == 1:
         problems.add(place, "the chapter's title belongs in its front matter: headings start at ##")
-    before = next((one.level for one in reversed(found.heading_of.values())), 1)
+    before = next((one.level for one in reversed(finding.heading_of.values())), 1)
     if level > before + 1:
         problems.add(place, f"a heading of level {level} after one of level {before}: a level is skipped")
     if name and _is_own(name):
@@ -169,87 +169,87 @@ def _heading(found: _Finding, token: Token, content: Token, problems: Problems) 
         base = ascii_slug(text_of(content.children or []))
         base = name = f"section-{base}" if _is_own(base) else base
         count = 1
-        while name in found.anchors:
+        while name in finding.anchors:
             count += 1
             name = f"{base}-{count}"
-    _anchor(found, name, place, f"the anchor {name!r}", problems)
-    told = [child for child in content.children or [] if child.type not in REFERENCES]  # these are told of as unfit
-    found.heading_of[heading] = Heading(level, name, told)
+    _anchor(finding, name, place, f"the anchor {name!r}", problems)
+    words = [child for child in content.children or [] if child.type not in REFERENCES]  # these are told of as unfit
+    finding.heading_of[heading] = Heading(level, name, words)
 
 
 def _is_own(name: str) -> bool:
     return name in OWN_IDS or name.startswith(OWN_PREFIXES)
 
 
-def _figure(found: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+def _figure(finding: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     line = located(token, Directive)
-    figure = placed(line.thing, line.at, _next(found), widgets, problems)
+    figure = placed(line.thing, line.at, _next(finding), widgets, problems)
     _unheld(line.thing, line.at, problems)
-    _note_placed(found, line, figure, found.figure_of, found.figures, problems)
+    _note_placed(finding, line, figure, finding.figure_of, finding.figures, problems)
 
 
-def _plot(found: _Finding, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
+def _plot(finding: _Finding, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
     line = located(token, Directive)
-    plot = placed_plot(line.thing, line.at, _next(found), plots, problems)
+    plot = placed_plot(line.thing, line.at, _next(finding), plots, problems)
     _unheld(line.thing, line.at, problems, TESTED)
-    _note_placed(found, line, plot, found.plot_of, found.plots, problems)
+    _note_placed(finding, line, plot, finding.plot_of, finding.plots, problems)
 
 
 def _note_placed(
-    found: _Finding,
+    finding: _Finding,
     line: Located[Directive],
-    shown: _Shown | None,
+    item: _Shown | None,
     by_line: dict[Located[Directive], _Shown],
     by_id: dict[str, _Shown],
     problems: Problems,
 ) -> None:
     """Note a live figure or a plot by its line and its id; None has been told of, and its id is lost."""
-    if shown is None:
-        found.lost.add(f"fig:{id_of(line.thing)}")
+    if item is None:
+        finding.lost.add(f"fig:{id_of(line.thing)}")
         return
-    by_line[line] = shown
-    _anchor(found, shown.dom_id, shown.place, f"the figure {shown.id!r}", problems)
-    by_id.setdefault(shown.id, shown)
+    by_line[line] = item
+    _anchor(finding, item.dom_id, item.place, f"the figure {item.id!r}", problems)
+    by_id.setdefault(item.id, item)
 
 
-def _picture(found: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+def _picture(finding: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     line = located(token, Directive)
-    shown = still(line.thing, line.at, len(found.picture_of) + 1, widgets, problems)
-    if shown is not None:
-        found.picture_of[line] = shown
-        if shown.promise is None:
+    picture = still(line.thing, line.at, len(finding.picture_of) + 1, widgets, problems)
+    if picture is not None:
+        finding.picture_of[line] = picture
+        if picture.promise is None:
             _unheld(line.thing, line.at, problems)
 
 
-def _next(found: _Finding) -> str:
+def _next(finding: _Finding) -> str:
     """The number of the next figure: one series for live ones and plots."""
-    return found.chapter.numbered(len(found.figures) + len(found.plots) + 1)
+    return finding.chapter.numbered(len(finding.figures) + len(finding.plots) + 1)
 
 
-def _equation(found: _Finding, token: Token, problems: Problems) -> None:
+def _equation(finding: _Finding, token: Token, problems: Problems) -> None:
     lead = len(token.content) - len(token.content.lstrip())
     formula, at = formula_of(token), located(token, object).at
-    found.formulas.append(Asked(formula, lambda inside: at(lead + inside)))
+    finding.formulas.append(Asked(formula, lambda inside: at(lead + inside)))
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
-            said = f"{label!r} is not a valid label: lower-case letters, digits and hyphens, a letter first"
-            problems.add(place, said)
-        _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
-        found.equations.setdefault(label, found.chapter.numbered(len(found.equations) + 1))
-        found.labelled.setdefault(label, formula)
+            message = f"{label!r} is not a valid label: lower-case letters, digits and hyphens, a letter first"
+            problems.add(place, message)
+        _anchor(finding, f"eq-{label}", place, f"the equation {label!r}", problems)
+        finding.equations.setdefault(label, finding.chapter.numbered(len(finding.equations) + 1))
+        finding.labelled.setdefault(label, formula)
 
 
-def _notes(found: _Finding, problems: Problems) -> None:
+def _notes(finding: _Finding, problems: Problems) -> None:
     """Number the footnotes in the order of their first references."""
-    document = found.chapter.document
+    document = finding.chapter.document
     for mark in _marks(document.tokens):
         label = mark.thing.label
         if label not in document.footnotes:
             problems.add(mark.place, f"no footnote [^{label}]{hint(label, document.footnotes)}")
-        elif label not in found.notes:
-            found.notes[label] = len(found.notes) + 1
-            found.first[label] = mark
+        elif label not in finding.notes:
+            finding.notes[label] = len(finding.notes) + 1
+            finding.first[label] = mark
     for label, tokens in document.footnotes.items():
         for mark in _marks(tokens):
             problems.add(mark.place, "a footnote cannot refer to a footnote")
@@ -257,11 +257,11 @@ def _notes(found: _Finding, problems: Problems) -> None:
             if token.type in DISPLAYED:
                 says = "headings, figures, pictures and plots belong in the chapter itself, not in a footnote"
                 problems.add(located(token, object).place, says)
-        if label not in found.notes:
+        if label not in finding.notes:
             line = next((t.map[0] + 1 for t in tokens if t.map), 1)
-            problems.add(Place(found.chapter.source.path, line, 1), f"footnote [^{label}] is never referred to")
-    for label, number in found.notes.items():
-        _anchor(found, f"note-{number}", found.first[label].place, f"the note {label!r}", problems)
+            problems.add(Place(finding.chapter.source.path, line, 1), f"footnote [^{label}] is never referred to")
+    for label, number in finding.notes.items():
+        _anchor(finding, f"note-{number}", finding.first[label].place, f"the note {label!r}", problems)
 
 
 def _marks(tokens: Iterable[Token]) -> list[Located[NoteMark]]:
@@ -270,36 +270,36 @@ def _marks(tokens: Iterable[Token]) -> list[Located[NoteMark]]:
 
 
 def _named(
-    found: _Finding, given: list[Attribute], written: Located[Directive], problems: Problems
+    finding: _Finding, attributes: list[Attribute], line: Located[Directive], problems: Problems
 ) -> Figure | None:
     """The figure that a directive's first bare word names; None, and a problem, where there is none."""
-    at = written.at
-    words = bare(given, 1, at, problems)
+    at = line.at
+    words = bare(attributes, 1, at, problems)
     if not words:
-        problems.add(at(written.thing.attributes_start), "a figure's id is expected first: {solve noise=0.2}")
+        problems.add(at(line.thing.attributes_start), "a figure's id is expected first: {solve noise=0.2}")
         return None
-    figure = found.figures.get(words[0].value)
-    if figure is None and f"fig:{words[0].value}" not in found.lost:
+    figure = finding.figures.get(words[0].value)
+    if figure is None and f"fig:{words[0].value}" not in finding.lost:
         problems.add(
-            at(words[0].start), f"no figure {words[0].value!r} in this chapter{hint(words[0].value, found.figures)}"
+            at(words[0].start), f"no figure {words[0].value!r} in this chapter{hint(words[0].value, finding.figures)}"
         )
     return figure
 
 
-def _promise(found: _Finding, token: Token, figure: Figure | None, lost: bool, problems: Problems) -> None:
+def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool, problems: Problems) -> None:
     """What is promised of a figure: the one that is named, or else the text's own, of which nothing is said if lost."""
-    written = located(token, Directive)
-    directive, at = written.thing, written.at
-    given = listed(directive, at, problems)
-    if given is not None and not (all(a.name for a in given) and (figure or lost)):
-        figure = _named(found, given, written, problems)
-    if given is None or figure is None:
+    line = located(token, Directive)
+    directive, at = line.thing, line.at
+    attributes = listed(directive, at, problems)
+    if attributes is not None and not (all(a.name for a in attributes) and (figure or lost)):
+        figure = _named(finding, attributes, line, problems)
+    if attributes is None or figure is None:
         return
-    promised = promise(figure, given, at, problems)
+    promised = promise(figure, attributes, at, problems)
     if promised is None:
         problems.add(at(directive.start), 'a promise says what holds: {figure press=finish expect="rms < 0.1"}')
     else:
-        found.promise_of[written] = promised
+        finding.promise_of[line] = promised
 
 
 def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
@@ -307,92 +307,92 @@ def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems
 
 
 def _of_figure(
-    found: _Finding, token: Token, what: str, problems: Problems
+    finding: _Finding, token: Token, what: str, problems: Problems
 ) -> tuple[Figure, list[Attribute]] | None:
     """The figure that a button or a prediction names, and its attributes; None, and a problem, where there is none."""
-    written = located(token, Directive)
-    given = listed(written.thing, written.at, problems)
-    figure = None if given is None else _named(found, given, written, problems)
+    line = located(token, Directive)
+    attributes = listed(line.thing, line.at, problems)
+    figure = None if attributes is None else _named(finding, attributes, line, problems)
     for child in token.children or []:
         if child.type in LINKS:
-            problems.add(place_of(child) or written.place, f"{what}'s text holds no links")
-    return None if figure is None or given is None else (figure, given)
+            problems.add(place_of(child) or line.place, f"{what}'s text holds no links")
+    return None if figure is None or attributes is None else (figure, attributes)
 
 
-def _try(found: _Finding, token: Token, problems: Problems) -> None:
-    named = _of_figure(found, token, "a button", problems)
-    if named is None:
+def _try(finding: _Finding, token: Token, problems: Problems) -> None:
+    target = _of_figure(finding, token, "a button", problems)
+    if target is None:
         return
-    figure, given = named
-    written = located(token, Directive)
-    set_by = [a for a in given if a.name and a.name not in OWN]
-    record = changed(figure.widget, figure.record, set_by, written.at, problems, OWN)
-    found.set.setdefault(figure.id, []).append(record)
-    found.button_of[written] = Button(figure, record)
-    promised = promise(figure, given, written.at, problems)
+    figure, attributes = target
+    line = located(token, Directive)
+    set_by = [a for a in attributes if a.name and a.name not in OWN]
+    record = changed(figure.widget, figure.record, set_by, line.at, problems, OWN)
+    finding.set.setdefault(figure.id, []).append(record)
+    finding.button_of[line] = Button(figure, record)
+    promised = promise(figure, attributes, line.at, problems)
     if promised is not None:
-        found.promise_of[written] = promised
-    elif not any(a.name in OWN for a in given):
-        _unheld(written.thing, written.at, problems)
+        finding.promise_of[line] = promised
+    elif not any(a.name in OWN for a in attributes):
+        _unheld(line.thing, line.at, problems)
 
 
-def _predict(found: _Finding, token: Token, problems: Problems) -> None:
-    named = _of_figure(found, token, "a prediction", problems)
-    if named is None:
+def _predict(finding: _Finding, token: Token, problems: Problems) -> None:
+    target = _of_figure(finding, token, "a prediction", problems)
+    if target is None:
         return
-    figure, given = named
-    written = located(token, Directive)
-    if figure.id in found.predictions:
-        problems.add(written.place, f"a figure asks once, and {figure.id!r} does already")
+    figure, attributes = target
+    line = located(token, Directive)
+    if figure.id in finding.predictions:
+        problems.add(line.place, f"a figure asks once, and {figure.id!r} does already")
         return
-    made = prediction(figure, written.thing, token.children or [], given, written.at, problems)
-    if made is not None:
-        found.predictions[figure.id], record = made
-        found.set.setdefault(figure.id, []).append(record)
+    result = prediction(figure, line.thing, token.children or [], attributes, line.at, problems)
+    if result is not None:
+        finding.predictions[figure.id], record = result
+        finding.set.setdefault(figure.id, []).append(record)
 
 
-def _staged(found: _Finding, slide: Slide, problems: Problems) -> Staged:
+def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
     """The slide with the things of the chapter that it names; what it names wrongly goes to `problems`."""
-    shown: dict[str, Iterable[str]] = {"equation": found.labelled, "figure": found.figures, "plot": found.plots}
-    for what, known in shown.items():
+    kinds: dict[str, Iterable[str]] = {"equation": finding.labelled, "figure": finding.figures, "plot": finding.plots}
+    for what, names in kinds.items():
         name = getattr(slide, what)
-        if name and name not in known and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in found.lost:
-            problems.add(slide.at(what), f"no {what} {name!r} in this chapter{hint(name, known)}")
-        if name and what != "equation" and any(getattr(before.slide, what) == name for before in found.slides):
+        if name and name not in names and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in finding.lost:
+            problems.add(slide.at(what), f"no {what} {name!r} in this chapter{hint(name, names)}")
+        if name and what != "equation" and any(getattr(before.slide, what) == name for before in finding.slides):
             problems.add(slide.at(what), f"the {what} {name!r} is on an earlier slide: change it with a ::try line")
-    equation = found.labelled.get(slide.equation)
+    equation = finding.labelled.get(slide.equation)
     if equation is not None:  # without what ends it in a sentence
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
-        found.formulas.append(Asked(equation, lambda inside: slide.at("equation")))
-    figure = found.figures.get(slide.figure)
-    for written in (located(token, Directive) for token in slide.text if token.type == "try"):
-        button = found.button_of.get(written)
+        finding.formulas.append(Asked(equation, lambda inside: slide.at("equation")))
+    figure = finding.figures.get(slide.figure)
+    for line in (located(token, Directive) for token in slide.text if token.type == "try"):
+        button = finding.button_of.get(line)
         if button is not None and button.figure is not figure:
-            problems.add(written.place, "a slide's button sets the slide's own figure")
+            problems.add(line.place, "a slide's button sets the slide's own figure")
     return Staged(
         slide,
         equation,
         figure,
-        _set(found, figure, slide, problems) if figure else None,
-        found.plots.get(slide.plot),
+        _set(finding, figure, slide, problems) if figure else None,
+        finding.plots.get(slide.plot),
     )
 
 
-def _set(found: _Finding, figure: Figure, slide: Slide, problems: Problems) -> Record:
+def _set(finding: _Finding, figure: Figure, slide: Slide, problems: Problems) -> Record:
     """The state of a slide's figure: the chapter's own, or what `set` makes of it, which the tape then has as well."""
-    known = specs(figure.widget.controls)
+    controls = specs(figure.widget.controls)
     for i, name in enumerate(slide.controls):
-        if name not in known:
-            problems.add(slide.at("controls", i), f"{figure.widget.name} has no control {name!r}{hint(name, known)}")
+        if name not in controls:
+            problems.add(slide.at("controls", i), f"{figure.widget.name} has no control {name!r}{hint(name, controls)}")
     if not slide.set:
         return figure.record
-    written = Directive("set", "", slide.set, 0, 0, 0, len(slide.set))
+    directive = Directive("set", "", slide.set, 0, 0, 0, len(slide.set))
 
     def at(offset: int) -> Place:
         return slide.text_at("set", offset)
 
-    given = listed(written, at, problems) or []
-    bare(given, 0, at, problems)
-    record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
-    found.set.setdefault(figure.id, []).append(record)
+    attributes = listed(directive, at, problems) or []
+    bare(attributes, 0, at, problems)
+    record = changed(figure.widget, figure.record, [a for a in attributes if a.name], at, problems)
+    finding.set.setdefault(figure.id, []).append(record)
     return record

@@ -199,7 +199,7 @@ class Outline:
 def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
     """The outline of a chapter, its headings rendered."""
     chapter = survey.chapter
-    shown: dict[str, Figure | Placed] = {**survey.plots, **survey.figures}
+    figures: dict[str, Figure | Placed] = {**survey.plots, **survey.figures}
     return Outline(
         chapter.source.path,
         chapter.page,
@@ -208,7 +208,7 @@ def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
         chapter.name,
         chapter.title,
         chapter.rung,
-        {name: (one.dom_id, f"Figure {one.number}") for name, one in shown.items()},
+        {name: (one.dom_id, f"Figure {one.number}") for name, one in figures.items()},
         {label: (f"eq-{label}", f"({number})") for label, number in survey.equations.items()},
         headings,
         {name: (one.widget, one.record) for name, one in survey.figures.items()},

@@ -17,8 +17,8 @@ LINK = re.compile(r"</?a\b[^>]*>")
 
 def directive_of(token: Token) -> tuple[Directive, Callable[[int], Place]]:
     """The directive that a token stands for, and what gives places in it."""
-    written = located(token, Directive)
-    return written.thing, written.at
+    line = located(token, Directive)
+    return line.thing, line.at
 
 
 def simple(rule: Callable[[Token], str]) -> Callable[..., str]:

@@ -81,16 +81,16 @@ def _worked_out(node: ast.expr) -> float:
         case ast.UnaryOp(sign, operand):
             return OPERATORS[type(sign)](_worked_out(operand))
         case ast.Call(ast.Name(name), arguments, []) if name in FUNCTIONS:
-            found: float = getattr(math, name)(*map(_worked_out, arguments))
-            return found
+            answer: float = getattr(math, name)(*map(_worked_out, arguments))
+            return answer
     raise LookupError
 
 
 def read_call(text: str) -> Call:
     """The call that a text is. Raises CallError where it is none, or has an argument that is not a literal."""
-    if dashed := HYPHENS.match(text):  # as ::plot writes the name
-        meant = dashed[0].strip().replace("-", "_")
-        raise CallError(f"a name in a call has underscores, not hyphens: {meant}(…)", dashed.end(1))
+    if hyphens := HYPHENS.match(text):  # as ::plot writes the name
+        spelling = hyphens[0].strip().replace("-", "_")
+        raise CallError(f"a name in a call has underscores, not hyphens: {spelling}(…)", hyphens.end(1))
     try:
         tree = ast.parse(text, mode="eval").body
     except SyntaxError as error:
@@ -107,12 +107,12 @@ def read_call(text: str) -> Call:
         raise CallError(f"calls begin with solvers., widgets. or plots., not {root!r}{hint(root, NAMESPACES)}", 0)
     names.append((node.id, 0))
     positional = tuple(_literal(text, argument) for argument in tree.args)
-    named: dict[str, Any] = {}
+    keywords: dict[str, Any] = {}
     for keyword in tree.keywords:
         if keyword.arg is None:
             raise CallError("arguments are literals, not **", _offset(text, keyword.col_offset))
-        named[keyword.arg] = _literal(text, keyword.value)
-    return Call(text, tuple(reversed(names)), positional, named)
+        keywords[keyword.arg] = _literal(text, keyword.value)
+    return Call(text, tuple(reversed(names)), positional, keywords)
 
 
 def _offset(text: str, column: int) -> int:
@@ -126,23 +126,23 @@ def _literal(text: str, node: ast.expr) -> Any:
     except ValueError:
         with suppress(LookupError, ArithmeticError, TypeError, ValueError):
             return _worked_out(node)
-        said = ast.get_source_segment(text, node)
-        raise CallError(f"arguments must be literals, not {said!r}", _offset(text, node.col_offset)) from None
+        source = ast.get_source_segment(text, node)
+        raise CallError(f"arguments must be literals, not {source!r}", _offset(text, node.col_offset)) from None
 
 
 def resolve(call: Call) -> Any:
     """The function that a call names. Raises CallError at the first name that is not there, with the nearest."""
     here: Any = importlib.import_module(call.names[0][0])
-    dotted = call.names[0][0]
+    path = call.names[0][0]
     for name, offset in call.names[1:]:
         if isinstance(here, ModuleType) and not hasattr(here, name) and hasattr(here, "__path__"):
             with suppress(ModuleNotFoundError):
-                importlib.import_module(f"{dotted}.{name}")
+                importlib.import_module(f"{path}.{name}")
         if name.startswith("_") or not hasattr(here, name):
-            raise CallError(f"{dotted} has no {name!r}{hint(name, _names(here))}", offset)
-        here, dotted = getattr(here, name), f"{dotted}.{name}"
+            raise CallError(f"{path} has no {name!r}{hint(name, _names(here))}", offset)
+        here, path = getattr(here, name), f"{path}.{name}"
     if not callable(here):
-        raise CallError(f"{dotted} is not callable", call.names[-1][1])
+        raise CallError(f"{path} is not callable", call.names[-1][1])
     return here
 
 
@@ -206,13 +206,13 @@ class Values:
         package = call.names[0][0]
         if package == "plots":
             return of_plot(call, self._gallery)
-        found: int | float = self._known[package].answer(call.text, partial(evaluate, call))
-        return found
+        number: int | float = self._known[package].answer(call.text, partial(evaluate, call))
+        return number
 
     def keep(self) -> None:
         """Write down what is new."""
-        for known in self._known.values():
-            known.keep()
+        for memo in self._known.values():
+            memo.keep()
 
 
 def printed(value: int | float, spec: str = "") -> str:

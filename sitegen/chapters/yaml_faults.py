@@ -32,40 +32,40 @@ NAMED = re.compile(r"\n\s*(?:- +)?\{?[\w\\'\"-]+:(?: |\n|$)|\n\s*- ")  # a line 
 
 def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
     """Line and column, from 0, where a fault begins, and what it is: a tab, a quote before it, or what YAML says."""
-    begins, said = _in_words(f"{error.context}: {error.problem}")
-    found = error.problem_mark or error.context_mark
-    if found is None:
-        return 0, 0, said
-    written = [*source.split("\n"), ""][found.line]
-    before = written[: found.column]
-    blank = re.match(r"[\s-]*", written)
-    if blank and "\t" in blank[0] and found.column <= blank.end():
-        return found.line, written.index("\t"), TAB
+    begins, message = _in_words(f"{error.context}: {error.problem}")
+    spot = error.problem_mark or error.context_mark
+    if spot is None:
+        return 0, 0, message
+    text = [*source.split("\n"), ""][spot.line]
+    before = text[: spot.column]
+    blank = re.match(r"[\s-]*", text)
+    if blank and "\t" in blank[0] and spot.column <= blank.end():
+        return spot.line, text.index("\t"), TAB
     for start, end, style in _quoted(source):
-        if (start.line, start.column) > (found.line, found.column):
+        if (start.line, start.column) > (spot.line, spot.column):
             break
         if NAMED.search(source.split("\n", start.line)[-1][start.column : start.column + end.index - start.index]):
             return start.line, start.column, UNCLOSED
-        if end.line == found.line and not before[end.column :].strip() and found.column < len(written):
+        if end.line == spot.line and not before[end.column :].strip() and spot.column < len(text):
             other = {"'": "double", '"': "single"}[style]
             return end.line, end.column - 1, f"the quoted text ends here: one with a {style} in it has {other} quotes"
     if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", before):
         # The line is right, and was taken for more of the one above, which has no colon, or no blank after it.
-        line = next((n for n in range(found.line - 1, -1, -1) if source.split("\n")[n].strip()), found.line)
+        line = next((n for n in range(spot.line - 1, -1, -1) if source.split("\n")[n].strip()), spot.line)
         above = source.split("\n")[line]
-        if line < found.line and not NAMED.match(f"\n{above}"):
+        if line < spot.line and not NAMED.match(f"\n{above}"):
             return line, len(above) - len(above.lstrip()), LINE
-    if said == UNALIGNED and before.strip():
-        said = "the value ends before this"
-    mark = (error.context_mark if begins else None) or found
-    return mark.line, mark.column, said
+    if message == UNALIGNED and before.strip():
+        message = "the value ends before this"
+    mark = (error.context_mark if begins else None) or spot
+    return mark.line, mark.column, message
 
 
 def _in_words(context: str) -> tuple[bool, str]:
     """Whether a fault is best placed where its context begins, and what it is in an author's words."""
-    for holds, begins, said in COMMON:
+    for holds, begins, message in COMMON:
         if holds in context:
-            return begins, said
+            return begins, message
     return False, context.rpartition(": ")[2]
 
 

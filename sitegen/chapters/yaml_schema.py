@@ -80,7 +80,7 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
     """Parsed YAML; None, and a problem, where it is none."""
     places: dict[Path, Place] = {}
     texts: dict[Path, Place] = {}
-    written: dict[Path, str] = {}
+    raw: dict[Path, str] = {}
     try:
         loader = Loader(source)
         try:
@@ -90,19 +90,19 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
                 lines = source.split("\n")
                 for at, scalar in _scalars(node, ()):
                     texts[at] = _text_place(scalar, lines, Place(path, first_line, 1))
-                    written[at] = scalar.value
+                    raw[at] = scalar.value
                     end = scalar.end_mark
                     cut = CUT.match(lines[end.line], end.column)
                     if cut and not scalar.style:  # in quotes, or below a |, a text is whole
                         problems.add(Place(path, first_line + end.line, cut.end()), CUT_OFF)
             data = None if node is None else loader.construct_document(node)
-            return Yaml(data, places, Place(path, first_line, 1), texts, written)
+            return Yaml(data, places, Place(path, first_line, 1), texts, raw)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
         place = Place(path, first_line, 1)
-        line, column, said = cause(source, error)
-        problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {said}")
+        line, column, message = cause(source, error)
+        problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {message}")
     # Without a mark come a control character, a 31st of February, a list that holds itself.
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
@@ -143,21 +143,21 @@ def _text_place(node: Any, lines: list[str], root: Place) -> Place:
     line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
     if node.style in ("|", ">"):
         line += 1
-        written = next((each for each in lines[line:] if each.strip()), "")
-        column = len(written) - len(written.lstrip())
+        first = next((each for each in lines[line:] if each.strip()), "")
+        column = len(first) - len(first.lstrip())
     return Place(root.path, root.line + line, column + 1)
 
 
 def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:
     """The mapping at a path with defaults filled in; unknown, missing and wrong keys go to `problems`."""
-    given = document.data
+    mapping = document.data
     for step in at:
-        given = given[step]
+        mapping = mapping[step]
     result = {name: field.default for name, field in fields.items()}
-    if not isinstance(given, dict):
+    if not isinstance(mapping, dict):
         problems.add(document.at(*at), "a mapping of names to values is expected")
         return result
-    for name, value in given.items():
+    for name, value in mapping.items():
         if name not in fields:
             problems.add(document.at(*at, name), f"no key {str(name)!r}{hint(str(name), fields)}")
         elif not fields[name].accepts(value):
@@ -165,7 +165,7 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
         else:
             result[name] = value
     for name, field in fields.items():
-        if field.required and name not in given:
+        if field.required and name not in mapping:
             problems.add(document.at(*at), f"{name} is missing: {field.expects}")
     return result
 

@@ -37,7 +37,7 @@ def run_fault(command: list[str]) -> str:
     """Run an installer, or a program to see that it starts; what went wrong, or nothing."""
     env = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     try:
-        done = subprocess.run(
+        result = subprocess.run(
             command,
             env=env,
             stdin=subprocess.DEVNULL,
@@ -49,8 +49,8 @@ def run_fault(command: list[str]) -> str:
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         return str(error)
-    said = (done.stdout + done.stderr).strip().splitlines()
-    return "" if done.returncode == 0 else f"ended with code {done.returncode}: {' | '.join(said[-3:])}"
+    output = (result.stdout + result.stderr).strip().splitlines()
+    return "" if result.returncode == 0 else f"ended with code {result.returncode}: {' | '.join(output[-3:])}"
 
 
 def chromium_fault(path: Path) -> str:
@@ -131,20 +131,20 @@ SHELL = Engine(
 )
 
 
-def chromium(given: Path | None = None) -> Path:
+def chromium(browser_path: Path | None = None) -> Path:
     """A Chromium that starts; as `found`."""
-    return found("chromium", given)
+    return found("chromium", browser_path)
 
 
-def shell(given: Path | None = None) -> Path | None:
+def shell(browser_path: Path | None = None) -> Path | None:
     """Chromium's headless shell, installed where that can be done: the same engine without a window, which loads a page
     with a third of the work. None where there is none, or where a Chromium is given or named: then that is meant."""
-    if given or any(os.environ.get(each) for each in ENGINES["chromium"].named):
+    if browser_path or any(os.environ.get(each) for each in ENGINES["chromium"].named):
         return None
     return next((path for _, path in found_or_installed(SHELL, []) if not SHELL.fault(path)), None)
 
 
-def found(name: str, given: Path | None = None) -> Path:
+def found(name: str, browser_path: Path | None = None) -> Path:
     """The program of an engine. What is given, or named by a variable, must do; else the first of the others that does.
 
     Raises BrowserMissing with everything that was tried.
@@ -152,27 +152,29 @@ def found(name: str, given: Path | None = None) -> Path:
     engine = ENGINES.get(name)
     if not engine:
         raise BrowserMissing(f"no engine {name!r}; there are {', '.join(ENGINES)}")
-    named = [(f"{each}={os.environ[each]}", Path(os.environ[each])) for each in engine.named if os.environ.get(each)]
-    insisted = [(f"--browser-path {given}", given)] if given else named[:1]
-    tried: list[str] = []
-    for how, path in insisted or found_or_installed(engine, tried):
+    by_variable = [
+        (f"{each}={os.environ[each]}", Path(os.environ[each])) for each in engine.named if os.environ.get(each)
+    ]
+    mandatory = [(f"--browser-path {browser_path}", browser_path)] if browser_path else by_variable[:1]
+    attempts: list[str] = []
+    for how, path in mandatory or found_or_installed(engine, attempts):
         fault = engine.fault(path)
         if not fault:
             return path
-        tried.append(f"{how}: {fault}")
+        attempts.append(f"{how}: {fault}")
     raise BrowserMissing(
         f"no {engine.title} to test with. Tried:\n"
-        + "".join(f"  {line}\n" for line in tried)
+        + "".join(f"  {line}\n" for line in attempts)
         + f"Specify one with {'--browser-path or ' if name == 'chromium' else ''}the variable {engine.named[0]}."
     )
 
 
-def found_or_installed(engine: Engine, tried: list[str]) -> Iterator[tuple[str, Path]]:
-    """Candidates and how they were come by; installs only when asked for more. What led to none is added to `tried`."""
+def found_or_installed(engine: Engine, attempts: list[str]) -> Iterator[tuple[str, Path]]:
+    """Candidates and how they were come by; installs only when asked for more. What led to none goes to `attempts`."""
     programs = [path for name in engine.programs if (path := shutil.which(name))]
     places = [path for place in engine.places if (path := _filled(place)) and Path(path).is_file()]
     if not programs and not places:
-        tried.append(f"the PATH: none of {', '.join(engine.programs)}")
+        attempts.append(f"the PATH: none of {', '.join(engine.programs)}")
     yield from ((path, Path(path)) for path in [*programs, *places])
     if engine is ENGINES["chromium"] and (own := playwrights_own()).is_file():
         yield "Playwright's own", own
@@ -180,7 +182,7 @@ def found_or_installed(engine: Engine, tried: list[str]) -> Iterator[tuple[str, 
         print(f"no {engine.title} yet: {how}", file=sys.stderr, flush=True)
         fault = run_fault(command)
         if fault:
-            tried.append(f"{how}: {fault}")
+            attempts.append(f"{how}: {fault}")
             continue
         program = shutil.which(engine.programs[0]) if command[0] == "apt-get" else str(playwrights_own())
         if program:

@@ -58,8 +58,8 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
     print(f"the sweep: {sweep.proved} runs {again} end as its files say", flush=True)
     print(f"long plots: one part of each of {plots.proved} gives what its file says", flush=True)
     if behind := claims.behind(root):
-        said = f"{len(behind)} claims are shown as not yet run on this code"
-        print(f"{claims.RESULTS}: {said}; a full test run writes it anew (note)", file=sys.stderr)
+        message = f"{len(behind)} claims are shown as not yet run on this code"
+        print(f"{claims.RESULTS}: {message}; a full test run writes it anew (note)", file=sys.stderr)
     return 1 if sweep.wrong or plots.wrong else 0
 
 

@@ -38,12 +38,12 @@ class Element(Tag):
         """The addresses that the browser loads for this element."""
         if self.name == "link":
             return [self.get("href")] if LOADED_LINKS & set(self.get("rel").lower().split()) else []
-        found = []
+        addresses = []
         for name in LOADED.get(self.name, ()):
             if name in self.attributes:
                 several = self.get(name).split(",") if name == "srcset" else [self.get(name)]
-                found += [one.split()[0] if one.split() else "" for one in several]
-        return found
+                addresses += [one.split()[0] if one.split() else "" for one in several]
+        return addresses
 
     @property
     def links(self) -> list[str]:
@@ -70,11 +70,11 @@ class Page:
     @cached_property
     def ids(self) -> dict[str, list[Element]]:
         """The elements by id."""
-        found: dict[str, list[Element]] = {}
+        by_id: dict[str, list[Element]] = {}
         for element in self.elements:
             if "id" in element.attributes:
-                found.setdefault(element.get("id"), []).append(element)
-        return found
+                by_id.setdefault(element.get("id"), []).append(element)
+        return by_id
 
 
 class _Collector:
@@ -87,23 +87,23 @@ class _Collector:
     def opened(self, tag: Tag) -> None:
         element = Element(*tag)
         self._page.elements.append(element)
-        for _, _, said in self._around:
-            said.append(element.get("alt") or element.get("aria-label"))
+        for _, _, pieces in self._around:
+            pieces.append(element.get("alt") or element.get("aria-label"))
         if tag.name in TELLING or _is_inline(tag):
             self._around.append((tag, element, []))
 
     def text(self, text: str) -> None:
-        for _, _, said in self._around:
-            said.append(text)
+        for _, _, pieces in self._around:
+            pieces.append(text)
 
     def closed(self, tag: Tag) -> None:
         if not self._around or self._around[-1][0] is not tag:
             return
-        _, element, said = self._around.pop()
+        _, element, pieces = self._around.pop()
         if _is_inline(tag):
-            self._page.inline.append((element, "".join(said)))
+            self._page.inline.append((element, "".join(pieces)))
         else:
-            self._page.texts.append((element, "".join(said).strip()))
+            self._page.texts.append((element, "".join(pieces).strip()))
 
 
 def _is_inline(tag: Tag) -> bool:

@@ -19,7 +19,7 @@ PATIENCE_MS = 60_000
 NOT_KEPT = ("404.html",)  # the host's answer to an address that is none
 
 
-def offline_check(root: Path, given: Path | None = None) -> int:
+def offline_check(root: Path, browser_path: Path | None = None) -> int:
     """Build site/ and check it without its server; a line a page. The exit code is 1 where one fails."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
@@ -27,7 +27,7 @@ def offline_check(root: Path, given: Path | None = None) -> int:
     if not outcome.good:
         return 1
     try:
-        browser = chromium(given)
+        browser = chromium(browser_path)
     except BrowserMissing as error:
         print(error, file=sys.stderr)
         return 1

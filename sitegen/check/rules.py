@@ -35,12 +35,12 @@ def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
 
 def check_pages(site: Path, pages: dict[str, Page], cache: Path) -> list[Problem]:
     """All problems of a built site whose pages are read, in order."""
-    found = html_faults(pages, cache)
+    problems = html_faults(pages, cache)
     for page in pages.values():
         for rule in RULES:
-            found += rule(page, pages)
-    found += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
-    return sorted(set(found))
+            problems += rule(page, pages)
+    problems += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
+    return sorted(set(problems))
 
 
 def at(page: Page, element: Element, message: str) -> Problem:
@@ -50,10 +50,10 @@ def at(page: Page, element: Element, message: str) -> Problem:
 
 def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
     """The pages parse without an error by the HTML standard's own algorithm; what was found of a page is remembered."""
-    known = Remembered(cache, f"html-{FORMAT}-{html5lib.__version__}")
-    found = {name: known.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
-    known.keep()
-    return [Problem(f"{SHOWN}/{name}", *fault) for name, faults in found.items() for fault in faults]
+    memo = Remembered(cache, f"html-{FORMAT}-{html5lib.__version__}")
+    by_page = {name: memo.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
+    memo.keep()
+    return [Problem(f"{SHOWN}/{name}", *fault) for name, faults in by_page.items() for fault in faults]
 
 
 def html_errors(source: str) -> list[tuple[int, int, str]]:
@@ -61,7 +61,7 @@ def html_errors(source: str) -> list[tuple[int, int, str]]:
     parser = html5lib.HTMLParser(strict=False)
     parser.parse(source)
     errors = [(place, HTML_ERRORS.get(code, code), values) for place, code, values in parser.errors]
-    return [(line, column, f"HTML: {said % values if values else said}") for (line, column), said, values in errors]
+    return [(line, column, f"HTML: {words % values if values else words}") for (line, column), words, values in errors]
 
 
 def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:

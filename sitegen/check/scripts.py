@@ -28,10 +28,10 @@ def script_types(root: Path) -> int:
 
 def script_lint(root: Path) -> int:
     """Lint all scripts that a page or a preview gets. The exit code is 1 where there is something to mend."""
-    found = lint_problems(root)
-    for problem in found:
+    problems = lint_problems(root)
+    for problem in problems:
         print(problem, file=sys.stderr)
-    return 1 if found else 0
+    return 1 if problems else 0
 
 
 def lint_problems(root: Path) -> list[Problem]:
@@ -42,5 +42,5 @@ def lint_problems(root: Path) -> list[Problem]:
         files |= read_files(root, folder, pattern, problems)
     library = fetch.gather(["eslint"])["eslint/linter.mjs"]
     answer = run_node(LINT, {"library": str(library), "files": files}, timeout=120)
-    found = [Problem(each["path"], each["line"], each["column"], each["message"]) for each in answer]
-    return sorted([*problems.found, *found])
+    faults = [Problem(each["path"], each["line"], each["column"], each["message"]) for each in answer]
+    return sorted([*problems.found, *faults])

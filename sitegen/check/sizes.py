@@ -36,7 +36,7 @@ def heaviest(weights: Iterable[Weight]) -> Weight:
 
 
 @lru_cache(maxsize=4096)
-def _gzip_size(path: Path, changed: int) -> int:
+def _gzip_size(path: Path, mtime: int) -> int:
     return len(gzipped(path.read_bytes(), cache_dir()))
 
 
@@ -47,19 +47,19 @@ def gzip_size(path: Path) -> int:
 
 def page_weight(page: Page) -> Weight:
     """The page and all that its elements and their style sheets load."""
-    wanted = [page.name]
+    queue = [page.name]
     for element in page.elements:
-        wanted += [target[0] for address in element.loads if (target := inside(address, page.name))]
+        queue += [target[0] for address in element.loads if (target := inside(address, page.name))]
     parts: dict[str, int] = {}
-    while wanted:
-        name = wanted.pop()
+    while queue:
+        name = queue.pop()
         path = page.site / name
         if name in parts or not path.is_file():
             continue
         parts[name] = gzip_size(path)
         if path.suffix == ".css":
             addresses = _of_sheet(path.read_text("utf-8"))
-            wanted += [target[0] for a in addresses if not is_foreign(a) and (target := inside(a, name))]
+            queue += [target[0] for a in addresses if not is_foreign(a) and (target := inside(a, name))]
     return Weight(page.name, parts)
 
 

@@ -46,9 +46,9 @@ def anglicised() -> str:
     for ours, theirs in pairs:
         for word in filter(None, (each.strip() for each in theirs.split(","))):
             british.setdefault(word, []).append(ours)
-    known = {ours for ours, _ in pairs}
+    spellings = {ours for ours, _ in pairs}
     return "".join(
-        f"{word}->{', '.join(ours)}{',' * (len(ours) > 1)}\n" for word, ours in british.items() if word not in known
+        f"{word}->{', '.join(ours)}{',' * (len(ours) > 1)}\n" for word, ours in british.items() if word not in spellings
     )
 
 

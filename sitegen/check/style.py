@@ -52,10 +52,10 @@ _ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRA
 
 def style(root: Path) -> int:
     """Tell every such phrase with its place. The exit code is 1 where there is one."""
-    found = [told for path in _files(root) for told in _told(path, path.relative_to(root).as_posix())]
-    sys.stdout.write("".join(f"{line}\n" for line in found))
+    lines = [hit for path in _files(root) for hit in _told(path, path.relative_to(root).as_posix())]
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
     sys.stdout.flush()
-    return 1 if found else 0
+    return 1 if lines else 0
 
 
 def _files(root: Path) -> Iterator[Path]:

@@ -55,8 +55,8 @@ def start_display() -> tuple[subprocess.Popen[bytes], str]:
     command = [xvfb, "-displayfd", str(theirs), "-screen", "0", SCREEN, "-nolisten", "tcp"]
     running = subprocess.Popen(command, pass_fds=[theirs], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     os.close(theirs)
-    with open(ours, encoding="ascii") as told:
-        number = told.readline().strip()
+    with open(ours, encoding="ascii") as pipe:
+        number = pipe.readline().strip()
     if not number:
         raise RuntimeError(f"Xvfb ended with code {running.wait(STARTS)}")
     return running, number

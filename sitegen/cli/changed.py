@@ -82,27 +82,27 @@ class Chosen:
 def differing(root: Path, commit: str) -> list[str]:
     """The files that differ from the commit, new ones as well, that are still there or were. Raises ValueError where
     git does not know the commit."""
-    listed = []
+    names = []
     for words in (
         ["diff", "--name-only", "--no-renames", commit, "--"],
         ["ls-files", "--others", "--exclude-standard"],
     ):
-        listed += _git(root, commit, *words).splitlines()
-    return sorted(set(listed))
+        names += _git(root, commit, *words).splitlines()
+    return sorted(set(names))
 
 
 def steps(names: Iterable[str]) -> list[str]:
     """What of a whole run's steps before pytest these files need, by their kinds."""
-    found = {"ruff", "spelling", "check"}
+    due = {"ruff", "spelling", "check"}
     for name in names:
         room, kind = name.split("/")[0], Path(name).suffix
         if room in ROOMS and kind in (".py", ".pyi"):
-            found |= {"mypy", "imports"}
+            due |= {"mypy", "imports"}
         if room in ("templates", "sitegen") and kind in (".js", ".mjs", ".ts", ".json"):
-            found |= {"eslint", "tsc"}
+            due |= {"eslint", "tsc"}
         if name.startswith(KEPT):
-            found.add("sweep")
-    return sorted(found)
+            due.add("sweep")
+    return sorted(due)
 
 
 def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
@@ -135,8 +135,8 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
         its = _pages(Path(name), text)
         tests |= {*CLAIM.findall("\n\n".join(_paragraphs(text) - _paragraphs(before))), *OF_PAGES, *OF_WORDS}
         if ASKED.findall(text) != ASKED.findall(before):
-            named = (*its, Path(name).name)
-            tests |= {test for each in named for test in _naming(root, each, "tests/browser", "test_*.py")}
+            mentions = (*its, Path(name).name)
+            tests |= {test for each in mentions for test in _naming(root, each, "tests/browser", "test_*.py")}
         pages |= its
     tests |= importing(root, modules)
     only = all(name.startswith("content/") for name in names) and not modules
@@ -145,8 +145,8 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
 
 def naming(root: Path, name: str) -> set[str]:
     """The modules that name a file, or its folder: who reads it."""
-    found = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
-    return found - {"sitegen/cli/changed.py"}  # which names some of them, and reads them as git tells it
+    modules = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
+    return modules - {"sitegen/cli/changed.py"}  # which names some of them, and reads them as git tells it
 
 
 def importing(root: Path, modules: Iterable[str]) -> set[str]:
@@ -156,8 +156,8 @@ def importing(root: Path, modules: Iterable[str]) -> set[str]:
         return set()
     graph, of = _imports(root)
     touched = names | {far for name in names & graph.modules for far in graph.find_downstream_modules(name)}
-    found = (path for name, path in of.items() if name in touched and path.name.startswith("test_"))
-    return {path.relative_to(root).as_posix() for path in found}
+    files = (path for name, path in of.items() if name in touched and path.name.startswith("test_"))
+    return {path.relative_to(root).as_posix() for path in files}
 
 
 @cache
@@ -169,20 +169,20 @@ def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
     graph = grimp.build_graph(*ROOMS)
     for name, path in of.items():
         graph.add_module(name)
-        for imported in (_imported(path) | _fixtures(name)) & (graph.modules | of.keys()):
-            graph.add_import(importer=name, imported=imported)
-    for loader, loaded in LOADS.items():
+        for module in (_imported(path) | _fixtures(name)) & (graph.modules | of.keys()):
+            graph.add_import(importer=name, imported=module)
+    for loader, modules in LOADS.items():
         for each in graph.modules:
-            if each != loader and any(f"{each}.".startswith(f"{one}.") for one in loaded):
+            if each != loader and any(f"{each}.".startswith(f"{one}.") for one in modules):
                 graph.add_import(importer=loader, imported=each)
     return graph, of
 
 
 def _git(root: Path, commit: str, *words: str) -> str:
-    done = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
-    if done.returncode:
-        raise ValueError(f"git cannot compare with {commit!r}: {done.stderr.strip()}")
-    return done.stdout
+    result = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    if result.returncode:
+        raise ValueError(f"git cannot compare with {commit!r}: {result.stderr.strip()}")
+    return result.stdout
 
 
 def _before(root: Path, commit: str, name: str) -> str:
@@ -199,16 +199,16 @@ def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
     """The files of a folder that hold a file's name, or that of its folder where it lies deeper."""
     path = Path(name)
     words = {path.name, *([path.parent.as_posix()] if len(path.parts) > 2 else [])}
-    found = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))
-    return {each.relative_to(root).as_posix() for each in found}
+    files = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))
+    return {each.relative_to(root).as_posix() for each in files}
 
 
 def _pages(file: Path, text: str) -> set[str]:
     """The page of a chapter, or of a page of the docs, and its slides."""
     if file.parent.name == "docs":
         return {"docs.html" if file.stem == "index" else f"docs-{file.stem}.html"}
-    found = SLUG.search(text)
-    slug = found[1] if found else file.stem.partition("-")[2]
+    match = SLUG.search(text)
+    slug = match[1] if match else file.stem.partition("-")[2]
     page = "index.html" if file.name.startswith("00-") else f"{slug}.html"
     return {page, f"slides-{page}"}
 
@@ -219,13 +219,13 @@ def _dotted(name: str) -> str:
 
 def _imported(path: Path) -> set[str]:
     """The modules that a file imports, and what might be one: `from a import b` names a and a.b."""
-    found = set()
+    modules = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    return found
+            modules |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return modules
 
 
 def _fixtures(name: str) -> set[str]:

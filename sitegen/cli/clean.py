@@ -23,27 +23,27 @@ SOURCES = ("sitegen", "solvers", "widgets", "tests")
 def clean(root: Path, *, everything: bool = False) -> int:
     """Empty site/ (but for its .gitignore) and remove what is made; `everything`: also .venv and the user's cache. The
     exit code is 1 where something cannot be removed, which is told; the rest is."""
-    gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
-    gone += [path for path in sorted(root.iterdir()) if any(fnmatch(path.name, pattern) for pattern in MADE)]
-    gone += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
+    paths = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
+    paths += [path for path in sorted(root.iterdir()) if any(fnmatch(path.name, pattern) for pattern in MADE)]
+    paths += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
     code = 0
     if everything:
         if environment.is_inside(root):
             print("clean --all cannot remove the .venv it runs in: use the system python3", file=sys.stderr)
             return 2
-        named = os.environ.get("LADDER_CACHE")
-        cache = None if named else user_cache(root)
-        if named:  # whoever named it may keep other things there
-            print(f"{named} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
+        override = os.environ.get("LADDER_CACHE")
+        cache = None if override else user_cache(root)
+        if override:  # whoever named it may keep other things there
+            print(f"{override} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
         elif cache is None:
             print("without a working .venv the user's cache cannot be located; it stays", file=sys.stderr)
             code = 1
         else:
-            gone.append(cache)
-        gone.append(environment.folder(root))
-    told = []
-    for path in gone:
-        shown = path.relative_to(root) if path.is_relative_to(root) else path
+            paths.append(cache)
+        paths.append(environment.folder(root))
+    lines = []
+    for path in paths:
+        label = path.relative_to(root) if path.is_relative_to(root) else path
         try:
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path)
@@ -52,13 +52,13 @@ def clean(root: Path, *, everything: bool = False) -> int:
             else:
                 continue
         except OSError as error:
-            print(f"clean: {shown} cannot be removed: {error.strerror or error}", file=sys.stderr)
+            print(f"clean: {label} cannot be removed: {error.strerror or error}", file=sys.stderr)
             code = 1
             continue
-        told.append(f"removed {shown}")
-    if told:  # at the end, so that a reader who goes away stops nothing
+        lines.append(f"removed {label}")
+    if lines:  # at the end, so that a reader who goes away stops nothing
         with suppress(BrokenPipeError):
-            print(*told, sep="\n", flush=True)
+            print(*lines, sep="\n", flush=True)
     return code
 
 
@@ -68,5 +68,5 @@ def user_cache(root: Path) -> Path | None:
         return None
     asks = "from sitegen.cache.files import cache_dir; print(cache_dir())"
     command = [str(environment.python(root)), "-c", asks]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
-    return Path(done.stdout.strip()) if done.returncode == 0 and done.stdout.strip() else None
+    result = subprocess.run(command, cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    return Path(result.stdout.strip()) if result.returncode == 0 and result.stdout.strip() else None

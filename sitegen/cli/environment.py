@@ -77,15 +77,15 @@ def set_up(root: Path) -> None:
 
 
 def _create(root: Path) -> None:
-    for needed in ("venv", "ensurepip"):
-        if importlib.util.find_spec(needed) is None:
+    for module in ("venv", "ensurepip"):
+        if importlib.util.find_spec(module) is None:
             version = f"{sys.version_info.major}.{sys.version_info.minor}"
             raise SetupError(
-                f"this Python ({sys.executable}) lacks {needed}, which creates the project's .venv.\n"
+                f"this Python ({sys.executable}) lacks {module}, which creates the project's .venv.\n"
                 f"On Debian or Ubuntu: apt-get install python3-venv   (or python{version}-venv). Then run this again."
             )
     _say("setting up .venv (only once): creating it")
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-P", "-m", "venv", "--clear", str(folder(root))],
         stdin=subprocess.DEVNULL,
         capture_output=True,
@@ -93,8 +93,8 @@ def _create(root: Path) -> None:
         errors="replace",
         check=False,
     )
-    if done.returncode != 0:
-        raise SetupError(f".venv could not be created:\n{(done.stdout + done.stderr).strip()}")
+    if result.returncode != 0:
+        raise SetupError(f".venv could not be created:\n{(result.stdout + result.stderr).strip()}")
 
 
 def _install(root: Path) -> None:
@@ -104,7 +104,7 @@ def _install(root: Path) -> None:
     total = sum("==" in line and not line.startswith((" ", "#")) for line in lines)
     show = _Line()
     last: deque[str] = deque(maxlen=20)
-    seen = 0
+    count = 0
     with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
@@ -119,11 +119,11 @@ def _install(root: Path) -> None:
                 last.append(line.rstrip())
                 words = line.split()
                 if words[:1] in (["Collecting"], ["Requirement"]):  # "Requirement already satisfied: …"
-                    seen += 1
+                    count += 1
                     name = words[1] if words[0] == "Collecting" else words[3]
-                    show(f"setting up .venv: {seen} of at most {total}: {name}")
+                    show(f"setting up .venv: {count} of at most {total}: {name}")
                 elif words[:1] == ["Downloading"]:
-                    show(f"setting up .venv: {seen} of at most {total}: {Path(words[1]).name} {' '.join(words[2:])}")
+                    show(f"setting up .venv: {count} of at most {total}: {Path(words[1]).name} {' '.join(words[2:])}")
                 elif words[:2] == ["Installing", "collected"]:
                     show(f"setting up .venv: installing {len(words) - 3} packages")
         except BaseException:

@@ -145,87 +145,87 @@ def _clean_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _build(root: Path, asked: Arguments) -> int:
+def _build(root: Path, args: Arguments) -> int:
     from sitegen.pipeline.attempt import build_command
 
     return build_command(root)
 
 
-def _serve(root: Path, asked: Arguments) -> int:
-    if asked.offline_check:
+def _serve(root: Path, args: Arguments) -> int:
+    if args.offline_check:
         from sitegen.check.offline import offline_check
 
         return offline_check(root)
     from sitegen.serve.live import serve
 
-    return serve(root, asked.host, asked.port, opens=not asked.no_open)
+    return serve(root, args.host, args.port, opens=not args.no_open)
 
 
-def _check(root: Path, asked: Arguments) -> int:
+def _check(root: Path, args: Arguments) -> int:
     from sitegen.check.command import check_command
 
     return check_command(root)
 
 
-def _test(root: Path, asked: Arguments) -> int:
-    if asked.pythons:
+def _test(root: Path, args: Arguments) -> int:
+    if args.pythons:
         from sitegen.cli.pythons import test_pythons
 
         return test_pythons(root)
     from sitegen.cli.run_tests import hostile, test, test_changed
 
-    if asked.hostile:
-        return hostile(root, asked.further)
-    if asked.changed:
-        return test_changed(root, asked.changed, asked.browser_path, asked.further)
-    return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
+    if args.hostile:
+        return hostile(root, args.further)
+    if args.changed:
+        return test_changed(root, args.changed, args.browser_path, args.further)
+    return test(root, [name for name in args.engines.split(",") if name], args.browser_path, args.further)
 
 
-def _bench(root: Path, asked: Arguments) -> int:
-    if asked.gallery:
+def _bench(root: Path, args: Arguments) -> int:
+    if args.gallery:
         from sitegen.bench.gallery import gallery_command
 
-        return gallery_command(root, asked.gallery)
+        return gallery_command(root, args.gallery)
     from sitegen.bench.run import bench
 
-    return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name], asked.keep)
+    return bench(root, args.out, args.browser_path, [name for name in args.only.split(",") if name], args.keep)
 
 
-def _sweep(root: Path, asked: Arguments) -> int:
+def _sweep(root: Path, args: Arguments) -> int:
     from sitegen.cli.sweep import sweep
 
-    only, methods = ([name for name in text.split(",") if name] for text in (asked.only, asked.methods))
-    return sweep(root, asked.processes, asked.scheduler, only, methods)
+    only, methods = ([name for name in text.split(",") if name] for text in (args.only, args.methods))
+    return sweep(root, args.processes, args.scheduler, only, methods)
 
 
-def _train(root: Path, asked: Arguments) -> int:
+def _train(root: Path, args: Arguments) -> int:
     from sitegen.experiments.training import check_command, train_command
 
-    return check_command() if asked.check else train_command()
+    return check_command() if args.check else train_command()
 
 
-def _new(root: Path, asked: Arguments) -> int:
+def _new(root: Path, args: Arguments) -> int:
     from sitegen.cli.new import new_command
 
-    return new_command(root, asked.kind, asked.name, asked.title)
+    return new_command(root, args.kind, args.name, args.title)
 
 
-def _publish(root: Path, asked: Arguments) -> int:
+def _publish(root: Path, args: Arguments) -> int:
     from sitegen.cli.publish import publish_command
 
-    return publish_command(root, asked.where, force=asked.force)
+    return publish_command(root, args.where, force=args.force)
 
 
-def _package(root: Path, asked: Arguments) -> int:
+def _package(root: Path, args: Arguments) -> int:
     from sitegen.cli.package import package_command
 
-    return package_command(root, tests=asked.tests)
+    return package_command(root, tests=args.tests)
 
 
-def _clean(root: Path, asked: Arguments) -> int:
+def _clean(root: Path, args: Arguments) -> int:
     from sitegen.cli.clean import clean
 
-    return clean(root, everything=asked.all)
+    return clean(root, everything=args.all)
 
 
 COMMANDS: dict[str, Command] = {
@@ -267,36 +267,36 @@ def parse(words: Sequence[str]) -> Arguments:
     subparsers = parser.add_subparsers(dest="command", metavar="command", title="commands")
     for name, command in COMMANDS.items():
         more = f" Further arguments are passed to {command.passes_on}." if command.passes_on else ""
-        described = f"{command.help[0].upper()}{command.help[1:]}.{more}"
-        command.options(subparsers.add_parser(name, help=command.help, description=described, allow_abbrev=False))
+        description = f"{command.help[0].upper()}{command.help[1:]}.{more}"
+        command.options(subparsers.add_parser(name, help=command.help, description=description, allow_abbrev=False))
     first = next(iter(words), "")
     if first and not first.startswith("-") and first not in COMMANDS:
         from difflib import get_close_matches
 
         close = get_close_matches(first, COMMANDS, n=1)
-        known = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
-        parser.exit(2, f"build.py: no command {first!r}; {known}\n")
-    asked, further = parser.parse_known_args(words)
-    asked.command = asked.command or "build"
-    asked.further = [word for word in further if word != "--"]
-    if further and not COMMANDS[asked.command].passes_on:
-        parser.error(f"{asked.command} does not know {' '.join(further)}")
-    own: argparse.ArgumentParser = subparsers.choices[asked.command]
-    for one, others in COMMANDS[asked.command].unused.items():
+        advice = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
+        parser.exit(2, f"build.py: no command {first!r}; {advice}\n")
+    args, further = parser.parse_known_args(words)
+    args.command = args.command or "build"
+    args.further = [word for word in further if word != "--"]
+    if further and not COMMANDS[args.command].passes_on:
+        parser.error(f"{args.command} does not know {' '.join(further)}")
+    own: argparse.ArgumentParser = subparsers.choices[args.command]
+    for one, others in COMMANDS[args.command].unused.items():
         for other in others:
-            if all(getattr(asked, name) not in (own.get_default(name), []) for name in (one, other)):
-                own.error(f"{_shown(one, asked)} does not go with {_shown(other, asked)}")
-    return asked
+            if all(getattr(args, name) not in (own.get_default(name), []) for name in (one, other)):
+                own.error(f"{_shown(one, args)} does not go with {_shown(other, args)}")
+    return args
 
 
-def _shown(name: str, asked: Arguments) -> str:
+def _shown(name: str, args: Arguments) -> str:
     """An argument by the name that it is given under."""
-    return " ".join(asked.further) if name == "further" else f"--{name.replace('_', '-')}"
+    return " ".join(args.further) if name == "further" else f"--{name.replace('_', '-')}"
 
 
-def run(root: Path, asked: Arguments) -> int:
+def run(root: Path, args: Arguments) -> int:
     """Do the command's work; the exit code is 0 for done, 1 for problems found, 2 for a use that makes no sense."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a Windows console's code page knows neither ½ nor →
             stream.reconfigure(encoding="utf-8", errors="replace")
-    return COMMANDS[asked.command].run(root, asked)
+    return COMMANDS[args.command].run(root, args)

@@ -33,14 +33,14 @@ def new_command(root: Path, kind: str, name: str, title: str) -> int:
     """Write the piece and say what to do next. The exit code is 2 where the name will not do, 1 where a file cannot be
     written."""
     try:
-        made = new_chapter(root, name, title) if kind == "chapter" else new_figure(root, name, title)
+        paths = new_chapter(root, name, title) if kind == "chapter" else new_figure(root, name, title)
     except NameTaken as error:
         print(f"new {kind}: {error}", file=sys.stderr)
         return 2
     except OSError as error:
         print(f"new {kind}: {error.filename}: {error.strerror}; nothing was created", file=sys.stderr)
         return 1
-    for path in made:
+    for path in paths:
         print(f"made {path.relative_to(root).as_posix()}")
     if kind == "chapter":
         print("It is a draft: `python3 build.py serve` shows it; remove `draft: true` to publish it.")
@@ -98,16 +98,16 @@ def _sound(name: str) -> None:
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:
     """Write the pieces, all or none. Raises OSError that names the one that cannot be written."""
     plain = name.replace("-", " ").capitalize()
-    quoted = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
-    words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": quoted}
+    literal = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
+    words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": literal}
     texts = {root / path: Template((SKELETONS / piece).read_text("utf-8")) for piece, path in pieces.items()}
-    made: list[Path] = []
+    paths: list[Path] = []
     for path, text in texts.items():
         try:
             write(path, text.safe_substitute(words).encode())
         except OSError as error:
-            for other in made:
+            for other in paths:
                 other.unlink()
             raise OSError(error.errno, error.strerror, path.relative_to(root).as_posix()) from error
-        made.append(path)
-    return made
+        paths.append(path)
+    return paths

@@ -39,14 +39,14 @@ def package_command(root: Path, *, tests: bool = False) -> int:
         here, out = Path(temporary), root / "dist"
         try:
             copied(root, here / "checkout")
-            made = built(here / "checkout", here / "made")
+            files = built(here / "checkout", here / "made")
             shutil.rmtree(out, ignore_errors=True)
             shutil.copytree(here / "made", out)
-            for path in made:
+            for path in files:
                 print(f"dist/{path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
-            check(made, here / "twine")
+            check(files, here / "twine")
             for one in ends(interpreters(candidates(os.environ))):
-                use(one, made, here, root, tests=tests)
+                use(one, files, here, root, tests=tests)
         except PackageError as error:
             print(f"package: {error}", file=sys.stderr)
             return 1
@@ -74,17 +74,17 @@ def unpacked(sdist: Path, folder: Path) -> Path:
     return folder / sdist.name.removesuffix(".tar.gz")
 
 
-def check(made: Sequence[Path], folder: Path) -> None:
+def check(files: Sequence[Path], folder: Path) -> None:
     """What an index would refuse, told by twine in an environment of its own. Raises PackageError."""
     python = environment(Path(sys.executable), folder)
     _said([str(python), "-m", "pip", "install", "--quiet", "twine"])
-    said = _said([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, made)])
-    print("\n".join(re.sub(r"\S*/", "", line) for line in said.splitlines() if line.strip()), flush=True)
+    output = _said([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, files)])
+    print("\n".join(re.sub(r"\S*/", "", line) for line in output.splitlines() if line.strip()), flush=True)
 
 
-def ends(found: Sequence[Interpreter]) -> list[Interpreter]:
+def ends(pythons: Sequence[Interpreter]) -> list[Interpreter]:
     """The oldest and the newest of the Pythons that can set up environments. Raises PackageError."""
-    able = sorted(one for one in found if one.can_set_up)
+    able = sorted(one for one in pythons if one.can_set_up)
     if not able:
         raise PackageError("no Python on this machine has ensurepip: there is none to test the package with")
     return [able[0], able[-1]] if len(able) > 1 else able
@@ -101,25 +101,25 @@ def numpys(one: Interpreter, root: Path) -> tuple[str, str]:
     return next(name for name in releases if name == releases[-1] or _can([*try_one, f"numpy=={name}"])), releases[-1]
 
 
-def among(said: str, least: str) -> list[str]:
+def among(output: str, least: str) -> list[str]:
     """The releases from `least` on, the oldest first, of those that `pip index versions` lists, with a wheel for its
     Python or without. Raises PackageError."""
-    listed = re.search(r"^Available versions: (.*)$", said, re.MULTILINE)
-    releases = [name for name in listed[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if listed else []
-    allowed = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
-    if not allowed:
-        raise PackageError(f"pip finds no numpy from {least} on:\n{said.strip()}")
-    return allowed
+    match = re.search(r"^Available versions: (.*)$", output, re.MULTILINE)
+    releases = [name for name in match[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if match else []
+    recent = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
+    if not recent:
+        raise PackageError(f"pip finds no numpy from {least} on:\n{output.strip()}")
+    return recent
 
 
 def _number(version: str) -> tuple[int, ...]:
     return tuple(map(int, version.split(".")))
 
 
-def use(one: Interpreter, made: tuple[Path, Path], here: Path, root: Path, *, tests: bool) -> None:
+def use(one: Interpreter, files: tuple[Path, Path], here: Path, root: Path, *, tests: bool) -> None:
     """Install the wheel with this Python and follow its README: with the oldest numpy alone, then with the newest and
     the extras. Raises PackageError."""
-    sdist, wheel = made
+    sdist, wheel = files
     folder = here / one.name
     python = environment(one.path, folder / "env")
     pip = [str(python), "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
@@ -128,13 +128,13 @@ def use(one: Interpreter, made: tuple[Path, Path], here: Path, root: Path, *, te
         began = time.monotonic()
         _said([*pip, f"{wheel}{extras}", f"numpy=={numpy}"])
         print(f"Python {one.name}, numpy {numpy}: installed in {time.monotonic() - began:.1f} s", flush=True)
-        said = _said([str(python), "-I", str(USE), str(root / README), str(folder / numpy)])
-        print(f"  {said.strip()}", flush=True)
+        output = _said([str(python), "-I", str(USE), str(root / README), str(folder / numpy)])
+        print(f"  {output.strip()}", flush=True)
         if tests:
             _said([*pip, *TESTS, f"numpy=={numpy}"])
             source = unpacked(sdist, folder / f"tests-{numpy}")
-            said = _said([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/solvers"], source)
-            print(f"  the source distribution's tests: {said.strip().splitlines()[-1]}", flush=True)
+            output = _said([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/solvers"], source)
+            print(f"  the source distribution's tests: {output.strip().splitlines()[-1]}", flush=True)
 
 
 def environment(python: Path, folder: Path) -> Path:
@@ -156,10 +156,10 @@ def _said(command: Sequence[str], folder: Path | None = None) -> str:
     env: Mapping[str, str] = {
         name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME")
     } | {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PYTHONIOENCODING": "utf-8", "COLUMNS": "500"}
-    done = subprocess.run(
+    result = subprocess.run(
         command, cwd=folder, env=env, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", check=False
     )
-    if done.returncode != 0:
+    if result.returncode != 0:
         words = " ".join(command)
-        raise PackageError(f"{words}\nended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
-    return done.stdout
+        raise PackageError(f"{words}\nended with code {result.returncode}:\n{(result.stdout + result.stderr).strip()}")
+    return result.stdout

@@ -63,11 +63,11 @@ def publish_command(root: Path, where: str, *, force: bool = False) -> int:
     if not outcome.good:
         return 1
     try:
-        done = to_folder(site, place, force=force) if isinstance(place, Path) else to_branch(site, place, force=force)
+        report = to_folder(site, place, force=force) if isinstance(place, Path) else to_branch(site, place, force=force)
     except (PublishError, OSError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 1
-    print(done)
+    print(report)
     return 0
 
 
@@ -121,18 +121,18 @@ def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
     return f"{folder}: {_fill(site, folder, str(folder), force)}"
 
 
-def _own(folder: Path, called: str, force: bool) -> None:
+def _own(folder: Path, label: str, force: bool) -> None:
     """Raises PublishError where a folder has files and none is known to be ours."""
     there = sorted(path.name for path in folder.iterdir() if path.name != ".git") if folder.is_dir() else []
     if there and not force and not _is_list(folder / LIST):
         some = ", ".join(there[:3]) + (" …" if len(there) > 3 else "")
         raise PublishError(
-            f"{called} has files from elsewhere ({some}); name an empty folder or a new branch, "
+            f"{label} has files from elsewhere ({some}); name an empty folder or a new branch, "
             "or add --force to publish among them, replacing files of the same name"
         )
 
 
-def _fill(site: Path, folder: Path, called: str, force: bool) -> str:
+def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
     """Put the site's files into a folder and remove what an earlier publish put; what was done, in words.
 
     Raises PublishError, before anything is written, where a link in the folder leads out of it or where the site would
@@ -141,20 +141,20 @@ def _fill(site: Path, folder: Path, called: str, force: bool) -> str:
     before, names = _listed(folder), files_of(site)
     for name in names:
         if not _inside(folder, name):
-            raise PublishError(f"{called}: {Path(name).parent} leads out of it through a link; remove the link first")
+            raise PublishError(f"{label}: {Path(name).parent} leads out of it through a link; remove the link first")
         if not force and name not in before and os.path.lexists(folder / name) and not _same(site, folder, name):
             raise PublishError(
-                f"{called}: {name} comes from elsewhere, and the site has a file of that name; "
+                f"{label}: {name} comes from elsewhere, and the site has a file of that name; "
                 "move it away, or add --force to replace it"
             )
-    listed = folder / LIST
-    write(listed, "\n".join(sorted({*before, *names})).encode())  # what a publish cut short leaves is known
+    manifest = folder / LIST
+    write(manifest, "\n".join(sorted({*before, *names})).encode())  # what a publish cut short leaves is known
     changed = [name for name in names if not _same(site, folder, name)]
     for name in changed:
         write(folder / name, (site / name).read_bytes())
-    gone = [name for name in sorted(before - set(names)) if _removed(folder, name)]
-    write(listed, "\n".join(sorted(names)).encode())
-    return f"{len(changed)} files written, {len(names) - len(changed)} unchanged, {len(gone)} old ones removed"
+    removals = [name for name in sorted(before - set(names)) if _removed(folder, name)]
+    write(manifest, "\n".join(sorted(names)).encode())
+    return f"{len(changed)} files written, {len(names) - len(changed)} unchanged, {len(removals)} old ones removed"
 
 
 def _is_list(path: Path) -> bool:
@@ -216,8 +216,8 @@ def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
             return f"{branch}: nothing has changed"
         who = git(site.parent, "log", "-1", "--format=%h") if (site.parent / ".git").exists() else ""
         message = f"The site as of {who}" if who else "The site"
-        known = git(clone, "config", "user.email", fails=True)
-        author = [] if known else ["-c", "user.name=publish", "-c", "user.email=publish@localhost"]
+        identity = git(clone, "config", "user.email", fails=True)
+        author = [] if identity else ["-c", "user.name=publish", "-c", "user.email=publish@localhost"]
         git(clone, *author, "commit", "--quiet", "--message", message)
         git(clone, "push", "--quiet", "--", branch.remote, f"HEAD:{full}")
         count = git(clone, "ls-files").count("\n") + 1
@@ -233,7 +233,7 @@ def git(folder: Path, *words: str, fails: bool = False) -> str:
     env |= {"GIT_ALLOW_PROTOCOL": PROTOCOLS}
     if not shutil.which("git"):
         raise PublishError("git is not installed")
-    done = subprocess.run(["git", *words], cwd=folder, env=env, capture_output=True, text=True, check=False)
-    if done.returncode != 0 and not fails:
-        raise PublishError(f"git {words[0]}: {(done.stderr or done.stdout).strip() or 'failed'}")
-    return done.stdout.strip() if done.returncode == 0 else ""
+    result = subprocess.run(["git", *words], cwd=folder, env=env, capture_output=True, text=True, check=False)
+    if result.returncode != 0 and not fails:
+        raise PublishError(f"git {words[0]}: {(result.stderr or result.stdout).strip() or 'failed'}")
+    return result.stdout.strip() if result.returncode == 0 else ""

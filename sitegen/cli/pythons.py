@@ -43,12 +43,12 @@ class Interpreter:
 
 def candidates(environ: Mapping[str, str]) -> list[Path]:
     """What may be a Python: python3 and python3.N on the PATH, and all that pyenv has."""
-    found = []
+    paths = []
     for folder in map(Path, environ.get("PATH", "").split(os.pathsep)):
         if folder.is_dir():
-            found += [path for path in sorted(folder.iterdir()) if re.fullmatch(r"python3(\.\d+)?(\.exe)?", path.name)]
+            paths += [path for path in sorted(folder.iterdir()) if re.fullmatch(r"python3(\.\d+)?(\.exe)?", path.name)]
     pyenv = Path(environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
-    return [*found, *sorted(pyenv.glob("versions/*/bin/python3"))]
+    return [*paths, *sorted(pyenv.glob("versions/*/bin/python3"))]
 
 
 def interpreters(paths: Iterable[Path]) -> list[Interpreter]:
@@ -57,12 +57,12 @@ def interpreters(paths: Iterable[Path]) -> list[Interpreter]:
     newest: dict[tuple[int, int], Interpreter] = {}
     for path in paths:
         try:
-            asked = [str(path), "-I", "-c", ASKS]
-            done = subprocess.run(asked, capture_output=True, text=True, timeout=60, check=False)
+            command = [str(path), "-I", "-c", ASKS]
+            result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         except (OSError, subprocess.TimeoutExpired):
             continue
-        match = re.fullmatch(r"(\d+) (\d+) (\d+) final (True|False)", done.stdout.strip())
-        if done.returncode != 0 or match is None:
+        match = re.fullmatch(r"(\d+) (\d+) (\d+) final (True|False)", result.stdout.strip())
+        if result.returncode != 0 or match is None:
             continue
         one = Interpreter((int(match[1]), int(match[2]), int(match[3])), match[4] == "True", path)
         minor = one.version[:2]
@@ -78,17 +78,17 @@ def _rank(one: Interpreter) -> tuple[bool, tuple[int, int, int]]:
 def test_pythons(root: Path) -> int:
     """Tell which Pythons there are, and try each but this one's own version; the exit code is 1 when one fails."""
     own = tuple(sys.version_info[:2])
-    found = interpreters(candidates(os.environ))
-    others = [one for one in found if one.version[:2] != own and one.can_set_up]
+    pythons = interpreters(candidates(os.environ))
+    others = [one for one in pythons if one.version[:2] != own and one.can_set_up]
     print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has already tested")
-    for one in found:
+    for one in pythons:
         if one.version[:2] != own and not one.can_set_up:
             print(f"{one.path} is Python {one.name} without ensurepip: it cannot make a .venv, and is left out")
     print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'no other'}", flush=True)
-    failed = [one for one in others if not works(root, one)]
+    failures = [one for one in others if not works(root, one)]
     for one in others:
-        print(f"Python {one.name}: {'FAILED (see above)' if one in failed else 'builds the site, solver tests pass'}")
-    return 1 if failed else 0
+        print(f"Python {one.name}: {'FAILED (see above)' if one in failures else 'builds the site, solver tests pass'}")
+    return 1 if failures else 0
 
 
 def works(root: Path, one: Interpreter) -> bool:

@@ -26,8 +26,8 @@ class Ledger:
     """A pytest plugin: notes for the claims every outcome, and what tests of a cause have changed; closes with what
     failed before pytest began."""
 
-    def __init__(self, failed: Sequence[str]) -> None:
-        self.failed = failed
+    def __init__(self, failures: Sequence[str]) -> None:
+        self.failed = failures
         self.reports: list[tuple[str, claims.Outcome]] = []
         self.changes: dict[str, whys.Change] = {}
 
@@ -63,8 +63,8 @@ class Question:
 class Needs:
     """A pytest plugin that sees to what the tests of a part need, before the first of them runs."""
 
-    def __init__(self, root: Path, given: Path | None) -> None:
-        self.root, self.given = root, given
+    def __init__(self, root: Path, browser_path: Path | None) -> None:
+        self.root, self.given = root, browser_path
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """What they need is told by their fixtures."""
@@ -89,19 +89,19 @@ PROCESSES = 4  # at most: the longest file of tests takes a quarter of all
 CHOOSING = ("keyword", "markexpr", "deselect", "ignore", "ignore_glob", "lf", "stepwise", "collectonly", "help")
 
 
-def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequence[str]) -> int:
+def test(root: Path, engines: Sequence[str], browser_path: Path | None, further: Sequence[str]) -> int:
     """Run everything, with Chromium; or the part that `further` arguments, which go to pytest, choose; or, on the
     engines that are named, what is tested on every engine.
 
     The exit code is 0 only when nothing at all failed; an engine that is absent and cannot be installed has failed.
     """
     os.chdir(root)
-    asked = understood(further)
-    if asked is None:
+    options = understood(further)
+    if options is None:
         return 2
-    if is_part(root, asked) and not engines:
-        return test_part(Needs(root, given), asked, further)
-    fault = find_browsers(engines, given)
+    if is_part(root, options) and not engines:
+        return test_part(Needs(root, browser_path), options, further)
+    fault = find_browsers(engines, browser_path)
     if fault:
         print(fault, file=sys.stderr)
         return 1
@@ -111,14 +111,14 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
         steps = {"check": steps["check"]}
         further = [*further, *([] if any(ENGINE_TESTS in word for word in further) else [ENGINE_TESTS])]
     else:  # what the engines' tests ask of Chromium, the other tests ask too
-        further = [*processes(asked), f"--ignore={ENGINE_TESTS}", *further]
-    failed = failing(steps)
+        further = [*processes(options), f"--ignore={ENGINE_TESTS}", *further]
+    failures = failing(steps)
     print("== pytest", flush=True)
-    ledger = Ledger(failed)
+    ledger = Ledger(failures)
     code = int(pytest.main([*further], plugins=[ledger]))
     if ledger.reports and not engines:
         claims.write_results(root, claims.merged(ledger.reports), ledger.changes)
-    return 1 if code or failed else 0
+    return 1 if code or failures else 0
 
 
 def every_step(root: Path) -> dict[str, Callable[[], int]]:
@@ -137,17 +137,17 @@ def every_step(root: Path) -> dict[str, Callable[[], int]]:
 
 def failing(steps: Mapping[str, Callable[[], int]]) -> list[str]:
     """Take all of these steps; the names of those that failed."""
-    failed = []
+    failures = []
     for name, step in steps.items():
         print(f"== {name}", flush=True)
         if step() != 0:
-            failed.append(name)
-    return failed
+            failures.append(name)
+    return failures
 
 
-def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -> int:
+def test_part(needs: Needs, options: argparse.Namespace, further: Sequence[str]) -> int:
     """Run some tests after what they need, and nothing else; what a claim's test last said stays as it was."""
-    if getattr(asked, "numprocesses", None):  # these choose for themselves, and tell this one nothing
+    if getattr(options, "numprocesses", None):  # these choose for themselves, and tell this one nothing
         fault = needs.fault(("playwright", "site"))
         if fault:
             print(fault, file=sys.stderr)
@@ -155,35 +155,35 @@ def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -
     return 1 if pytest.main([*further], plugins=[needs]) else 0
 
 
-def test_changed(root: Path, commit: str, given: Path | None, further: Sequence[str]) -> int:
+def test_changed(root: Path, commit: str, browser_path: Path | None, further: Sequence[str]) -> int:
     """Run what the files that differ from a commit touch: of the steps of a whole run those of their kinds, then their
     tests; everything, where everything depends on one of them."""
     os.chdir(root)
-    asked = understood(further)
-    if asked is None:
+    options = understood(further)
+    if options is None:
         return 2
     try:
         names = changed.differing(root, commit)
-        found = changed.chosen(root, names, commit)
+        choice = changed.chosen(root, names, commit)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
     if not names:
         print(f"nothing differs from {commit}")
         return 0
-    if found.everything:
-        return test(root, [], given, further)
-    fault = find_browsers([], given)
+    if choice.everything:
+        return test(root, [], browser_path, further)
+    fault = find_browsers([], browser_path)
     if fault:
         print(fault, file=sys.stderr)
         return 1
     os.environ["LADDER_ENGINES"] = "chromium"
     due = changed.steps(names)
-    failed = failing({name: step for name, step in every_step(root).items() if name in due})
-    pages = [f"--pages={','.join(found.pages)}"] if found.pages else []
-    words = [*processes(asked), f"--ignore={ENGINE_TESTS}", *pages, *found.tests, *further]
-    code = int(pytest.main(words, plugins=[Ledger(failed)])) if found.tests else 0
-    return 1 if code or failed else 0
+    failures = failing({name: step for name, step in every_step(root).items() if name in due})
+    pages = [f"--pages={','.join(choice.pages)}"] if choice.pages else []
+    words = [*processes(options), f"--ignore={ENGINE_TESTS}", *pages, *choice.tests, *further]
+    code = int(pytest.main(words, plugins=[Ledger(failures)])) if choice.tests else 0
+    return 1 if code or failures else 0
 
 
 def understood(words: Sequence[str]) -> argparse.Namespace | None:
@@ -192,41 +192,41 @@ def understood(words: Sequence[str]) -> argparse.Namespace | None:
     return question.options if pytest.main([*words], plugins=[question]) == 0 else None
 
 
-def is_part(root: Path, asked: argparse.Namespace) -> bool:
+def is_part(root: Path, options: argparse.Namespace) -> bool:
     """Whether pytest is asked for some of the tests: by files, by -k and the like."""
     everything = {root.resolve(), (root / "tests").resolve()}
-    some = {Path(name.partition("::")[0]).resolve() for name in asked.file_or_dir}
-    chosen = {name for name in CHOOSING if getattr(asked, name, None)}
-    if getattr(asked, "markexpr", "") == USUAL:
-        chosen.discard("markexpr")
-    return bool(some and not some & everything) or bool(chosen)
+    some = {Path(name.partition("::")[0]).resolve() for name in options.file_or_dir}
+    choices = {name for name in CHOOSING if getattr(options, name, None)}
+    if getattr(options, "markexpr", "") == USUAL:
+        choices.discard("markexpr")
+    return bool(some and not some & everything) or bool(choices)
 
 
 def hostile(root: Path, further: Sequence[str]) -> int:
     """Run the tests that make thousands of hostile calls, and no others; they need no browser and no site."""
     os.chdir(root)
-    asked = understood(further)
-    if asked is None:
+    options = understood(further)
+    if options is None:
         return 2
-    return int(pytest.main([*processes(asked), "-m", "hostile", *further, HOSTILE_TESTS]))
+    return int(pytest.main([*processes(options), "-m", "hostile", *further, HOSTILE_TESTS]))
 
 
-def processes(asked: argparse.Namespace, count: int | None = None) -> list[str]:
+def processes(options: argparse.Namespace, count: int | None = None) -> list[str]:
     """What makes pytest run in as many processes as the machine has (or `count`), a file in one of them, unless it is
     told how. The browser's files come first: they take longest."""
     count = min(PROCESSES, (os.cpu_count() or 1) if count is None else count)
-    told = getattr(asked, "numprocesses", None) is not None or asked.usepdb or asked.capture == "no"
-    return [] if told or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
+    decided = getattr(options, "numprocesses", None) is not None or options.usepdb or options.capture == "no"
+    return [] if decided or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
 
 
-def find_browsers(engines: Sequence[str], given: Path | None) -> str:
+def find_browsers(engines: Sequence[str], browser_path: Path | None) -> str:
     """Find or install the engines' programs and name them to the tests; what cannot be had. Where no engines are named,
     all that needs no window is tested in Chromium's shell."""
-    shell = None if engines else browsers.shell(given)
+    shell = None if engines else browsers.shell(browser_path)
     faults = []
     for name in engines or ["chromium"]:
         try:
-            program = browsers.found(name, given if name == "chromium" else None)
+            program = browsers.found(name, browser_path if name == "chromium" else None)
             os.environ[f"LADDER_{name.upper()}"] = str(program)
         except browsers.BrowserMissing as error:
             faults.append(str(error))

@@ -29,9 +29,9 @@ def run_blocks(text: str) -> int:
     blocks = PYTHON.findall(text)
     assert blocks, "the README contains no Python"
     for code in blocks:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
+        with contextlib.redirect_stdout(io.StringIO()) as output:
             exec(compile(code, "README", "exec"), {"__name__": "__main__"})
-        assert printed.getvalue().strip(), f"prints nothing:\n{code}"
+        assert output.getvalue().strip(), f"prints nothing:\n{code}"
     return len(blocks)
 
 
@@ -43,13 +43,13 @@ def run_commands(text: str, program: Path, folder: Path, *, draws: bool) -> int:
     calls = [words[1:] for words in lines if words[:1] == [COMMAND]]
     calls = [words for words in calls if draws or not any(word.endswith(".svg") for word in words)]
     for words in [["--version"], ["methods"], *calls]:
-        done = subprocess.run([program, *words], cwd=folder, capture_output=True, encoding="utf-8", check=False)
-        shown = " ".join(words)
-        assert done.returncode == 0, f"{COMMAND} {shown} ended with code {done.returncode}:\n{done.stderr}"
-        assert done.stdout.strip(), f"{COMMAND} {shown} prints nothing"
+        result = subprocess.run([program, *words], cwd=folder, capture_output=True, encoding="utf-8", check=False)
+        command = " ".join(words)
+        assert result.returncode == 0, f"{COMMAND} {command} ended with code {result.returncode}:\n{result.stderr}"
+        assert result.stdout.strip(), f"{COMMAND} {command} prints nothing"
         for flag, name in itertools.pairwise(words):
             if flag == "--out":
-                assert (folder / name).stat().st_size > 500, f"{COMMAND} {shown} did not write {name}"
+                assert (folder / name).stat().st_size > 500, f"{COMMAND} {command} did not write {name}"
     return len(calls)
 
 
@@ -82,8 +82,8 @@ def main(readme: str, folder: str) -> None:
     program = Path(sysconfig.get_path("scripts"), COMMAND)
     blocks, calls = run_blocks(text), run_commands(text, program, Path(folder), draws=draws)
     extras = [name for name in ("scipy", "matplotlib") if importlib.util.find_spec(name)]
-    told = f"first registration after {first:.2f} s, {blocks} examples and {calls} commands ran"
-    print(f"with {' and '.join(extras) or 'numpy alone'}: {told}")
+    summary = f"first registration after {first:.2f} s, {blocks} examples and {calls} commands ran"
+    print(f"with {' and '.join(extras) or 'numpy alone'}: {summary}")
 
 
 if __name__ == "__main__":

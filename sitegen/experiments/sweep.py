@@ -38,31 +38,31 @@ def run(
 ) -> None:
     """Run one sweep for the contestants of `methods` (all for none) and put their results into its file. where: as
     `workers` takes it."""
-    asked: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
+    work: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
     store, keys = Store(cache, "sweep"), dict[str, str]()
     codes = {c.method: code_of(c, root) for c in racing(methods)}
     for contestant in racing(methods):
-        asked[contestant.method] = list(units(sweep, contestant))
-        for _, unit in asked[contestant.method]:
+        work[contestant.method] = list(units(sweep, contestant))
+        for _, unit in work[contestant.method]:
             keys[_key(unit)] = kept_by(unit, codes[contestant.method])
-    every = [unit for listed in asked.values() for _, unit in listed]
-    found = {key: json.loads(kept) for key, name in keys.items() if (kept := store.find(name)) is not None}
-    missing = [unit for unit in every if _key(unit) not in found]
+    every = [unit for rows in work.values() for _, unit in rows]
+    results = {key: json.loads(data) for key, name in keys.items() if (data := store.find(name)) is not None}
+    missing = [unit for unit in every if _key(unit) not in results]
     done = len(every) - len(missing)
     progress(f"sweeping {sweep.name}", done, len(every))
-    with workers(root, missing, where) as finished:
-        for unit, runs in finished:
-            kept = json.dumps(runs, separators=(",", ":")).encode()
-            store.put(keys[_key(unit)], kept)
-            found[_key(unit)] = json.loads(kept)
+    with workers(root, missing, where) as answers:
+        for unit, runs in answers:
+            data = json.dumps(runs, separators=(",", ":")).encode()
+            store.put(keys[_key(unit)], data)
+            results[_key(unit)] = json.loads(data)
             done += 1
             progress(f"sweeping {sweep.name}", done, len(every))
     entries = {}
-    for method, listed in asked.items():
+    for method, rows in work.items():
         if code_of(next(c for c in racing() if c.method == method), root) != codes[method]:
             print(f"sweep: {method} was edited while it ran; run the sweep again", file=sys.stderr)
             continue
-        entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, found)}
+        entries[method] = {"code": codes[method], "cells": _cells(sweep, rows, results)}
     _put(root, sweep, entries)
 
 
@@ -82,15 +82,15 @@ def _runner() -> str:
     return code_text(Path(sweep_unit.__file__).read_text("utf-8"))
 
 
-def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
+def _cells(sweep: Sweep, rows: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
     """Every cell's result, from the runs of its units in the order of their seeds."""
     runs: dict[str, dict[str, list[float]]] = {}
-    for names, unit in listed:
+    for names, unit in rows:
         for name, part in zip(names, split(ran[_key(unit)], len(names)), strict=True):
             whole = runs.setdefault(name, {})
             for key, values in part.items():
                 whole.setdefault(key, []).extend(values)
-    return {name: sweep.keep(found) for name, found in runs.items()}
+    return {name: sweep.keep(cell) for name, cell in runs.items()}
 
 
 def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
@@ -122,43 +122,43 @@ def _short(value: Any) -> str:
 
 
 @contextmanager
-def workers(root: Path, asked: Sequence[Unit], where: int | str) -> Iterator[Work]:
+def workers(root: Path, jobs: Sequence[Unit], where: int | str) -> Iterator[Work]:
     """The units run, in whatever order they finish; what is not yet run when this is left is not run. where: in how
     many processes, 0 for one a core, or the address of a Dask cluster."""
     if isinstance(where, str):
-        with _cluster(root, asked, where) as finished:
-            yield finished
-    elif where == 1 or len(asked) < 2:
-        yield ((unit, run_unit(unit)) for unit in asked)
+        with _cluster(root, jobs, where) as answers:
+            yield answers
+    elif where == 1 or len(jobs) < 2:
+        yield ((unit, run_unit(unit)) for unit in jobs)
     else:
-        with _processes(asked, where) as finished:
-            yield finished
+        with _processes(jobs, where) as answers:
+            yield answers
 
 
 @contextmanager
-def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
-    with pool.working([(run_unit, (unit,)) for unit in asked], count) as finished:
-        yield ((asked[i], _sound(found)) for i, found in finished)
+def _processes(jobs: Sequence[Unit], count: int) -> Iterator[Work]:
+    with pool.working([(run_unit, (unit,)) for unit in jobs], count) as answers:
+        yield ((jobs[i], _sound(result)) for i, result in answers)
 
 
-def _sound(found: Any) -> dict[str, list[float]]:
+def _sound(result: Any) -> dict[str, list[float]]:
     """What a unit found; what went wrong in it is raised."""
-    if isinstance(found, pool.PieceFailed):
-        raise found
-    return dict(found)
+    if isinstance(result, pool.PieceFailed):
+        raise result
+    return dict(result)
 
 
 @contextmanager
-def _cluster(root: Path, asked: Sequence[Unit], scheduler: str) -> Iterator[Work]:
+def _cluster(root: Path, jobs: Sequence[Unit], scheduler: str) -> Iterator[Work]:
     """The workers of a Dask cluster, given our sources; they must have this numpy."""
     distributed: Any = importlib.import_module("distributed")
     with distributed.Client(scheduler, timeout=20) as client:
         theirs = set(client.run(_installer(_packed(root))).values())
         if theirs - {np.__version__}:
             raise RuntimeError(f"the cluster's workers have numpy {', '.join(sorted(theirs))}, we {np.__version__}")
-        futures = client.map(run_unit, asked, pure=False)
-        by_key = {future.key: unit for future, unit in zip(futures, asked, strict=True)}
-        yield ((by_key[future.key], found) for future, found in distributed.as_completed(futures, with_results=True))
+        futures = client.map(run_unit, jobs, pure=False)
+        by_key = {future.key: unit for future, unit in zip(futures, jobs, strict=True)}
+        yield ((by_key[future.key], result) for future, result in distributed.as_completed(futures, with_results=True))
 
 
 def _packed(root: Path) -> bytes:
@@ -166,13 +166,13 @@ def _packed(root: Path) -> bytes:
     ours = [root / "sitegen" / name for name in ("__init__.py", "experiments/__init__.py", "experiments/sweep_unit.py")]
     files = [*sorted((root / "solvers").rglob("*.py")), *ours]
     whole = io.BytesIO()
-    with zipfile.ZipFile(whole, "w") as packed:
+    with zipfile.ZipFile(whole, "w") as archive:
         for file in files:
-            packed.write(file, file.relative_to(root).as_posix())
+            archive.write(file, file.relative_to(root).as_posix())
     return whole.getvalue()
 
 
-def _installer(packed: bytes) -> Callable[[], str]:
+def _installer(archive: bytes) -> Callable[[], str]:
     """What makes a worker run these sources; it answers with its numpy's version.
 
     A function inside a function travels as code: the worker need not have our package to receive it.
@@ -190,7 +190,7 @@ def _installer(packed: bytes) -> Callable[[], str]:
             for name in [name for name in sys.modules if name.partition(".")[0] in ("solvers", "sitegen")]:
                 del sys.modules[name]  # those of an earlier sweep
             path = Path(tempfile.mkdtemp(prefix="ladder-sweep-")) / "sources.zip"
-            path.write_bytes(packed)
+            path.write_bytes(archive)
             sys.path.insert(0, str(path))
             importlib.invalidate_caches()
         return numpy.__version__

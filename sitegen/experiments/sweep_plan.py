@@ -66,34 +66,34 @@ def bootstrap(values: Sequence[float], statistic: Callable[[Any], Any]) -> list[
 
     statistic: of the last axis.
     """
-    taken = np.asarray(values, dtype=np.float64)
-    rng = np.random.default_rng(len(taken))
-    blocks = (rng.integers(0, len(taken), (200, len(taken))) for _ in range(RESAMPLES // 200))
-    drawn = np.concatenate([statistic(taken[rows]) for rows in blocks])
-    low, high = np.quantile(drawn, (0.025, 0.975))
-    return [round(float(each), 4) for each in (statistic(taken), low, high)]
+    data = np.asarray(values, dtype=np.float64)
+    rng = np.random.default_rng(len(data))
+    blocks = (rng.integers(0, len(data), (200, len(data))) for _ in range(RESAMPLES // 200))
+    estimates = np.concatenate([statistic(data[rows]) for rows in blocks])
+    low, high = np.quantile(estimates, (0.025, 0.975))
+    return [round(float(each), 4) for each in (statistic(data), low, high)]
 
 
 def _median(values: Any) -> Any:
     return np.median(values, axis=-1)
 
 
-def keep_row(found: Found) -> Cell:
+def keep_row(runs: Found) -> Cell:
     """A row of the table: medians with intervals, how runs stopped, success seed by seed."""
-    stops = np.bincount(np.asarray(found["status"], dtype=np.int64), minlength=len(Status))
+    stops = np.bincount(np.asarray(runs["status"], dtype=np.int64), minlength=len(Status))
     return {
-        "rre": bootstrap(found["rre"], _median),
-        "rte": bootstrap(found["rte"], _median),
-        "steps": bootstrap(found["steps"], _median),
-        "turned": sum(turned(found)),
+        "rre": bootstrap(runs["rre"], _median),
+        "rte": bootstrap(runs["rte"], _median),
+        "steps": bootstrap(runs["steps"], _median),
+        "turned": sum(turned(runs)),
         "stops": {Status(k).label: int(n) for k, n in enumerate(stops) if n},
-        "bits": bits(close(found)),
+        "bits": bits(close(runs)),
     }
 
 
-def keep_bits(found: Found) -> Cell:
+def keep_bits(runs: Found) -> Cell:
     """Success seed by seed."""
-    return {"bits": bits(close(found))}
+    return {"bits": bits(close(runs))}
 
 
 ROTATIONS = tuple(range(-165, 181, 15))
@@ -170,7 +170,7 @@ def _together(sweep: Sweep) -> list[tuple[str, ...]]:
     return [tuple(names[i : i + size]) for i in range(0, len(names), size)]
 
 
-def split(found: Found, count: int) -> list[dict[str, list[float]]]:
+def split(runs: Found, count: int) -> list[dict[str, list[float]]]:
     """A unit's runs by cell."""
-    size = len(found["rre"]) // count
-    return [{name: list(values[i * size : (i + 1) * size]) for name, values in found.items()} for i in range(count)]
+    size = len(runs["rre"]) // count
+    return [{name: list(values[i * size : (i + 1) * size]) for name, values in runs.items()} for i in range(count)]

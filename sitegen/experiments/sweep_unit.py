@@ -29,23 +29,23 @@ class Unit:
 def run_unit(unit: Unit) -> dict[str, list[float]]:
     """Rotation errors (degrees), translation errors (u), steps and stops (status), by point and then by seed."""
     (contestant,) = contestants([unit.method])
-    found: dict[str, list[float]] = {"rre": [], "rte": [], "steps": [], "status": []}
+    runs: dict[str, list[float]] = {"rre": [], "rte": [], "steps": [], "status": []}
     for problem, truth in _batches([race_problem(Controls(**point), unit.seeds) for point in unit.points]):
-        done = _run(contestant, problem, truth)
-        for name, values in done.items():
-            found[name] += values
-    return found
+        part = _run(contestant, problem, truth)
+        for name, values in part.items():
+            runs[name] += values
+    return runs
 
 
-def close(found: Mapping[str, Sequence[float]]) -> list[bool]:
+def close(runs: Mapping[str, Sequence[float]]) -> list[bool]:
     """Which runs ended near the truth: below 5° and 0.2 u."""
-    near = (np.asarray(found["rre"]) < CLOSE_DEGREES) & (np.asarray(found["rte"]) < CLOSE_DISTANCE)
+    near = (np.asarray(runs["rre"]) < CLOSE_DEGREES) & (np.asarray(runs["rte"]) < CLOSE_DISTANCE)
     return [bool(each) for each in near]
 
 
-def turned(found: Mapping[str, Sequence[float]]) -> list[bool]:
+def turned(runs: Mapping[str, Sequence[float]]) -> list[bool]:
     """Which runs ended with a rotation error below 5°."""
-    return [bool(error < CLOSE_DEGREES) for error in found["rre"]]
+    return [bool(error < CLOSE_DEGREES) for error in runs["rre"]]
 
 
 def _run(contestant: Contestant, problem: Problem, truth: Pose) -> dict[str, list[float]]:
@@ -61,11 +61,11 @@ def _run(contestant: Contestant, problem: Problem, truth: Pose) -> dict[str, lis
     }
 
 
-def _batches(made: Sequence[tuple[Problem, Pose]]) -> list[tuple[Problem, Pose]]:
+def _batches(cases: Sequence[tuple[Problem, Pose]]) -> list[tuple[Problem, Pose]]:
     """The same problems in batches of `BATCH`, across points where their clouds have one size."""
     cut: list[tuple[Problem, Pose]] = []
     group: list[tuple[Problem, Pose]] = []
-    for each in [*made, None]:
+    for each in [*cases, None]:
         if group and (each is None or each[0].source.shape[1:] != group[0][0].source.shape[1:]):
             cut += _cut(*_joined(group))
             group = []

@@ -40,7 +40,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
 
     cache: where it is remembered what a sample gave, on this machine, of these results by this code; None for nowhere.
     """
-    known = Remembered(cache, "sweep") if cache else None
+    memo = Remembered(cache, "sweep") if cache else None
     ran: list[str] = []
     wrong: list[Problem] = []
     stale: list[Problem] = []
@@ -58,7 +58,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
                 old.append(contestant.label)
             elif data["numpy"] == np.__version__:
                 make = partial(_sampled, sweep, contestant, entry["cells"], ran)
-                of, off = known.answer(_given(sweep, contestant, entry), make) if known else make()
+                of, off = memo.answer(_given(sweep, contestant, entry), make) if memo else make()
                 if off > OFF:
                     message = f"{contestant.label}: {off} of {of} repeated runs end differently with the same code"
                     wrong.append(Problem(name, 0, 0, message))
@@ -70,8 +70,8 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
         elif data["numpy"] != np.__version__:
             message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"
             stale.append(Problem(name, 0, 0, message))
-    if known:
-        known.keep()
+    if memo:
+        memo.keep()
     return Standing(tuple(wrong), tuple(stale), proved, len(ran))
 
 
@@ -96,6 +96,6 @@ def sample(sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any]) -> tu
     name = sorted(sweep.cells)[digest % len(sweep.cells)]
     count = len(sweep.seeds)
     first = BATCH * (digest // len(sweep.cells) % -(-count // BATCH))
-    kept = flags(cells[name]["bits"], count)[first : first + BATCH]
-    found = close(run_unit(Unit(contestant.method, (sweep.cells[name],), sweep.seeds[first : first + BATCH])))
-    return len(kept), sum(a != b for a, b in zip(kept, found, strict=True))
+    old = flags(cells[name]["bits"], count)[first : first + BATCH]
+    new = close(run_unit(Unit(contestant.method, (sweep.cells[name],), sweep.seeds[first : first + BATCH])))
+    return len(old), sum(a != b for a, b in zip(old, new, strict=True))

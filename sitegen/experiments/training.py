@@ -44,13 +44,13 @@ NEEDED = "the training needs PyTorch: .venv/bin/pip install torch==2.13.0"
 
 def batch(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Source and target as the network gets them, and the source's true coordinates: (BATCH, n, 2) each."""
-    drawn = scenes.draw(scenes.TRAINING, BATCH, FEWEST + seed % (MOST - FEWEST + 1), seed)
-    middle, home = (cloud.mean(axis=1, keepdims=True) for cloud in (drawn.target, drawn.source))
-    radius = np.sqrt(((drawn.target - middle) ** 2).sum(-1).mean(-1))[:, None, None]
-    c, s = np.cos(drawn.angle), np.sin(drawn.angle)
+    scene = scenes.draw(scenes.TRAINING, BATCH, FEWEST + seed % (MOST - FEWEST + 1), seed)
+    middle, home = (cloud.mean(axis=1, keepdims=True) for cloud in (scene.target, scene.source))
+    radius = np.sqrt(((scene.target - middle) ** 2).sum(-1).mean(-1))[:, None, None]
+    c, s = np.cos(scene.angle), np.sin(scene.angle)
     turn = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)  # rows times it
-    true = drawn.source @ turn + drawn.shift[:, None]
-    return (drawn.source - home) / radius, (drawn.target - middle) / radius, (true - middle) / radius
+    true = scene.source @ turn + scene.shift[:, None]
+    return (scene.source - home) / radius, (scene.target - middle) / radius, (true - middle) / radius
 
 
 def train(name: str, steps: int, tell: Callable[[int, float], None], seed: int = SEED) -> dict[str, FloatArray]:
@@ -98,8 +98,8 @@ def _loss(torch: Any, params: dict[str, Any], name: str, random: np.random.Gener
     else:
         begin = torch.cat(clouds[:2], 1)
     tokens = network.encode(params, clouds[0], clouds[1], torch)
-    found = network.endpoint(params, tokens, (1 - at) * begin + at * end, at, torch)
-    square = ((found - end) ** 2).sum(-1)
+    prediction = network.endpoint(params, tokens, (1 - at) * begin + at * end, at, torch)
+    square = ((prediction - end) ** 2).sum(-1)
     if name != "flow":
         square = square[:, : source.shape[1]]
     # The root keeps the pull up when the squares have become small.
@@ -124,10 +124,10 @@ def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> 
                 if step % 200 == 0 or step == 1:
                     curve.append([step, round(loss, 5)])
 
-            packed = weights.pack(train(name, steps, tell, seed))
-            write(folder / f"{name}.int8", packed)
+            data = weights.pack(train(name, steps, tell, seed))
+            write(folder / f"{name}.int8", data)
             log["networks"][name] = {
-                "sha256": hashlib.sha256(packed).hexdigest(),
+                "sha256": hashlib.sha256(data).hexdigest(),
                 "minutes": round((time.monotonic() - began) / 60, 1),
                 "loss": curve,
             }
@@ -156,13 +156,13 @@ def _rounded(line: dict[str, Any]) -> dict[str, Any]:
     return {**line, "degrees": round(line["degrees"], 1), "length": round(line["length"], 3)}
 
 
-def differences(kept: list[dict[str, Any]], again: list[dict[str, Any]]) -> list[str]:
+def differences(before: list[dict[str, Any]], again: list[dict[str, Any]]) -> list[str]:
     """The lines of two held-out studies whose counts differ by more than their bound, in words."""
-    known = {(line["variant"], line["kind"]): line for line in kept}
+    by_line = {(line["variant"], line["kind"]): line for line in before}
     return [
         f"{new['variant']}, {new['kind']}: {count} {old[count]} of {old['count']}, and now {new[count]}"
         for new in again
-        for old in [known[new["variant"], new["kind"]]]
+        for old in [by_line[new["variant"], new["kind"]]]
         for count in ("turned", "placed")
         if abs(new[count] - old[count]) > NEAR_THRESHOLD.get((new["variant"], count), BOUND) * old["count"]
     ]

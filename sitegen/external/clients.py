@@ -31,7 +31,7 @@ def fetched(source: Source, files: Sequence[PinnedFile], progress: Progress) -> 
 def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
     import urllib.request  # with TLS and all: a tenth of a second, and most builds fetch nothing
 
-    taken = {}
+    contents = {}
     for file in files:
         with urllib.request.urlopen(source.spec + file.name, timeout=URL_TIMEOUT) as answer:
             parts: list[bytes] = []
@@ -41,8 +41,8 @@ def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -
                 parts.append(part)
                 done += len(part)
                 progress(file.name, done, file.size)
-        taken[file.name] = b"".join(parts)
-    return taken
+        contents[file.name] = b"".join(parts)
+    return contents
 
 
 def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
@@ -52,17 +52,17 @@ def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -
         # A cache of its own, so that what has arrived can be seen and is gone afterwards.
         folders: list[str | Path] = ["--cache", here / "cache", "--pack-destination", here / "out"]
         _download(npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts"), here, source, progress)
-        wanted = {f"{source.folder}/{file.name}": file for file in files}
-        taken: dict[str, bytes] = {}
+        members = {f"{source.folder}/{file.name}": file for file in files}
+        contents: dict[str, bytes] = {}
         package = _only_file(here / "out", source)
         with _Limited(package) as stream, tarfile.open(fileobj=stream, mode="r|") as archive:
             for member in archive:
-                file = wanted.get(member.name)
-                if file is not None and member.isfile() and (found := archive.extractfile(member)):
-                    taken[file.name] = file.read(found)
-                if len(taken) == len(wanted):
+                file = members.get(member.name)
+                if file is not None and member.isfile() and (data := archive.extractfile(member)):
+                    contents[file.name] = file.read(data)
+                if len(contents) == len(members):
                     break
-        return taken
+        return contents
 
 
 class _Limited(gzip.GzipFile):
@@ -94,14 +94,14 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
 
 def _members(wheel: Path, folder: str, files: Sequence[PinnedFile]) -> dict[str, bytes]:
     """Those of the files that a folder of the wheel holds."""
-    taken = {}
+    contents = {}
     with zipfile.ZipFile(wheel) as archive:
         members = set(archive.namelist())
         for file in files:
             if (name := f"{folder}/{file.name}") in members:
                 with archive.open(name) as member:
-                    taken[file.name] = file.read(member)
-    return taken
+                    contents[file.name] = file.read(member)
+    return contents
 
 
 _FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, bytes]]] = {
@@ -112,10 +112,10 @@ _FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, b
 
 
 def _only_file(folder: Path, source: Source) -> Path:
-    found = [p for p in folder.iterdir() if p.is_file()]
-    if len(found) != 1:
-        raise OutsideError(f"one archive of {source.spec} was expected, {len(found)} came")
-    return found[0]
+    files = [p for p in folder.iterdir() if p.is_file()]
+    if len(files) != 1:
+        raise OutsideError(f"one archive of {source.spec} was expected, {len(files)} came")
+    return files[0]
 
 
 def _download(command: Sequence[str], here: Path, source: Source, progress: Progress) -> None:
@@ -136,8 +136,8 @@ def _download(command: Sequence[str], here: Path, source: Source, progress: Prog
                 process.kill()
                 process.wait()
     if process.returncode != 0:
-        said = log.read_text("utf-8", errors="replace").strip().splitlines()
-        raise OutsideError(f"its client ended with code {process.returncode}: " + " | ".join(said[-3:]))
+        output = log.read_text("utf-8", errors="replace").strip().splitlines()
+        raise OutsideError(f"its client ended with code {process.returncode}: " + " | ".join(output[-3:]))
     progress(source.spec, source.archive_size, source.archive_size)
 
 

@@ -44,27 +44,27 @@ def gather(
     unknown = sorted(set(names := list(names)) - set(bundles))
     if unknown:
         raise OutsideError(f"{manifest.name} names no bundle {', '.join(unknown)}; it has {', '.join(bundles)}")
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     failures: list[str] = []
     for bundle in bundles.values():
         if bundle.name in names:
             home = cache / "outside" / bundle.folder
             failures += _fill(bundle, home, cache, progress)
-            found |= {f"{bundle.name}/{file.name}": home / file.name for file in bundle.files}
+            paths |= {f"{bundle.name}/{file.name}": home / file.name for file in bundle.files}
     if failures:
         raise OutsideError("\n".join(failures))
-    return found
+    return paths
 
 
 def licences(names: Iterable[str], *, cache: Path | None = None, manifest: Path = MANIFEST) -> list[Licence]:
     """The licences of the named bundles with their full texts, in the manifest's order; gathers what is missing."""
-    wanted = set(names)
-    gathered = gather(wanted, cache=cache, manifest=manifest)
+    selection = set(names)
+    by_name = gather(selection, cache=cache, manifest=manifest)
     result = []
     for bundle in read_manifest(manifest).values():
-        if bundle.name not in wanted:
+        if bundle.name not in selection:
             continue
-        paths = [gathered[f"{bundle.name}/{file.name}"] for file in bundle.files]
+        paths = [by_name[f"{bundle.name}/{file.name}"] for file in bundle.files]
         texts = [text for entry in bundle.licence_texts for text in _licence_texts(entry, bundle, paths)]
         if not texts:
             raise OutsideError(f"no licence text found for {bundle.title} ({', '.join(bundle.licence_texts)})")
@@ -85,36 +85,36 @@ def _licence_texts(entry: str, bundle: Bundle, paths: Sequence[Path]) -> list[st
 
 def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[str]:
     """Bring a bundle's folder in order; what could not be obtained, as messages."""
-    tried: list[str] = []
+    attempts: list[str] = []
     missing = []
     for file in bundle.files:
         fault = _kept_fault(file, home / file.name)
         if fault is not None:
             missing.append(file)
         if fault:
-            tried.append(f"the cache: {fault}")
+            attempts.append(f"the cache: {fault}")
     for source in bundle.sources:
         if not missing:
             break
         try:
-            taken = fetched(source, missing, progress)
+            contents = fetched(source, missing, progress)
         except FAULTS as error:
-            tried.append(f"{source.name} ({source.spec}): {error}")
+            attempts.append(f"{source.name} ({source.spec}): {error}")
             continue
         for file in list(missing):
-            data = taken.get(file.name)
+            data = contents.get(file.name)
             fault = f"it has no {file.name}" if data is None else file.fault(data)
             if data is None or fault:
-                tried.append(f"{source.name} ({source.spec}): {fault}")
+                attempts.append(f"{source.name} ({source.spec}): {fault}")
             else:
                 try:
                     put_file(home / file.name, data, cache)
                 except OSError as error:
-                    tried.append(f"the cache: {error.filename}: {error.strerror}")
+                    attempts.append(f"the cache: {error.filename}: {error.strerror}")
                     break
                 missing.remove(file)
-    said = "".join(f"\n  {line}" for line in tried or ["no source is named"])
-    return [f"{bundle.title} {bundle.version}: {file.name} could not be obtained{said}" for file in missing]
+    details = "".join(f"\n  {line}" for line in attempts or ["no source is named"])
+    return [f"{bundle.title} {bundle.version}: {file.name} could not be obtained{details}" for file in missing]
 
 
 def _kept_fault(file: PinnedFile, path: Path) -> str | None:
@@ -122,7 +122,7 @@ def _kept_fault(file: PinnedFile, path: Path) -> str | None:
     if not used(path):
         return ""
     try:
-        with path.open("rb") as kept:
-            return file.fault(file.read(kept)) or None
+        with path.open("rb") as stream:
+            return file.fault(file.read(stream)) or None
     except OSError as error:
         return f"{path}: {error.strerror}"

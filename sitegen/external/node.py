@@ -61,7 +61,7 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
     command = node_command("--no-warnings", script, *args)
     for _ in range(attempts):
         try:
-            done = subprocess.run(
+            result = subprocess.run(
                 command,
                 input=json.dumps(request).encode(),
                 capture_output=True,
@@ -74,9 +74,9 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
             with contextlib.suppress(IndexError, ValueError):
                 return json.loads(lines[-1])
             continue
-        out, err = (stream.decode("utf-8", "replace") for stream in (done.stdout, done.stderr))
-        if done.returncode != 0:
-            raise NodeError(f"{script.name} ended with code {done.returncode}:\n{_shown(err or out)}")
+        out, err = (stream.decode("utf-8", "replace") for stream in (result.stdout, result.stderr))
+        if result.returncode != 0:
+            raise NodeError(f"{script.name} ended with code {result.returncode}:\n{_shown(err or out)}")
         try:
             return json.loads(out.splitlines()[-1])
         except (IndexError, ValueError) as error:

@@ -45,10 +45,10 @@ class PinnedFile:
 
     def fault(self, data: bytes) -> str:
         """What is wrong with `data` as this file; empty when nothing is."""
-        found = hashlib.sha256(data).hexdigest()
-        if found == self.sha256:
+        digest = hashlib.sha256(data).hexdigest()
+        if digest == self.sha256:
             return ""
-        return f"{self.name} has sha256 {found[:16]}… and {len(data)} bytes, not {self.sha256[:16]}… and {self.size}"
+        return f"{self.name} has sha256 {digest[:16]}… and {len(data)} bytes, not {self.sha256[:16]}… and {self.size}"
 
     def read(self, stream: IO[bytes]) -> bytes:
         """The file from wherever it may be; one byte more than expected is enough to see that it is not the file."""

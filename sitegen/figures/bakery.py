@@ -65,15 +65,15 @@ def _figure_of(path: Path) -> str:
 
 
 @lru_cache(maxsize=512)
-def _frames(kept: bytes) -> list[Plain]:
+def _frames(data: bytes) -> list[Plain]:
     """Frames as they are kept; nobody changes them."""
-    return json.loads(kept)  # type: ignore[no-any-return]
+    return json.loads(data)  # type: ignore[no-any-return]
 
 
 @lru_cache(maxsize=128)
-def _tape(kept: bytes) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
+def _tape(data: bytes) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
     """A tape as it is kept."""
-    script, first, states = json.loads(kept)
+    script, first, states = json.loads(data)
     return script.encode(), first, tuple(StateRoles(**each) for each in states)
 
 
@@ -97,26 +97,26 @@ class Bakery:
 
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
-    def shown(self, figure: Figure, taped: Sequence[Plain], record: Plain) -> Plain:
-        """The frame of a figure in a state; of one on its tape, whose states are `taped`, as drawn there.
+    def shown(self, figure: Figure, tape_states: Sequence[Plain], record: Plain) -> Plain:
+        """The frame of a figure in a state; of one on its tape, whose states are `tape_states`, as drawn there.
 
         Raises FigureFault.
         """
-        records = taped if record in taped else [record]
+        records = tape_states if record in tape_states else [record]
         return self.frames(figure.dom_id, records)[records.index(record)]
 
-    def readouts(self, figure: Figure, taped: Sequence[Plain], record: Plain) -> dict[str, str]:
+    def readouts(self, figure: Figure, tape_states: Sequence[Plain], record: Plain) -> dict[str, str]:
         """The readouts of a figure in a state, by name, as `shown` has it.
 
         Raises FigureFault.
         """
 
         def made() -> bytes:
-            frame = self.shown(figure, taped, record)
+            frame = self.shown(figure, tape_states, record)
             return _plain([{readout["name"]: readout["value"] for readout in frame["readouts"]}])
 
-        (found,) = _frames(self._store.get(self._readouts_key(figure, record), made))
-        return found
+        (values,) = _frames(self._store.get(self._readouts_key(figure, record), made))
+        return values
 
     def lacks_readouts(self, figure: Figure, record: Plain) -> bool:
         """Whether any frame has to be drawn for these readouts."""
@@ -154,12 +154,12 @@ class Bakery:
         widget = self._widgets[record["widget"]]
         if not widget.jobs:
             return ()
-        asked = parsed(widget, record)
+        state = parsed(widget, record)
 
         def made() -> bytes:
             try:
                 jobs = [watched_job(widget, job) for job in widget.jobs]
-                return _plain([dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in jobs])
+                return _plain([dict(finished(job, state.controls, state.seed, f"{dom_id}-{job.name}")) for job in jobs])
             except Exception as error:
                 raise FigureFault.of(widget, "jobs", error, record) from error
 
@@ -181,11 +181,11 @@ class Bakery:
     def _results_key(self, dom_id: str, record: Plain) -> str:
         return self._key(record["widget"], ["jobs", dom_id, record])
 
-    def _key(self, name: str, asked: list[Any]) -> str:
+    def _key(self, name: str, question: list[Any]) -> str:
         """What is kept depends on the figure's code and on what is asked of it."""
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
-        return json.dumps([self._codes[name], SOUND, *asked])
+        return json.dumps([self._codes[name], SOUND, *question])
 
 
 def frames_of(
@@ -233,6 +233,6 @@ def draw_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
     Bakery(WIDGETS, cache).frames(dom_id, records)
 
 
-def _plain(made: list[Any]) -> bytes:
-    return dumps(made).encode()
+def _plain(values: list[Any]) -> bytes:
+    return dumps(values).encode()
 

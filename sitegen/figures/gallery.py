@@ -102,9 +102,9 @@ class Gallery:
 
             def make() -> bytes:
                 self._progress(f"computing {plot.name}", 0, 1)
-                made = _bytes(plot)
+                data = _bytes(plot)
                 self._progress(f"computing {plot.name}", 1, 1)
-                return made
+                return data
 
             self._results[plot.name] = self._computed.get(_result_key(plot), make)
         return self._results[plot.name]

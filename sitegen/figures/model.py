@@ -47,8 +47,8 @@ def ways(record: Record) -> list[Plain]:
 
 def distinct(states: Iterable[Plain]) -> tuple[Plain, ...]:
     """The states, each where it first stands."""
-    found: list[Plain] = []
+    unique: list[Plain] = []
     for state in states:
-        if state not in found:
-            found.append(state)
-    return tuple(found)
+        if state not in unique:
+            unique.append(state)
+    return tuple(unique)

@@ -32,34 +32,36 @@ class Parts:
     code: Callable[[], str]
     file: Path
 
-    def run(self, asked: Asked) -> Any:
+    def run(self, arguments: Asked) -> Any:
         """What one part finds, as it is kept."""
-        return json.loads(json.dumps(self.part(*asked), allow_nan=False))
+        return json.loads(json.dumps(self.part(*arguments), allow_nan=False))
 
     def kept(self) -> dict[Asked, Any] | None:
         """What the parts found; None where the file is not of this code, this numpy and these parts, or is damaged, as
         a merge may leave it."""
-        names = {named(asked): asked for asked in self.asked}
+        names = {named(arguments): arguments for arguments in self.asked}
         try:
             data = json.loads(self.file.read_text("utf-8"))
         except (FileNotFoundError, ValueError):
             return None
         if list(data["parts"]) != list(names) or data["numpy"] != np.__version__ or data["code"] != self.code():
             return None
-        return {names[name]: found for name, found in data["parts"].items()}
+        return {names[name]: result for name, result in data["parts"].items()}
 
-    def keep(self, found: Found) -> None:
+    def keep(self, results: Found) -> None:
         """Write what all parts found, a line for each, so that a change shows where it is."""
         head = json.dumps({"numpy": np.__version__, "code": self.code()})
-        lines = ",\n".join(f"{json.dumps(named(asked))}: {json.dumps(found[asked])}" for asked in self.asked)
+        lines = ",\n".join(
+            f"{json.dumps(named(arguments))}: {json.dumps(results[arguments])}" for arguments in self.asked
+        )
         write(self.file, f'{head[:-1]}, "parts": {{\n{lines}\n}}}}\n'.encode())
 
     def result(self) -> Any:
         """The plot's result: of what is kept, or of parts that are run now."""
-        found = self.kept()
-        return self.whole({asked: self.run(asked) for asked in self.asked} if found is None else found)
+        results = self.kept()
+        return self.whole({arguments: self.run(arguments) for arguments in self.asked} if results is None else results)
 
 
-def named(asked: Asked) -> str:
+def named(arguments: Asked) -> str:
     """A part's name: "clutter cpd 45"."""
-    return " ".join(map(str, asked))
+    return " ".join(map(str, arguments))

@@ -45,14 +45,14 @@ class FigureFault(Exception):
     def tell(self, problems: Problems, placed: Place | None) -> None:
         """Put it among the problems, once; placed: where a chapter places the figure, if any does."""
         place = self.place or placed or Place("widgets/figures")
-        pressed = ",".join(entry[1] for entry in self.record.get("log", ()))
-        state = f"preset {self.record.get('preset')}" + (f" press={pressed}" if pressed else "")
+        presses = ",".join(entry[1] for entry in self.record.get("log", ()))
+        state = f"preset {self.record.get('preset')}" + (f" press={presses}" if presses else "")
         by = "no chapter places it" if placed is None else f"{placed.path}:{placed.line} places it"
         # What differs by numbers alone was told of another state.
         here = [each for each in problems.found if (each.path, each.line) == (place.path, place.line)]
-        told = [NUMBER.sub("0", each.message) for each in here]
+        messages = [NUMBER.sub("0", each.message) for each in here]
         for says in (f"figure {self.widget}, {each}" for each in self.says):
-            if not any(each.startswith(NUMBER.sub("0", says)) for each in told):
+            if not any(each.startswith(NUMBER.sub("0", says)) for each in messages):
                 problems.add(place, f"{says} ({state}; {by})")
 
 
@@ -78,9 +78,9 @@ class Watched(Mapping[str, Widget]):
 def _watched(widget: Widget) -> Widget:
     panels: dict[str, Panel] = {}
 
-    def ran(name: str, *given: Any) -> Any:
+    def ran(name: str, *arguments: Any) -> Any:
         try:
-            return getattr(widget, name)(*given)
+            return getattr(widget, name)(*arguments)
         except Exception as error:
             raise FigureFault.of(widget, name, error) from error
 
@@ -88,17 +88,18 @@ def _watched(widget: Widget) -> Widget:
         if says:
             raise FigureFault(widget.name, def_line(getattr(widget, name)), tuple(f"{name}: {each}" for each in says))
 
-    def draw(*given: Any) -> Picture:
-        picture: Picture = ran("draw", *given)
+    def draw(*arguments: Any) -> Picture:
+        picture: Picture = ran("draw", *arguments)
         held("draw", tuple(picture_faults(widget, picture)))
         panels.clear()
         panels.update({panel.name: panel for panel in picture.panels})
         return picture
 
     def motion(before: Any, after: Any) -> tuple[Animation, ...]:
-        moved = motions(ran("motion", before, after))
-        held("motion", tuple(f"no panel {m.panel!r}{hint(m.panel, panels)}" for m in moved if m.panel not in panels))
-        return moved
+        animations = motions(ran("motion", before, after))
+        unknown = (m.panel for m in animations if m.panel not in panels)
+        held("motion", tuple(f"no panel {name!r}{hint(name, panels)}" for name in unknown))
+        return animations
 
     def python(state: Any) -> str:
         text = ran("python", state)
@@ -107,8 +108,8 @@ def _watched(widget: Widget) -> Widget:
 
     return replace(
         widget,
-        start=lambda *given: ran("start", *given),
-        act=lambda *given: ran("act", *given),
+        start=lambda *arguments: ran("start", *arguments),
+        act=lambda *arguments: ran("act", *arguments),
         known=lambda state: ran("known", state),
         files=lambda state: ran("files", state),
         draw=draw,
@@ -182,9 +183,9 @@ def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
         role = getattr(mark, "role", "ink")
         if role not in ROLES:
             yield f"{here}: no role {role!r}{hint(str(role), ROLES)}"
-        for name, known in (("shape", SHAPES), ("anchor", ANCHORS)):
-            if getattr(mark, name, known[0]) not in known:
-                yield f"{here}: no {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), known)}"
+        for name, choices in (("shape", SHAPES), ("anchor", ANCHORS)):
+            if getattr(mark, name, choices[0]) not in choices:
+                yield f"{here}: no {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), choices)}"
         if hasattr(mark, "text"):
             yield from _texts(mark, here, "text")
         for name in (name for name in PAIRS if hasattr(mark, name)):

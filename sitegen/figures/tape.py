@@ -41,8 +41,8 @@ class Tape:
     ) -> Collection[str]:
         """The roles that these panels may show while no other controls are moved and no other buttons pressed; all
         there are where the tape does not know what one of the buttons does."""
-        kept = {name: value for name, value in controls.items() if name not in moved}
-        near = [each for each in self.states if kept.items() <= each.controls.items()]
+        rest = {name: value for name, value in controls.items() if name not in moved}
+        near = [each for each in self.states if rest.items() <= each.controls.items()]
         if not {*presses} <= {each.pressed for each in near}:
             return ROLES
         return {role for each in near for panel in panels for role in each.roles.get(panel, ())}
@@ -67,8 +67,8 @@ def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) 
     numbers: dict[tuple[str, str], int] = {}
     for run in runs.values():
         for name in dict.fromkeys(panel["name"] for frame in run for panel in frame["panels"]):
-            drawn = [panel["svg"] for frame in run for panel in frame["panels"] if panel["name"] == name]
-            for svg in drawn:
+            svgs = [panel["svg"] for frame in run for panel in frame["panels"] if panel["name"] == name]
+            for svg in svgs:
                 numbers.setdefault((name, svg), len(numbers))
     entries = [
         {

@@ -58,10 +58,10 @@ def _imported(widgets: Mapping[str, Widget], name: str, problems: Problems) -> W
         problems.add(place, f"figure {name} cannot be imported: {error.msg}")
     except Exception as error:
         place = line_of(error.__traceback__) or Place(module_file(name))
-        said = str(error)
+        message = str(error)
         if isinstance(error, AttributeError) and error.name == "WIDGET":
-            place, said = Place(module_file(name), 1, 1), "it has no WIDGET = Widget(…)"
-        problems.add(place, f"figure {name} cannot be imported: {type(error).__name__}: {said}")
+            place, message = Place(module_file(name), 1, 1), "it has no WIDGET = Widget(…)"
+        problems.add(place, f"figure {name} cannot be imported: {type(error).__name__}: {message}")
     else:
         if isinstance(widget, Widget):
             return widget
@@ -81,8 +81,8 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     if "default" not in widget.presets:
         yield "presets", "", f"there is no 'default'{hint('default', widget.presets)}"
     for name in widget.presets:
-        if said := _refusal(lambda name=name: preset(widget, name)):
-            yield "presets", name, said
+        if fault := _refusal(lambda name=name: preset(widget, name)):
+            yield "presets", name, fault
     presses = [button.name for button in widget.buttons if button.does == "press"]
     for button in widget.buttons:
         if button.does == "run" and button.repeats not in presses:
@@ -93,37 +93,37 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
             yield "legend", key.label, f"no role {key.role!r}{hint(key.role, ROLES)}"
         choice, *options = key.under or ("",)
         for option in options:
-            if said := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
-                yield "legend", key.label, f"it is drawn under {said}"
+            if fault := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
+                yield "legend", key.label, f"it is drawn under {fault}"
     for i, (changes, pressed) in enumerate(widget.tape):
         log = [["press", press] for press in pressed]
         plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}
-        if said := _refusal(lambda plain=plain: parsed(widget, plain)):
-            yield "tape", "", f"entry {i + 1}: {said}"
+        if fault := _refusal(lambda plain=plain: parsed(widget, plain)):
+            yield "tape", "", f"entry {i + 1}: {fault}"
 
 
 def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
     if not dataclasses.is_dataclass(controls) or not isinstance(controls, type):
         yield "controls", "", f"a frozen dataclass is expected, not {controls!r:.60}"
         return
-    known = {field.name: field for field in dataclasses.fields(controls)}
-    without = [name for name, field in known.items() if not isinstance(field.metadata.get("spec"), Spec)]
+    by_name = {field.name: field for field in dataclasses.fields(controls)}
+    without = [name for name, field in by_name.items() if not isinstance(field.metadata.get("spec"), Spec)]
     for name in without:
         yield "controls", name, "slider(…), choice(…) or toggle(…) is expected"
     if without:
         return
-    for name, field in known.items():
-        if said := _refusal(lambda name=name, field=field: validated(controls, {name: field.default})):
-            yield "controls", name, f"its default is refused: {said.removeprefix(f'{name}: ')}"
+    for name, field in by_name.items():
+        if fault := _refusal(lambda name=name, field=field: validated(controls, {name: field.default})):
+            yield "controls", name, f"its default is refused: {fault.removeprefix(f'{name}: ')}"
         for option, brought in field.metadata["spec"].sets.items():
             if option not in field.metadata["spec"].options:
                 yield "controls", name, f"sets: no option {option!r}{hint(option, field.metadata['spec'].options)}"
-            if said := _refusal(lambda brought=brought: validated(controls, brought)):
-                yield "controls", name, f"option {option!r} sets {said}"
+            if fault := _refusal(lambda brought=brought: validated(controls, brought)):
+                yield "controls", name, f"option {option!r} sets {fault}"
         by, labels = field.metadata["spec"].named or ("", {})
         for option in labels:
-            if said := _refusal(lambda by=by, option=option: validated(controls, {by: option})):
-                yield "controls", name, f"its label is named by {said}"
+            if fault := _refusal(lambda by=by, option=option: validated(controls, {by: option})):
+                yield "controls", name, f"its label is named by {fault}"
 
 
 def _refusal(attempt: Any) -> str:
@@ -143,11 +143,11 @@ def place_of(widget: Widget, name: str, field: str, item: str = "") -> Place:
     return _place_in(getattr(widget.draw, "__module__", ""), _field_line, (field, item)) or file
 
 
-def _place_in(module: str, find: Any, given: tuple[str, str]) -> Place | None:
+def _place_in(module: str, find: Any, arguments: tuple[str, str]) -> Place | None:
     if not module.startswith("widgets.") or module not in sys.modules:
         return None
     try:
-        node = find(ast.parse(getsource(sys.modules[module])), *given)
+        node = find(ast.parse(getsource(sys.modules[module])), *arguments)
     except (OSError, SyntaxError):  # edited since it was imported
         return None
     return Place(_file_of(module), node.lineno, node.col_offset + 1) if node else Place(_file_of(module), 1, 1)
@@ -155,8 +155,8 @@ def _place_in(module: str, find: Any, given: tuple[str, str]) -> Place | None:
 
 def _field_line(tree: ast.Module, field: str, item: str) -> ast.expr | None:
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    made = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "Widget"]
-    for value in (word.value for call in made for word in call.keywords if word.arg == field):
+    widget_calls = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "Widget"]
+    for value in (word.value for call in widget_calls for word in call.keywords if word.arg == field):
         texts = (node for node in ast.walk(value) if isinstance(node, ast.Constant))
         return next((node for node in texts if item and node.value == item), value)
     return None
@@ -171,12 +171,12 @@ def _control_line(tree: ast.Module, name: str, field: str) -> ast.stmt | None:
 
 def line_of(trace: TracebackType | None) -> Place | None:
     """The last line of a figure's own code, or of what figures share, that a failure went through."""
-    found = None
-    for (frame, line), told in zip(traceback.walk_tb(trace), traceback.extract_tb(trace), strict=True):
+    place = None
+    for (frame, line), summary in zip(traceback.walk_tb(trace), traceback.extract_tb(trace), strict=True):
         module = frame.f_globals.get("__name__", "")
         if module.startswith("widgets.") and not module.startswith(MACHINERY):
-            found = Place(_file_of(module), line, (told.colno or 0) + 1)
-    return found
+            place = Place(_file_of(module), line, (summary.colno or 0) + 1)
+    return place
 
 
 def def_line(function: Any) -> Place | None:

@@ -34,16 +34,16 @@ def spec(widget: Widget) -> Plain:
 
 
 def _control(control: Spec) -> Plain:
-    shared: Plain = {"kind": control.kind, "label": control.label, "keeps": control.keeps}
+    common: Plain = {"kind": control.kind, "label": control.label, "keeps": control.keeps}
     if control.kind == "slider":
         numbers = {"low": control.low, "high": control.high, "step": control.step}
-        named = {"named": control.named} if control.named else {}
-        return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals, **named}
+        naming = {"named": control.named} if control.named else {}
+        return {**common, **numbers, "unit": control.unit, "decimals": control.decimals, **naming}
     if control.kind == "choice":
         sets = {option: dict(brought) for option, brought in control.sets.items()}
         places = {"places": True} if control.places else {}
-        return {**shared, "options": dict(control.options), "sets": sets, **places}
-    return shared
+        return {**common, "options": dict(control.options), "sets": sets, **places}
+    return common
 
 
 def first_frame(frame: Plain) -> Plain:

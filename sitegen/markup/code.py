@@ -31,7 +31,7 @@ def highlighted(code: str, language: str) -> Markup:
         names = {alias for _, aliases, _, _ in get_all_lexers() for alias in aliases}
         raise ValueError(f"no language {language!r}{hint(language, names)}") from None
     pieces = ((STANDARD_TYPES.get(kind, ""), text) for kind, text in lexer.get_tokens(code))
-    named = ((name if name in COLOURED else "", text) for name, text in pieces)
-    runs = ((name, "".join(text for _, text in run)) for name, run in groupby(named, lambda piece: piece[0]))
-    written = ((name, escape(text, quote=False)) for name, text in runs)
-    return Markup("".join(f'<span class="{name}">{text}</span>' if name else text for name, text in written))
+    tokens = ((name if name in COLOURED else "", text) for name, text in pieces)
+    runs = ((name, "".join(text for _, text in run)) for name, run in groupby(tokens, lambda piece: piece[0]))
+    texts = ((name, escape(text, quote=False)) for name, text in runs)
+    return Markup("".join(f'<span class="{name}">{text}</span>' if name else text for name, text in texts))

@@ -70,31 +70,31 @@ def read(source: str, start: int, stop: int, colons: str) -> Directive | None:
     """
     if not source.startswith(colons, start):
         return None
-    named = NAME.match(source, start + len(colons), stop)
-    if named is None or named.end() >= stop or source[named.end()] != "[":
+    match = NAME.match(source, start + len(colons), stop)
+    if match is None or match.end() >= stop or source[match.end()] != "[":
         return None
-    text_start = named.end() + 1
-    text_end = _close(source, named.end(), stop)
+    text_start = match.end() + 1
+    text_end = _close(source, match.end(), stop)
     end, attributes, attributes_start = text_end + 1, "", text_end + 1
     if end < stop and source[end] == "{":
         attributes_start = end + 1
         end = _close(source, end, stop) + 1
         attributes = source[attributes_start : end - 1]
     text = source[text_start:text_end]
-    return Directive(named.group(), text, attributes, start, text_start, attributes_start, end)
+    return Directive(match.group(), text, attributes, start, text_start, attributes_start, end)
 
 
 def _close(source: str, start: int, stop: int) -> int:
     """Where the bracket at `start` closes; code and formulas in a text, quoted values in attributes are passed over."""
     opening = source[start]
     closing = CLOSING[opening]
-    passed = "`$" if opening == "[" else '"'
+    delimiters = "`$" if opening == "[" else '"'
     depth, i = 0, start
     while i < stop:
         char = source[i]
         if char == "\\":
             i += 1
-        elif char in passed:
+        elif char in delimiters:
             after = source.find(char, i + 1, stop)
             i = after if after >= 0 else i
         elif char == opening:
@@ -109,7 +109,7 @@ def _close(source: str, start: int, stop: int) -> int:
 
 def attributes(directive: Directive) -> list[Attribute]:
     """The attributes in order. Raises DirectiveError where they are none."""
-    found, i = [], 0
+    result, i = [], 0
     source = directive.attributes
     while source[i:].strip():
         match = ATTRIBUTE.match(source, i)
@@ -124,6 +124,6 @@ def attributes(directive: Directive) -> list[Attribute]:
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")
         base = directive.attributes_start
-        found.append(Attribute(match["name"] or "", value, base + start, base + match.start("value"), quoted))
+        result.append(Attribute(match["name"] or "", value, base + start, base + match.start("value"), quoted))
         i = match.end()
-    return found
+    return result

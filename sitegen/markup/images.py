@@ -51,9 +51,9 @@ def _svg_size(data: bytes) -> tuple[int, int]:
     if root.tag.rpartition("}")[2] != "svg":
         raise ValueError(f"not SVG: its root is <{root.tag.rpartition('}')[2]}>")
     box = re.split(r"[\s,]+", root.get("viewBox", "").strip())
-    given = [root.get("width", ""), root.get("height", "")] if len(box) != 4 else box[2:]
+    sides = [root.get("width", ""), root.get("height", "")] if len(box) != 4 else box[2:]
     try:
-        width, height = (round(float(re.sub(r"px$", "", side))) for side in given)
+        width, height = (round(float(re.sub(r"px$", "", side))) for side in sides)
     except (ValueError, OverflowError) as error:
         raise ValueError("an SVG image needs a viewBox") from error
     if width < 1 or height < 1:

@@ -91,29 +91,29 @@ class TextStart:
     offset: int
 
 
-def note(token: Token, noted: Located[object] | InLine | TextStart) -> None:
+def note(token: Token, remark: Located[object] | InLine | TextStart) -> None:
     """Note something on a token, in the place of what was noted before."""
-    token.meta[NOTED] = noted
+    token.meta[NOTED] = remark
 
 
 def noted(token: Token, kind: type[T]) -> T | None:
     """What is noted on a token, if it is of this kind."""
-    found = token.meta.get(NOTED)
-    return found if isinstance(found, kind) else None
+    remark = token.meta.get(NOTED)
+    return remark if isinstance(remark, kind) else None
 
 
 def place_of(token: Token) -> Place | None:
     """The place of a token, where it is known."""
-    found = noted(token, Located)
-    return found.place if found else None
+    remark = noted(token, Located)
+    return remark.place if remark else None
 
 
 def located(token: Token, kind: type[T]) -> Located[T]:
     """The thing of this kind that a token stands for, with its place. `object` stands for whatever it is."""
-    found = noted(token, Located)
-    if found is None or not isinstance(found.thing, kind):
+    remark = noted(token, Located)
+    if remark is None or not isinstance(remark.thing, kind):
         raise TypeError(f"a token {token.type!r} stands for no {kind.__name__}")
-    return found
+    return remark
 
 
 def footnote_label(token: Token) -> str:

@@ -62,20 +62,20 @@ class Mathematics:
 
 
 def render(
-    asked: Iterable[Asked],
+    uses: Iterable[Asked],
     macros: Mapping[str, str],
     cache: Path,
     problems: Problems,
     progress: Progress = quiet,
-    kept: Memory | None = None,
+    memory: Memory | None = None,
 ) -> Mathematics:
     """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
     those that a browser would show with a part missing."""
-    wanted = list(asked)
-    formulas = {one.formula for one in wanted}
+    all_uses = list(uses)
+    formulas = {one.formula for one in all_uses}
     make = partial(_made, formulas, macros, cache, progress)
-    mathematics, faults = (kept or Memory()).answer("formulas", (formulas, macros), make)
-    for one in wanted:
+    mathematics, faults = (memory or Memory()).answer("formulas", (formulas, macros), make)
+    for one in all_uses:
         if "<menclose" in mathematics.mathml[one.formula]:
             problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
         if fault := faults.get(one.formula):
@@ -91,21 +91,21 @@ def _made(
     """All formulas, and what Temml says of those that it cannot read."""
     version = pins.read_manifest()["temml"].version
     made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
-    known = Remembered(cache, f"maths {made_by}", SPARE)
-    new = sorted((formula for formula in formulas if not known.knows(_key(formula))), key=_key)
-    made: dict[Formula, Any] = {}
+    memo = Remembered(cache, f"maths {made_by}", SPARE)
+    new = sorted((formula for formula in formulas if not memo.knows(_key(formula))), key=_key)
+    fresh: dict[Formula, Any] = {}
     if new:
         module = fetch.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
-        asked = [{"source": f.source, "display": f.display} for f in new]
-        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": asked}, timeout=120)
-        made = dict(zip(new, answers, strict=True))
+        request = [{"source": f.source, "display": f.display} for f in new]
+        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": request}, timeout=120)
+        fresh = dict(zip(new, answers, strict=True))
     order = sorted(formulas, key=_key)
-    found = {formula: known.answer(_key(formula), partial(made.get, formula)) for formula in order}
-    known.keep()
+    results = {formula: memo.answer(_key(formula), partial(fresh.get, formula)) for formula in order}
+    memo.keep()
     styles: dict[str, str] = {}
-    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in found.items()}
+    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in results.items()}
     css = "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items()))
-    return Mathematics(mathml, css), {formula: said for formula, said in found.items() if "mathml" not in said}
+    return Mathematics(mathml, css), {formula: result for formula, result in results.items() if "mathml" not in result}
 
 
 def _key(formula: Formula) -> str:

@@ -135,14 +135,14 @@ def parser() -> MarkdownIt:
 
 def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
     """Top-level blocks, each with all the tokens inside it."""
-    found: list[list[Token]] = []
+    result: list[list[Token]] = []
     depth = 0
     for token in tokens:
         if depth == 0:
-            found.append([])
-        found[-1].append(token)
+            result.append([])
+        result[-1].append(token)
         depth += token.nesting
-    return found
+    return result
 
 
 def text_of(tokens: Sequence[Token]) -> str:
@@ -272,13 +272,13 @@ def _places(state: StateCore) -> None:
             source.problems.add(at(offset), says)
             lose(state.env, token.content)
         for child in token.children or []:
-            if (found := noted(child, InLine)) is None:
+            if (remark := noted(child, InLine)) is None:
                 continue
-            place = at(found.offset)
-            if isinstance(found.thing, Fault):
-                source.problems.add(place, found.thing.message)
+            place = at(remark.offset)
+            if isinstance(remark.thing, Fault):
+                source.problems.add(place, remark.thing.message)
             else:
-                note(child, Located(found.thing, place, at, found.offset))
+                note(child, Located(remark.thing, place, at, remark.offset))
         token.children = [child for child in token.children or [] if child.type != "fault"]
 
 

@@ -19,4 +19,4 @@ def held(html: str) -> str:
 
 def apostrophes(text: str) -> str:
     """Text whose apostrophes are curved. Quotes stay straight, since in docstrings they are those of Python values."""
-    return _APOSTROPHE.sub(lambda found: "’" if found[0] == "'" else found[0], text)
+    return _APOSTROPHE.sub(lambda match: "’" if match[0] == "'" else match[0], text)

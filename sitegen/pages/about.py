@@ -57,10 +57,10 @@ def _git(root: Path, *words: str) -> str:
         return ""
     command = ["git", "--no-optional-locks", *words]
     try:
-        done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=20, check=False)
+        result = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=20, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
+    return result.stdout.strip() if result.returncode == 0 else ""
 
 
 def bibtex(title: str, author: str, year: int, url: str) -> str:

@@ -175,10 +175,10 @@ def package() -> griffe.Module:
 def named(name: str) -> griffe.Object:
     """What a full name, such as `solvers.scenes.room`, names. Raises LookupError where that is nothing."""
     try:
-        found = package()[name.removeprefix("solvers.")]
+        member = package()[name.removeprefix("solvers.")]
     except KeyError:
         raise LookupError(f"the reference lists {name}, which is not there") from None
-    return found.final_target if isinstance(found, griffe.Alias) else found
+    return member.final_target if isinstance(member, griffe.Alias) else member
 
 
 def members(thing: griffe.Object) -> Iterator[griffe.Function | griffe.Attribute]:

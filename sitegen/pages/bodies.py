@@ -51,7 +51,7 @@ class Pen:
 
     def known(self, known: Known, one: Survey, problems: Problems) -> Known:
         """What one chapter's rendering may look at; what is wrong goes to `problems`."""
-        formulas = {asked.formula: known.mathematics.mathml[asked.formula] for asked in one.formulas}
+        formulas = {use.formula: known.mathematics.mathml[use.formula] for use in one.formulas}
         return replace(
             known,
             mathematics=Mathematics(formulas, ""),
@@ -105,7 +105,7 @@ class Pen:
             return Markup("")
 
 
-def write(surveys: Sequence[Survey], known: Known, pen: Pen, kept: Memory) -> tuple[Known, list[Written]]:
+def write(surveys: Sequence[Survey], known: Known, pen: Pen, memory: Memory) -> tuple[Known, list[Written]]:
     """All chapters written, and what is known of them then. known: all else that they look things up in."""
 
     def made_of(one: Survey, now: Known) -> object:
@@ -115,7 +115,7 @@ def write(surveys: Sequence[Survey], known: Known, pen: Pen, kept: Memory) -> tu
     def kept_of(what: str, make: Callable[[Survey, Known, Problems], T], now: Known) -> list[T]:
         names = [(what, one.chapter.source.path) for one in surveys]
         return [
-            kept.told(name, made_of(one, now), known.problems, partial(make, one, now))
+            memory.told(name, made_of(one, now), known.problems, partial(make, one, now))
             for name, one in zip(names, surveys, strict=True)
         ]
 
@@ -138,7 +138,7 @@ def _pages(
     surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Collection[str] | None]:
     """Every page that a link may lead to, with its anchors."""
-    pages: dict[str, Collection[str] | None] = {fixed.page: None for fixed in FIXED_PAGES if fixed.name != "404"}
+    pages: dict[str, Collection[str] | None] = {page.page: None for page in FIXED_PAGES if page.name != "404"}
     pages["references.html"] = [f"ref-{key}" for key in references]
     pages["glossary.html"] = [term.anchor for term in terms.values()]
     pages |= {one.chapter.deck: None for one in surveys if one.slides}

@@ -59,10 +59,10 @@ def deck(
     views, stills = [], []
     for one in survey.slides:
         tape = tapes.get((survey.chapter.name, one.figure.id)) if one.figure else None
-        shown = _figure(one, one.figure, tape, known) if one.figure and tape else None
-        if shown:
-            stills.append(Markup(IDS.sub("", shown.frame["panels"][0]["svg"])))
-        views.append(_slide(one, write, draw(shown) if shown else Markup(), known))
+        view = _figure(one, one.figure, tape, known) if one.figure and tape else None
+        if view:
+            stills.append(Markup(IDS.sub("", view.frame["panels"][0]["svg"])))
+        views.append(_slide(one, write, draw(view) if view else Markup(), known))
     return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found())
 
 

@@ -75,28 +75,28 @@ def notebook(survey: Survey, cited: Sequence[str], shown: Shown) -> bytes:
 
 def written(cells: Sequence[Cell]) -> bytes:
     """Cells in the notebook format 4.5."""
-    made: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     for i, (kind, text) in enumerate(cells):
         cell: dict[str, Any] = {"cell_type": kind, "id": f"cell-{i}", "metadata": {}, "source": text.strip("\n")}
-        made.append({**cell, "execution_count": None, "outputs": []} if kind == "code" else cell)
+        entries.append({**cell, "execution_count": None, "outputs": []} if kind == "code" else cell)
     metadata = {
         "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
         "language_info": {"name": "python"},
     }
-    whole = {"cells": made, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
+    whole = {"cells": entries, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
     return (json.dumps(whole, ensure_ascii=False, indent=1, sort_keys=True) + "\n").encode()
 
 
 def _joined(cells: Sequence[Cell]) -> list[Cell]:
     """Markdown that stands together in one cell, up to the next heading or code."""
-    joined: list[Cell] = []
+    result: list[Cell] = []
     for kind, text in cells:
-        follows = kind == "markdown" and joined and joined[-1][0] == kind and not text.startswith(("#", "<a id="))
+        follows = kind == "markdown" and result and result[-1][0] == kind and not text.startswith(("#", "<a id="))
         if follows:
-            joined[-1] = (kind, f"{joined[-1][1]}\n\n{text}")
+            result[-1] = (kind, f"{result[-1][1]}\n\n{text}")
         else:
-            joined.append((kind, text))
-    return joined
+            result.append((kind, text))
+    return result
 
 
 class _Writer:
@@ -173,11 +173,11 @@ class _Writer:
             yield "code", frame["python"]
 
     def _plot(self, token: Token, placed: Placed) -> Iterator[Cell]:
-        drawn = self._shown.drawn(placed)
+        drawing = self._shown.drawn(placed)
         width, height = placed.plot.sizes["wide"]
-        picture = _image(drawn.svgs["wide"], width, height, placed.plot.title)
+        picture = _image(drawing.svgs["wide"], width, height, placed.plot.title)
         title = f"**[Figure {placed.number}]({self._address('#' + placed.dom_id)}).** {self._directive(token)}"
-        yield "markdown", f"{title}\n\n{picture}\n\n{drawn.words}"
+        yield "markdown", f"{title}\n\n{picture}\n\n{drawing.words}"
 
     def _note(self, label: str) -> str:
         """A side note, which stands elsewhere in the file."""
@@ -212,16 +212,16 @@ class _Writer:
         """What takes the place of which piece of the file."""
         match token.type:
             case "value" | "readout" | "ref" | "term":
-                written = located(token, Directive)
-                end = self._offset(written.at(written.thing.end))
-                yield self._offset(written.place), end, self._plain([token])
+                line = located(token, Directive)
+                end = self._offset(line.at(line.thing.end))
+                yield self._offset(line.place), end, self._plain([token])
             case "claim_open" | "promise_open":
-                written = located(token, Directive)
-                directive = written.thing
+                line = located(token, Directive)
+                directive = line.thing
                 text_end = directive.text_start + len(directive.text)
-                yield self._offset(written.place), self._offset(written.at(directive.text_start)), ""
+                yield self._offset(line.place), self._offset(line.at(directive.text_start)), ""
                 # The end is counted from the text's: it may be the end of a line, which is not a place in the next.
-                after = self._offset(written.at(text_end))
+                after = self._offset(line.at(text_end))
                 yield after, after + directive.end - text_end, ""
             case "cite":
                 first = self._offset(located(token, Citation).place)
@@ -241,8 +241,8 @@ class _Writer:
 
     def _plain(self, tokens: Sequence[Token]) -> str:
         """What the page shows of tokens, as Markdown: links, and else text."""
-        linked = _ANCHOR.sub(lambda m: f"[{m[2]}]({self._address(html.unescape(m[1]))})", self._html(tokens))
-        return html.unescape(re.sub(r"<[^>]*>", "", linked))
+        text = _ANCHOR.sub(lambda m: f"[{m[2]}]({self._address(html.unescape(m[1]))})", self._html(tokens))
+        return html.unescape(re.sub(r"<[^>]*>", "", text))
 
     def _offset(self, place: Place) -> int:
         return self._source.starts[place.line - 1] + place.column - 1
@@ -287,21 +287,21 @@ def _bibliography(references: Sequence[Reference]) -> str:
 
 
 def notebooks(
-    surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, kept: Memory
+    surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, memory: Memory
 ) -> dict[str, bytes]:
     """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
     store = Store(cache, "notebooks")
-    made = {}
+    files = {}
     for survey, body in zip(surveys, bodies, strict=True):
         make = partial(notebook, survey, body.cited, shown)
         works = [shown.known.references[key] for key in body.cited]
-        key = kept.answer(
+        key = memory.answer(
             ("notebook", survey.chapter.source.path),
             (survey, body, works, shown.site, shown.wheel),
             partial(_made_of, survey, body, shown),
         )
-        made[name_of(survey.chapter)] = store.get(key, make)
-    return made
+        files[name_of(survey.chapter)] = store.get(key, make)
+    return files
 
 
 def _made_of(survey: Survey, body: Body, shown: Shown) -> str:

@@ -54,7 +54,7 @@ def _light() -> dict[str, str]:
 @cache
 def _rules() -> tuple[tuple[frozenset[str], str], ...]:
     """The rules for drawings: what classes each needs, and its text. Those that depend on the screen are left out."""
-    found = []
+    result = []
     for path in SHEETS:
         for rule in rules(path.read_text("utf-8")):
             body = ";".join(f"{name}:{_written(value)}" for name, value in rule.declarations)
@@ -62,11 +62,11 @@ def _rules() -> tuple[tuple[frozenset[str], str], ...]:
                 role = re.fullmatch(r"\.[\w-]+", selector) and "--colour" in body
                 if role or selector.startswith((".plot", ".graph-svg")):
                     needed = frozenset(_CLASS.findall(_CHOICE.sub("", selector)))
-                    found.append((needed, f"{selector}{{{body}}}"))
-    return tuple(found)
+                    result.append((needed, f"{selector}{{{body}}}"))
+    return tuple(result)
 
 
 def _written(value: str) -> str:
     """A value with the site's colours and face in place of its variables."""
-    known = {**_light(), "sans": FACE}
-    return re.sub(r"var\(--([\w-]+)\)", lambda m: known.get(m[1], m[0]), value)
+    values = {**_light(), "sans": FACE}
+    return re.sub(r"var\(--([\w-]+)\)", lambda m: values.get(m[1], m[0]), value)

@@ -48,21 +48,21 @@ class Section:
         return " ".join("".join(self.parts).split())
 
 
-def search_data(pages: Mapping[str, str], cache: Path, kept: Memory | None = None) -> bytes:
+def search_data(pages: Mapping[str, str], cache: Path, memory: Memory | None = None) -> bytes:
     """The script that hands the page every section: [address, page, heading, text] of each."""
-    known, kept = Remembered(cache, f"search-{FORMAT}"), kept or Memory()
+    memo, memory = Remembered(cache, f"search-{FORMAT}"), memory or Memory()
 
     def entries(name: str, html: str) -> str:
-        return dumps(known.answer(f"{name}\0{html}", partial(_entries, name, html)))[1:-1]
+        return dumps(memo.answer(f"{name}\0{html}", partial(_entries, name, html)))[1:-1]
 
-    found = [kept.answer(("sections", name), html, partial(entries, name, html)) for name, html in pages.items()]
-    known.keep()
-    return f"Ladder.searchable([{','.join(filter(None, found))}]);\n".encode()
+    parts = [memory.answer(("sections", name), html, partial(entries, name, html)) for name, html in pages.items()]
+    memo.keep()
+    return f"Ladder.searchable([{','.join(filter(None, parts))}]);\n".encode()
 
 
 def _entries(name: str, html: str) -> list[list[str]]:
-    found = sections(name, html) if _searched(name) else []
-    return [[one.at, one.page, one.heading, one.text] for one in found if one.heading or one.text]
+    parts = sections(name, html) if _searched(name) else []
+    return [[one.at, one.page, one.heading, one.text] for one in parts if one.heading or one.text]
 
 
 def _searched(name: str) -> bool:

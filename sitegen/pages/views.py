@@ -79,9 +79,9 @@ class FigureView:
     def main(self) -> Button | None:
         """The filled button: the first that the sentence names in bold, or else, if it leads, the widget's own."""
         labels = {button.label: button for button in self.widget.buttons}
-        named = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
+        in_bold = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
         own = [button for button in self.leading.buttons if button.primary]
-        return next(iter([*named, *own]), None)
+        return next(iter([*in_bold, *own]), None)
 
     @property
     def leading(self) -> Part:
@@ -112,10 +112,10 @@ class FigureView:
         captions = self.layout.name == "many"
         names = [panel["name"] for panel in self.layout.stage]
         panels = self.after["panels"] if self.after else ()
-        drawn = [panel for panel in panels if panel["name"] in names]
+        stage = [panel for panel in panels if panel["name"] in names]
         return [
             {"svg": Markup(IDS.sub("", panel["svg"])), "caption": panel["caption"] if captions else ""}
-            for panel in drawn
+            for panel in stage
         ]
 
     @property
@@ -164,8 +164,8 @@ class Bytecode(BytecodeCache):
 
     def load_bytecode(self, bucket: Bucket) -> None:
         """Fill the bucket, if its template was compiled before."""
-        if kept := self._store.find(f"{bucket.key} {bucket.checksum}"):
-            bucket.bytecode_from_string(kept)
+        if code := self._store.find(f"{bucket.key} {bucket.checksum}"):
+            bucket.bytecode_from_string(code)
 
     def dump_bytecode(self, bucket: Bucket) -> None:
         """Keep what was compiled."""
@@ -174,7 +174,7 @@ class Bytecode(BytecodeCache):
 
 def environment(root: Path, cache: Path) -> Environment:
     """The templates of a checkout; a name that is not there is an error, text is escaped. Their code is kept."""
-    made = Environment(
+    templates = Environment(
         loader=FileSystemLoader(root / "templates"),
         bytecode_cache=Bytecode(Store(cache, "templates")),
         autoescape=True,
@@ -183,9 +183,9 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
-    made.filters["apostrophes"] = apostrophes
-    return made
+    templates.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
+    templates.filters["apostrophes"] = apostrophes
+    return templates
 
 
 def shown(spec: Spec, value: float) -> str:

@@ -88,7 +88,7 @@ class Writer:
         return Page(name, title, description, kind, canonical, report, **more)
 
     def _fill(self, template: str, page: Page, **values: Any) -> Inside:
-        given = values | {
+        context = values | {
             "site": self.site,
             "page": page,
             "ladder": self._ladder(page.name),
@@ -97,31 +97,31 @@ class Writer:
             "has_search": self.has_search,
             "download": self.download,
         }
-        made_of = template, given, self.templates.globals["wheel"]
+        made_of = template, context, self.templates.globals["wheel"]
 
         def fill() -> str:
-            return held(self.templates.get_template(template).render(given))
+            return held(self.templates.get_template(template).render(context))
 
         return Inside(page, Markup(self.kept.answer(("inside", page.name), made_of, fill)))
 
     def framed(self, inside: Inside, assets: Assets) -> bytes:
         """The whole page with the files that it loads."""
         size = assets.download.size if assets.download else ""
-        named = replace(assets, files={})
+        bare = replace(assets, files={})
         frame = self.templates.get_template("frame.html")
 
         def whole() -> bytes:
             html = hosted(inside.html, size)
-            return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=named, inside=html).encode()
+            return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=bare, inside=html).encode()
 
-        return self.kept.answer(("page", inside.page.name, bool(size)), (inside, named, self.site), whole)
+        return self.kept.answer(("page", inside.page.name, bool(size)), (inside, bare, self.site), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
         by_rung = {c.rung: c for c in self.chapters if c.rung}
         planned = [(r.rung, r.title, by_rung.get(r.rung)) for r in self.site.ladder]
-        listed = {c.name for _, _, c in planned if c}
-        rest = [(c.rung, c.title, c) for c in self.chapters if c.name not in listed]
+        names = {c.name for _, _, c in planned if c}
+        rest = [(c.rung, c.title, c) for c in self.chapters if c.name not in names]
         return [
             {
                 "rung": rung,
@@ -188,12 +188,12 @@ class Writer:
         page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
         canonical = "" if doc.hidden else page.canonical
         page = replace(page, canonical=canonical)
-        filled = _written(doc, body, references, terms)
+        context = _written(doc, body, references, terms)
         if doc.name != STYLE_GUIDE:
-            return self._fill("docs.html", page, **filled)
+            return self._fill("docs.html", page, **context)
         own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
-        filled["contents"] = _tree([*body.contents, *own])
-        return self._fill("style.html", page, swatches=swatches.swatches(), **filled)
+        context["contents"] = _tree([*body.contents, *own])
+        return self._fill("style.html", page, swatches=swatches.swatches(), **context)
 
     def glossary(self, terms: Mapping[str, Term]) -> Inside:
         """Every term, with the chapter that explains it."""
@@ -221,14 +221,14 @@ class Writer:
     ) -> list[Inside]:
         """What was checked, chapter by chapter; and of each chapter every claim with its test, that test's source as
         code, and what it last said."""
-        claimed: dict[str, list[dict[str, Any]]] = {}
+        by_test: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
             for claim in body.claims:
                 entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor}
                 entry |= {"html": claim.html, "kind": claim.kind}
-                claimed.setdefault(claim.test_id, []).append(entry)
+                by_test.setdefault(claim.test_id, []).append(entry)
         checks: dict[str, dict[str, Any]] = {}
-        for test_id, claims in claimed.items():
+        for test_id, claims in by_test.items():
             result = results.get(test_id)
             state = standing(result)
             checks[test_id] = {
@@ -259,8 +259,8 @@ class Writer:
         """What the site is, and what this build of it was made of."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
-        cited = bibtex(site.title, site.author, site.year, site.url)
-        return self._fill("about.html", page, made=made, bibtex=cited)
+        citation = bibtex(site.title, site.author, site.year, site.url)
+        return self._fill("about.html", page, made=made, bibtex=citation)
 
     def licences(self, licences: Sequence[Licence]) -> Inside:
         """The licences of what the site serves."""

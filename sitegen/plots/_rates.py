@@ -32,8 +32,8 @@ def wilson(hits: int, of: int, z: float = 1.959964) -> Interval:
 
 def percent(rate: float) -> str:
     """A rate as words print it."""
-    shown = 100.0 * rate
-    return f"{shown:.0f} %" if shown >= 9.95 or shown == round(shown) else f"{shown:.1f} %"
+    value = 100.0 * rate
+    return f"{value:.0f} %" if value >= 9.95 or value == round(value) else f"{value:.1f} %"
 
 
 def close(pose: Pose, truth: Pose) -> int:

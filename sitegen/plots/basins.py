@@ -60,7 +60,7 @@ def seeds(result: Result) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = [
+    clauses = [
         f"{LABELS[method]} " + " and ".join(f"{share(result, method, setting):.0f} %" for setting in result.settings)
         for method in result.methods
     ]
@@ -70,7 +70,7 @@ def words(result: Result) -> str:
         f"rotation, {first} to {result.angles[-1]}°. Up: the starting offset, 0 to {result.offsets[-1]:g} u in the "
         f"race's direction. The stronger the colour, the more of {result.seeds} seeds ended within 5° and 0.2 u of the "
         f"truth. Share of all starts in a map that succeeded, in the {' and the '.join(result.settings)} room: "
-        f"{', '.join(said)}. RANSAC ignores the start; the basins of the others surround zero rotation."
+        f"{', '.join(clauses)}. RANSAC ignores the start; the basins of the others surround zero rotation."
     )
 
 
@@ -131,8 +131,8 @@ def fields(axes: Any, rows: Any, most: int) -> None:
             if x == len(row) or row[x] != row[begin]:
                 boxes.setdefault(round(LEVELS * row[begin] / most), []).append((begin, x, y))
                 begin = x
-    for level, found in sorted(boxes.items()):
-        shapes = [Path([(a, y), (b, y), (b, y + 1), (a, y + 1), (a, y)], closed=True) for a, b, y in found]
+    for level, spans in sorted(boxes.items()):
+        shapes = [Path([(a, y), (b, y), (b, y + 1), (a, y + 1), (a, y)], closed=True) for a, b, y in spans]
         shape = Path.make_compound_path(*shapes)
         axes.add_patch(PathPatch(shape, facecolor=COLOURS[f"h{level}"], edgecolor="none", linewidth=0))
     for spine in axes.spines.values():

@@ -47,8 +47,8 @@ def part(run: str, angle: int, offset: float) -> int:
     scenes = [ndt_room(seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     start = Pose.from_angle(np.radians(angle), offset * DIRECTION)
-    found = register(source, target, "ndt", start=start, cells=CELLS[run], max_shift=0.5, max_turn=0.2)
-    return close(found.pose, scenes[0].truth)
+    result = register(source, target, "ndt", start=start, cells=CELLS[run], max_shift=0.5, max_turn=0.2)
+    return close(result.pose, scenes[0].truth)
 
 
 def whole(parts: Mapping[tuple[str, int, float], int]) -> Result:
@@ -75,16 +75,16 @@ def runs(result: Result) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for i, run in enumerate(CELLS):
         angles = [a for a, k in zip(result.angles, result.by_angle[i], strict=True) if k == result.runs]
         offsets = [o for o, k in zip(result.offsets, result.by_offset[i], strict=True) if k == result.runs]
         span = f"from {min(angles)}° to {max(angles)}°".replace("-", "−") if len(angles) > 1 else "from 0° alone"
-        said.append(f"{NAMES[run]}: every seed {span}, and up to {max(offsets):g} u")
+        clauses.append(f"{NAMES[run]}: every seed {span}, and up to {max(offsets):g} u")
     return (
         f"Two charts of the share of {result.runs} seeds for which NDT ended within 5° and 0.2 u of the truth: against "
         f"the starting angle, with no offset, and against the starting offset, with no turn. "
-        f"{'; '.join(said)}. Coarse to fine reaches farther in both charts, but its reach is limited as well."
+        f"{'; '.join(clauses)}. Coarse to fine reaches farther in both charts, but its reach is limited as well."
     )
 
 

@@ -73,10 +73,10 @@ def widest(result: Result, residual: str, place: str, way: str) -> float:
 
 def carried(result: Result, residual: str) -> float:
     """The draws of the room whose region holds the truth where the start's spread is carried through."""
-    held = result.carried[result.residuals.index(residual)]
-    if held is None:
+    count = result.carried[result.residuals.index(residual)]
+    if count is None:
         raise ValueError(f"the start is not carried through for {residual}")
-    return float(held)
+    return float(count)
 
 
 def carried_draws(result: Result) -> int:
@@ -104,16 +104,16 @@ def _ways(result: Result, residual: str) -> list[str]:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for residual in result.residuals:
         parts = []
         for place in result.places:
             counts = [f"{NAMES[way]} {held(result, residual, place, way):.0f}" for way in _ways(result, residual)]
             parts.append(f"{place}: {', '.join(counts)}")
-        said.append(f"{_titled(residual)}, {'; '.join(parts)}.")
+        clauses.append(f"{_titled(residual)}, {'; '.join(parts)}.")
     return (
         f"Three charts of how many of {result.draws:,} redrawn pairs of scans have the truth in their 95 % region, in "
-        f"a room, a corridor and a hall; 950 would be right. {' '.join(said)}"
+        f"a room, a corridor and a hall; 950 would be right. {' '.join(clauses)}"
     )
 
 

@@ -55,13 +55,13 @@ def last(result: Result, angle: int) -> float:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = [
+    clauses = [
         f"from {angle}° it falls to {min(row):.2g} and ends at {row[-1]:.2f}, {off:.0f}° off"
         for angle, row, off in zip(result.angles, result.scales, result.off, strict=True)
     ]
     return (
         "A chart of the scale of similarity CPD over its steps in the clean scene of the walkthrough, where the true "
-        f"scale is 1, on a logarithmic scale: {'; '.join(said)}."
+        f"scale is 1, on a logarithmic scale: {'; '.join(clauses)}."
     )
 
 
@@ -87,7 +87,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     axes.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
     axes.set_yticks([], minor=True)
     for angle, row, off, role, spot in zip(result.angles, result.scales, result.off, ROLES, SPOTS, strict=True):
-        shown = row[: SHOWN + 1]
-        axes.plot(range(len(shown)), shown, "--" if off > 90 else "-", color=COLOURS[role], linewidth=1.75)
+        course = row[: SHOWN + 1]
+        axes.plot(range(len(course)), course, "--" if off > 90 else "-", color=COLOURS[role], linewidth=1.75)
         label(axes, *spot, f"{angle}°", role, dx=8 if angle < 180 else 0)
     label(axes, SHOWN, 0.03, "dashed: ends half a turn off", "soft", ha="right")

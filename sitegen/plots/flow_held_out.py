@@ -39,10 +39,10 @@ def compute() -> Result:
     lines = json.loads(path.read_text("utf-8"))["held_out"]
     kinds = tuple(dict.fromkeys(line["kind"] for line in lines))
     variants = tuple(dict.fromkeys(line["variant"] for line in lines))
-    found = {(line["variant"], line["kind"]): line for line in lines}
+    by_key = {(line["variant"], line["kind"]): line for line in lines}
 
     def all_of(name: str) -> tuple[tuple[Any, ...], ...]:
-        return tuple(tuple(found[variant, kind][name] for kind in kinds) for variant in variants)
+        return tuple(tuple(by_key[variant, kind][name] for kind in kinds) for variant in variants)
 
     return Result(lines[0]["count"], variants, kinds, all_of("turned"), all_of("placed"), all_of("degrees"))
 
@@ -68,14 +68,14 @@ def _row(result: Result, values: tuple[tuple[int, ...], ...], variant: str) -> t
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for i, kind in enumerate(result.kinds):
         rates = (f"{variant} {100 * _row(result, result.turned, variant)[i] / result.count:.0f} %" for variant in SHOWN)
-        said.append(f"{kind}: {', '.join(rates)}")
+        clauses.append(f"{kind}: {', '.join(rates)}")
     return (
         f"A row for each kind of held-out scene with the share of {result.count} scenes on which a learned flow found "
         f"the rotation to 5°, for the flow from noise and for the flow from the source, with intervals. "
-        f"{'; '.join(said)}."
+        f"{'; '.join(clauses)}."
     )
 
 

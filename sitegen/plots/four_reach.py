@@ -76,7 +76,7 @@ def runs(result: Result) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for setting, rows in zip(result.settings, result.successes, strict=True):
         ends = []
         for method, row in zip(result.methods, rows, strict=True):
@@ -84,11 +84,11 @@ def words(result: Result) -> str:
             some = [angle for angle, k in zip(result.angles, row, strict=True) if k]
             whole = f"all from up to {max(all_)}°" if all_ else f"{max(row)} at best"
             ends.append(f"{METHODS[method]} {whole}, some from up to {max(some)}°" if some else f"{METHODS[method]} 0")
-        said.append(f"{SETTINGS[setting].lower()}: {'; '.join(ends)}")
+        clauses.append(f"{SETTINGS[setting].lower()}: {'; '.join(ends)}")
     return (
         f"Three charts of how many of {result.runs} seeds ended within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u of "
         f"the truth, against the starting angle from {result.angles[0]}° to {result.angles[-1]}°, for the four methods "
-        f"of the walkthrough. {'. '.join(one[0].upper() + one[1:] for one in said)}. Without clutter the clouds "
+        f"of the walkthrough. {'. '.join(one[0].upper() + one[1:] for one in clauses)}. Without clutter the clouds "
         f"are the same in every draw: {' and '.join(METHODS[name] for name in CERTAIN)} always or never succeed."
     )
 

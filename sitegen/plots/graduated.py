@@ -47,11 +47,11 @@ def part(row: str, share: float) -> int:
     scenes = [facade_scene(seed=seed, outliers=share) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     if row == "ransac":
-        found = register(source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, **BUDGET)
+        result = register(source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, **BUDGET)
     else:
-        reached = np.stack([_scattered(scene) for scene in scenes]) if row == "scattered" else target
-        found = register(source, reached, "graduated-nonconvexity", inlier=INLIER)
-    return close(found.pose, FACADE_TRUTH)
+        partners = np.stack([_scattered(scene) for scene in scenes]) if row == "scattered" else target
+        result = register(source, partners, "graduated-nonconvexity", inlier=INLIER)
+    return close(result.pose, FACADE_TRUTH)
 
 
 def whole(parts: Mapping[tuple[str, float], int]) -> Result:
@@ -80,15 +80,15 @@ def runs(result: Result) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for row, counts in zip(result.rows, result.successes, strict=True):
-        said.append(f"{ROWS[row]}: {', '.join(f'{100 * k / result.runs:.0f} %' for k in counts)}")
+        clauses.append(f"{ROWS[row]}: {', '.join(f'{100 * k / result.runs:.0f} %' for k in counts)}")
     shares = ", ".join(f"{share:g}" for share in result.shares)
     return (
         "Two charts. First, what one pair costs by its residual over ε, for μ = 0.01, 0.1, 1 and infinity: a "
         "shallow, nearly straight line first, then ever closer to a square capped at 1. Second, the share "
         f"of {result.runs} draws that ended within 5° and 0.2 u of the truth, for wrong fractions of {shares}. "
-        f"{'; '.join(said)}."
+        f"{'; '.join(clauses)}."
     )
 
 

@@ -37,8 +37,8 @@ def part(setting: str, angle: int) -> int:
     """The successes of point-to-point ICP without gate or trim, turned about the world's origin and not moved."""
     scenes = [room(setting, seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
-    found = register(source, target, "icp", start=room_start(angle, 0.0))
-    return close(found.pose, scenes[0].truth)
+    result = register(source, target, "icp", start=room_start(angle, 0.0))
+    return close(result.pose, scenes[0].truth)
 
 
 def whole(parts: Mapping[tuple[str, int], int]) -> Result:
@@ -75,18 +75,18 @@ def sure(result: Result, setting: str, side: int) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for setting in result.settings:
         low, high = (sure(result, setting, side) for side in (-1, 1))
         most = max(_row(result, setting))
         some = [angle for angle, hits in zip(result.angles, _row(result, setting), strict=True) if hits]
         ends = f"from {_signed(low)} to {_signed(high)}"
         best = f"all of {result.runs} {ends}" if most == result.runs else f"{most} at best"
-        said.append(f"{SETTINGS[setting].lower()}: {best}, some from {_signed(min(some))} to {_signed(max(some))}")
+        clauses.append(f"{SETTINGS[setting].lower()}: {best}, some from {_signed(min(some))} to {_signed(max(some))}")
     return (
         f"Four small charts of the share of {result.runs} seeds for which ICP ended within 5° and 0.2 u of the truth, "
         f"against the starting angle from {_signed(result.angles[0])} to {_signed(result.angles[-1])} in steps of 10°, "
-        f"rotated about the world's origin. {'; '.join(said)}. The plateau is wide without outliers and ends "
+        f"rotated about the world's origin. {'; '.join(clauses)}. The plateau is wide without outliers and ends "
         "steeply; outliers make it narrow and its ends gentle."
     )
 

@@ -31,8 +31,8 @@ COMPUTING = ("compute", "part", "whole", "PARTS")
 @once
 def known() -> dict[str, Plot]:
     """Every plot by the name that chapters use."""
-    found = (module.name for module in pkgutil.iter_modules([str(FOLDER)]))
-    names = sorted(name for name in found if not name.startswith("_") and name != Path(__file__).stem)
+    modules = (module.name for module in pkgutil.iter_modules([str(FOLDER)]))
+    names = sorted(name for name in modules if not name.startswith("_") and name != Path(__file__).stem)
     return {name.replace("_", "-"): read(import_module(f"sitegen.plots.{name}")) for name in names}
 
 
@@ -82,13 +82,13 @@ def runs(source: str, first: Sequence[str] = COMPUTING, *, words: bool = True) -
         inside = module.startswith("sitegen.plots.")
         return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if inside else ""
 
-    found = reached(source, first, helper)
-    whole = "\n".join(found.values())
+    definitions = reached(source, first, helper)
+    whole = "\n".join(definitions.values())
     modules = {name for name in imports(whole, ROOT) if name.partition(".")[0] == "solvers"}
-    named = {text for pair in re.findall(r"\"([\w-]+)\"|'([\w-]+)'", whole) for text in pair if text in METHODS}
-    modules.update(module for name in named for module in method_modules(name))
+    methods = {text for pair in re.findall(r"\"([\w-]+)\"|'([\w-]+)'", whole) for text in pair if text in METHODS}
+    modules.update(module for name in methods for module in method_modules(name))
     files = closure(modules, ROOT, skip=["solvers.core.registry"])
-    pieces = [(name, text.encode()) for name, text in found.items()]
+    pieces = [(name, text.encode()) for name, text in definitions.items()]
     solvers = [(name, path.read_bytes() if words else _code(path)) for name, path in files.items()]
     beside = {each for path in files.values() for each in path.parent.glob("*/*") if each.suffix in DATA}
     return fingerprint([*pieces, *solvers, *((path.name, path.read_bytes()) for path in sorted(beside))])

@@ -42,9 +42,9 @@ def part(start: str, residual: str, weight: str) -> int:
     scenes = [room("combo", seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     method, options = METHOD[residual]
-    given: dict[str, Any] = {"weight": weight, **options}
-    found = register(source, target, method, start=room_start(*STARTS[start]), **given)
-    return close(found.pose, scenes[0].truth)
+    arguments: dict[str, Any] = {"weight": weight, **options}
+    result = register(source, target, method, start=room_start(*STARTS[start]), **arguments)
+    return close(result.pose, scenes[0].truth)
 
 
 def whole(parts: Mapping[tuple[str, str, str], int]) -> Result:
@@ -70,7 +70,7 @@ def _count(result: Result, start: str, residual: str, weight: str) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for start in result.starts:
         turn, offset = STARTS[start]
         parts = []
@@ -78,10 +78,11 @@ def words(result: Result) -> str:
             none = _count(result, start, residual, "none")
             robust = [_count(result, start, residual, weight) for weight in result.weights if weight != "none"]
             parts.append(f"{RESIDUALS[residual].lower()} {none} without weights and {span(robust)} with")
-        said.append(f"from the {start} start ({turn:g}° and {offset:g} u) {', '.join(parts)}".replace("gicp", "GICP"))
+        clause = f"from the {start} start ({turn:g}° and {offset:g} u) {', '.join(parts)}"
+        clauses.append(clause.replace("gicp", "GICP"))
     return (
         f"Two dot charts of the share of {result.runs} seeds that ended within 5° and 0.2 u of the truth, for three "
-        f"residuals and four weights, in the room with noise and outliers. Of {result.runs}, {'; '.join(said)}."
+        f"residuals and four weights, in the room with noise and outliers. Of {result.runs}, {'; '.join(clauses)}."
     )
 
 

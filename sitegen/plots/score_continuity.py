@@ -72,12 +72,12 @@ def _scores(cells: NdtMap, points: FloatArray, x: FloatArray, grids: int) -> Flo
 
 def _borders(cells: NdtMap, points: FloatArray, reach: float) -> FloatArray:
     """The translations along x at which a point comes to a border between cells, of any grid."""
-    size, found = float(cells.size[0]), []
+    size, parts = float(cells.size[0]), []
     for origin in cells.origin[0, :, 0]:
         first = np.ceil((points[:, 0] - reach - origin) / size)
         for k in range(int(2.0 * reach / size) + 2):
-            found.append(origin + (first + k) * size - points[:, 0])
-    borders = np.sort(np.concatenate(found))
+            parts.append(origin + (first + k) * size - points[:, 0])
+    borders = np.sort(np.concatenate(parts))
     borders = borders[np.abs(borders) < reach]
     separate: FloatArray = borders[np.concatenate([[True], np.diff(borders) > 4.0 * BESIDE])]
     return separate
@@ -104,7 +104,7 @@ def mean(result: Result, grids: int) -> float:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = [
+    clauses = [
         f"{jumps(result, grids)} jumps on {'one grid' if grids == 1 else 'four'}, on average "
         f"{mean(result, grids):.2f} % of the highest score and at most {largest(result, grids):.2f} %"
         for grids in GRIDS
@@ -113,7 +113,7 @@ def words(result: Result) -> str:
         f"The score of one scan of the NDT room, per point, at the true rotation, moved along x by up to {REACH:g} u, "
         f"cells of {CELL:g} u; for four grids the mean of the four. Both curves rise to a peak near the truth, with "
         f"ragged flanks. Enlarged, within {ZOOM:g} u of the truth, both are pieces of smooth curves with jumps between "
-        f"them: {'; '.join(said)}. Four grids jump more often and less far; neither score is continuous."
+        f"them: {'; '.join(clauses)}. Four grids jump more often and less far; neither score is continuous."
     )
 
 

@@ -61,15 +61,15 @@ def seeds(result: Result) -> int:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for k, (control, (name, unit, factor)) in enumerate(CONTROLS.items()):
         worst = result.values[k][-1] if control != "density" else result.values[k][0]
         rates = [f"{LABELS[method]} {success(result, method, control, worst):.0f} %" for method in result.methods]
-        said.append(f"{name} at {factor * worst:g} {unit}: {', '.join(rates)}")
+        clauses.append(f"{name} at {factor * worst:g} {unit}: {', '.join(rates)}")
     return (
         f"A row of four small charts for each of nine methods: the share of {result.seeds} seeds that ended within 5° "
         f"and 0.2 u of the truth, from 45° and 1.43 u, in the clean room with one control changed at a time. "
-        f"{'. '.join(said)}."
+        f"{'. '.join(clauses)}."
     )
 
 

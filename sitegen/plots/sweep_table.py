@@ -62,17 +62,17 @@ def _of(result: Result, values: Any, method: str, setting: str) -> Any:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    said = []
+    clauses = []
     for i, setting in enumerate(result.settings):
         rates = [(row[i] / result.seeds, LABELS[m]) for row, m in zip(result.close, result.methods, strict=True)]
         above = [label for rate, label in rates if rate >= 0.95]
         below = [label for rate, label in rates if rate < 0.05]
         parts = [f"above 95 %: {', '.join(above) or 'none'}", f"below 5 %: {', '.join(below) or 'none'}"]
-        said.append(f"{NAMES[setting].lower()}, {'; '.join(parts)}")
+        clauses.append(f"{NAMES[setting].lower()}, {'; '.join(parts)}")
     return (
         f"Six charts, one for each setting of the room: the share of {result.seeds:,} seeds that ended within 5° "
         f"and 0.2 u of the truth, a row for each of nine methods, from 45° and 1.43 u; RANSAC ignores the start. "
-        f"{'. '.join(part[0].upper() + part[1:] for part in said)}. The table lists all rates and median errors."
+        f"{'. '.join(part[0].upper() + part[1:] for part in clauses)}. The table lists all rates and median errors."
     )
 
 

@@ -46,11 +46,11 @@ def part(confidence: float, share: float) -> int:
     source, target = clouds(
         [facade_scene(seed=seed, noise=NOISE, outliers=round(1.0 - share, 6)) for seed in seeds(RUNS)]
     )
-    found = register(
+    result = register(
         source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, separation=SEPARATION, most=most,
         confidence=1.0 - 1e-12, max_steps=most + 50,
     )  # fmt: skip
-    return RUNS - close(found.pose, FACADE_TRUTH)
+    return RUNS - close(result.pose, FACADE_TRUTH)
 
 
 def whole(parts: Mapping[tuple[float, float], int]) -> Result:
@@ -86,16 +86,16 @@ def words(result: Result) -> str:
     half = result.shares.index(0.5)
     asks = ", ".join(f"{row[half]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
     least = ", ".join(f"{row[0]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
-    said = []
+    clauses = []
     for p, row in zip(result.confidences, result.failures, strict=True):
         rates = [k / result.runs for k in row]
-        said.append(f"{percent(min(rates))} to {percent(max(rates))} where {percent(1.0 - p)} are promised")
+        clauses.append(f"{percent(min(rates))} to {percent(max(rates))} where {percent(1.0 - p)} are promised")
     return (
         f"Two charts over the inlier fraction w. First, the number of trials N for samples of two pairs, log scale: it "
         f"falls steeply with w. With half of the pairs right the formula asks for {asks}; with three in ten right, "
         f"for {least}. Second, the share of {result.runs} runs of exactly N trials that ended more than 5° or 0.2 u "
         f"from the truth ({PAIRS} pairs, noise of {NOISE} u, ε = {INLIER} u), for w from {result.shares[0]} to "
-        f"{result.shares[-1]}: {'; '.join(said)}."
+        f"{result.shares[-1]}: {'; '.join(clauses)}."
     )
 
 

@@ -99,15 +99,15 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
     cache = cache or cache_dir()
     outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
     numpy_given = numpy_wheel(outside)
-    kept = kept_modules()
+    module_names = kept_modules()
 
     stdlib, numpy = library_and_numpy(outside, cache, progress)
     wheel = build_wheel(cache)
     ladder = compiled(wheel, SITE_PACKAGES, outside, cache, progress, ours=True)
 
-    library = bundled(pick(stdlib, lambda name: module_name(name) in kept), "library", before_bundles)
+    library = bundled(pick(stdlib, lambda name: module_name(name) in module_names), "library", before_bundles)
     stdlib_zip = stored_zip(library)
-    numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, kept)), "numpy"))
+    numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, module_names)), "numpy"))
     ours = our_packs(ladder)
     lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ours[START]})
 
@@ -122,12 +122,12 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
         return RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)), modules)
 
     later = tuple(file for file in map(told, contents) if file.holds)
-    listed = json.dumps([{k: v for k, v in asdict(file).items() if k != "gzipped"} for file in later]).encode()
-    contents[f"{short_hash(listed)}/{LISTED}"] = listed
+    listing = json.dumps([{k: v for k, v in asdict(file).items() if k != "gzipped"} for file in later]).encode()
+    contents[f"{short_hash(listing)}/{LISTED}"] = listing
     files = tuple(file for file in map(told, contents) if not file.holds)
-    given = f"{short_hash(wheel.data)}/{wheel.name}"
+    wheel_path = f"{short_hash(wheel.data)}/{wheel.name}"
     version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
-    return RuntimeInfo(files, later, given, version, {**contents, given: wheel.data})
+    return RuntimeInfo(files, later, wheel_path, version, {**contents, wheel_path: wheel.data})
 
 
 def numpy_wheel(outside: Mapping[str, Path]) -> Path:
@@ -147,18 +147,18 @@ def module_name(member: str) -> str:
     return stem.removesuffix("/__init__").replace("/", ".")
 
 
-def in_numpy(member: str, kept: Iterable[str]) -> bool:
+def in_numpy(member: str, modules: Iterable[str]) -> bool:
     """Whether a member of numpy's wheel is shipped: modules that are kept; of the rest only what names the version."""
     if member.endswith((".pyc", ".so")):
-        return module_name(member) in kept
+        return module_name(member) in modules
     return member.endswith(".dist-info/METADATA")
 
 
 def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progress = quiet) -> tuple[bytes, bytes]:
     """Pyodide's standard library and numpy's wheel, compiled. outside: the gathered files of both."""
-    given = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
+    sources = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
     library, numpy = (
-        compiled(Archive(path.name, path.read_bytes()), prefix, outside, cache, progress) for path, prefix in given
+        compiled(Archive(path.name, path.read_bytes()), prefix, outside, cache, progress) for path, prefix in sources
     )
     return library, numpy
 
@@ -220,10 +220,10 @@ def mounted(library: bytes, packages: Iterable[bytes], folder: Path) -> dict[str
     return {"stdlib": str(folder / "python_stdlib.zip"), "site": str(folder / "site")}
 
 
-def pick(archive: bytes, wanted: Callable[[str], bool]) -> dict[str, bytes]:
+def pick(archive: bytes, accepts: Callable[[str], bool]) -> dict[str, bytes]:
     """The members of a zip whose names are wanted, sorted by name."""
-    with zipfile.ZipFile(io.BytesIO(archive)) as given:
-        return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
+    with zipfile.ZipFile(io.BytesIO(archive)) as reader:
+        return {name: reader.read(name) for name in sorted(reader.namelist()) if accepts(name)}
 
 
 def our_packs(ladder: bytes) -> dict[str, bytes]:
@@ -231,12 +231,12 @@ def our_packs(ladder: bytes) -> dict[str, bytes]:
     packs: dict[str, dict[str, bytes]] = {}
     for member, data in pick(ladder, lambda member: pack_of(member) is not None).items():
         packs.setdefault(str(pack_of(member)), {})[member] = data
-    made = {}
+    zips = {}
     for name, members in sorted(packs.items()):
-        prepared = [member for member in members if member.startswith(f"{DATACLASSES}/")]
-        texts = b"".join(members.pop(member) for member in prepared)
-        made[name] = stored_zip(bundled({**members, f"{name}.{DATACLASSES}": texts}, name))
-    return made
+        names = [member for member in members if member.startswith(f"{DATACLASSES}/")]
+        texts = b"".join(members.pop(member) for member in names)
+        zips[name] = stored_zip(bundled({**members, f"{name}.{DATACLASSES}": texts}, name))
+    return zips
 
 
 def bundled(
@@ -262,11 +262,11 @@ def before_bundles(member: str) -> bool:
 def stored_zip(members: Mapping[str, bytes]) -> bytes:
     """A zip of stored members with one fixed date: the same members give the same bytes."""
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as made:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
         for name, data in members.items():
             info = zipfile.ZipInfo(name, _DATE)
             info.create_system = 3  # else the host's system is written down
-            made.writestr(info, data)
+            archive.writestr(info, data)
     return out.getvalue()
 
 

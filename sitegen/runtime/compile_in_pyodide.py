@@ -40,14 +40,14 @@ def compile_archive(
     Raises ValueError where a line to be changed does not stand there exactly once.
     """
     count = 0
-    with zipfile.ZipFile(source) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as made:
+    with zipfile.ZipFile(source) as reader, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as writer:
         if packages:
             for module, texts in dataclass_code(source, packages).items():
-                made.writestr(zipfile.ZipInfo(f"{prepared}/{module}", DATE), texts)
-        for name in sorted({*given.namelist(), *added}):
+                writer.writestr(zipfile.ZipInfo(f"{prepared}/{module}", DATE), texts)
+        for name in sorted({*reader.namelist(), *added}):
             if name.endswith("/"):
                 continue
-            data = replaced[name].encode() if name in replaced else given.read(name)
+            data = replaced[name].encode() if name in replaced else reader.read(name)
             if name in changed:
                 data = change(name, data.decode(), *changed[name]).encode()
             if name.endswith(".py"):
@@ -61,7 +61,7 @@ def compile_archive(
                 data = bytes(bootstrap._code_to_hash_pyc(code, bytes(8), False))  # type: ignore[attr-defined]
                 name += "c"
                 count += 1
-            made.writestr(zipfile.ZipInfo(name, DATE), data)
+            writer.writestr(zipfile.ZipInfo(name, DATE), data)
     return count
 
 

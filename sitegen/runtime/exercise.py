@@ -21,8 +21,8 @@ def every_module() -> list[str]:
     names = []
     for top in ("solvers", "widgets"):
         package = importlib.import_module(top)
-        found = [m.name for m in pkgutil.walk_packages(package.__path__, top + ".")]
-        names += [top, *(name for name in found if not name.startswith(("solvers.cli", "solvers.__main__")))]
+        modules = [m.name for m in pkgutil.walk_packages(package.__path__, top + ".")]
+        names += [top, *(name for name in modules if not name.startswith(("solvers.cli", "solvers.__main__")))]
     for name in names:
         importlib.import_module(name)
     return names
@@ -104,26 +104,26 @@ def numpy_at_large() -> list[str]:
     calls: dict[str, list[Any]] = {"linalg": linear_algebra, "random": draws, "arrays": arrays, "texts": texts}
     with np.errstate(all="ignore"), np.printoptions(precision=3):
         str(np.log(np.zeros(2)) / a[0, 0])
-    return [f"{name} {len(made)}" for name, made in calls.items()]
+    return [f"{name} {len(results)}" for name, results in calls.items()]
 
 
 def errors() -> list[str]:
     """What is imported only when something goes wrong: tracebacks, warnings, numpy's own errors."""
     import numpy as np
 
-    shown = []
+    lines = []
     wrongs = ("np.linalg.inv(np.zeros((2, 3)))", "np.zeros(2) + np.zeros(3)", "{}['key']", "undefined", "1 +")
     for wrong in wrongs:
         try:
             eval(wrong, {"np": np})
         except Exception as error:
-            shown.append("".join(traceback.format_exception(error)).splitlines()[-1])
-    with warnings.catch_warnings(record=True) as seen:
+            lines.append("".join(traceback.format_exception(error)).splitlines()[-1])
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         np.log(np.array([-1.0]))
         warnings.warn("shown", stacklevel=1)
-        shown += [warnings.formatwarning(w.message, w.category, w.filename, w.lineno) for w in seen]
-    return shown
+        lines += [warnings.formatwarning(w.message, w.category, w.filename, w.lineno) for w in records]
+    return lines
 
 
 def everything() -> dict[str, list[str]]:
@@ -133,8 +133,8 @@ def everything() -> dict[str, list[str]]:
 
 def main(text: str) -> str:
     """What was gone through, and every loaded module's origin; `text` is a JSON list of modules to import besides."""
-    done = everything()
+    log = everything()
     for name in json.loads(text) or []:
         importlib.import_module(name)
     specs = {name: getattr(module, "__spec__", None) for name, module in list(sys.modules.items())}
-    return json.dumps({"done": done, "origins": {n: str(s.origin) for n, s in specs.items() if s is not None}})
+    return json.dumps({"done": log, "origins": {n: str(s.origin) for n, s in specs.items() if s is not None}})

@@ -38,8 +38,8 @@ class _Later:
 
 def _named(kind: str, name: str, *fields: str) -> tuple[str, str]:
     """A NamedTuple whose fields are of one kind, and the same without a look at its annotations."""
-    typed = "".join(f"    {field}: {kind}\n" for field in fields)
-    return f"class {name}(NamedTuple):\n{typed}", f'{name} = namedtuple("{name}", "{" ".join(fields)}")\n'
+    lines = "".join(f"    {field}: {kind}\n" for field in fields)
+    return f"class {name}(NamedTuple):\n{lines}", f'{name} = namedtuple("{name}", "{" ".join(fields)}")\n'
 
 
 # Members with changed lines: (what stands there exactly once, what comes instead) for each, and lines added at the end.

@@ -26,8 +26,8 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
     """
     cache = cache or cache_dir()
     store, made_of = Store(cache, "runtime"), _made_of()
-    if kept := store.find(made_of):
-        plain = json.loads(kept)
+    if entry := store.find(made_of):
+        plain = json.loads(entry)
         contents = {name: data for name, key in plain["contents"].items() if (data := store.find(key)) is not None}
         if contents.keys() == plain["contents"].keys():
             first, later = (
@@ -39,8 +39,8 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
     keys = {name: digest(data) for name, data in info.contents.items()}
     for name, key in keys.items():
         store.get(key, partial(info.contents.__getitem__, name))
-    listed = {"files": [asdict(file) for file in info.files], "later": [asdict(file) for file in info.later]}
-    plain = {**listed, "wheel": info.wheel, "version": info.version}
+    listing = {"files": [asdict(file) for file in info.files], "later": [asdict(file) for file in info.later]}
+    plain = {**listing, "wheel": info.wheel, "version": info.version}
     store.put(made_of, json.dumps({**plain, "contents": keys}).encode())
     return info
 

@@ -47,8 +47,8 @@ def main() -> int:
     """Write kept_modules.txt anew and say how it changed."""
     before = kept_modules() if KEPT_MODULES.is_file() else frozenset()
     names = traced(cache_dir())
-    made = "`python -m sitegen.runtime.trace_modules`"
-    head = f"# The modules of the standard library and of numpy that are shipped; made by {made}.\n"
+    command = "`python -m sitegen.runtime.trace_modules`"
+    head = f"# The modules of the standard library and of numpy that are shipped; made by {command}.\n"
     KEPT_MODULES.write_text(head + "\n".join(names) + "\n", "utf-8")
     new, gone = sorted(set(names) - before), sorted(before - set(names))
     print(f"{len(names)} modules; new: {', '.join(new) or 'none'}; gone: {', '.join(gone) or 'none'}")

@@ -43,13 +43,13 @@ class Archive:
 
 def sources(root: Path = ROOT) -> dict[str, bytes]:
     """The files of our packages that the wheel holds, by their path in it, sorted."""
-    found = {
+    files = {
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
         for path in (root / package).rglob("*")
         if path.suffix in (".py", ".int8", ".scans", ".f4") or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
     }
-    return dict(sorted(found.items()))
+    return dict(sorted(files.items()))
 
 
 def inputs(root: Path = ROOT) -> dict[str, bytes]:
@@ -59,30 +59,31 @@ def inputs(root: Path = ROOT) -> dict[str, bytes]:
 
 def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
     """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
-    given = inputs(root)
+    files = inputs(root)
     # The wheel names the backend's version.
-    key = fingerprint([*given.items(), ("setuptools", backend().encode())])
-    name, _, data = Store(cache, "wheel").get(key, partial(_built, given)).partition(b"\n")
+    key = fingerprint([*files.items(), ("setuptools", backend().encode())])
+    name, _, data = Store(cache, "wheel").get(key, partial(_built, files)).partition(b"\n")
     return Archive(name.decode(), data)
 
 
-def _built(given: Mapping[str, bytes]) -> bytes:
+def _built(files: Mapping[str, bytes]) -> bytes:
     """The wheel of these files: a line with its name, then its bytes."""
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
         # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
         copy, out = Path(temporary, "source"), Path(temporary, "out")
-        for name, data in given.items():
+        for name, data in files.items():
             target = copy / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)
         out.mkdir()
         env = {**os.environ, "SOURCE_DATE_EPOCH": _EPOCH, "PYTHONHASHSEED": "0"}
         command = [sys.executable, "-P", *(_BACKEND if _is_enough(backend()) else _PIP), str(out)]
-        done = subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, check=False)
-        made = sorted(out.glob("*.whl"))
-        if done.returncode != 0 or len(made) != 1:
-            raise WheelError(f"the build ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
-        return made[0].name.encode() + b"\n" + made[0].read_bytes()
+        result = subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, check=False)
+        wheels = sorted(out.glob("*.whl"))
+        if result.returncode != 0 or len(wheels) != 1:
+            output = (result.stdout + result.stderr).strip()
+            raise WheelError(f"the build ended with code {result.returncode}:\n{output}")
+        return wheels[0].name.encode() + b"\n" + wheels[0].read_bytes()
 
 
 @once

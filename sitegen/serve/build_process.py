@@ -31,7 +31,7 @@ def forget_recent(root: str) -> None:
                 Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
 
-def build(root: str, dest: str, kept: dict[str, Any]) -> dict[str, Any]:
+def build(root: str, dest: str, state: dict[str, Any]) -> dict[str, Any]:
     """Build the checkout `root` into `dest`: how it went, and the modules of other people that it has imported. kept:
     holds the builds' memory."""
     try:
@@ -40,13 +40,13 @@ def build(root: str, dest: str, kept: dict[str, Any]) -> dict[str, Any]:
         from sitegen.progress import shown
 
         with shown() as progress:
-            memory = kept.setdefault("memory", Memory())
-            made = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, kept=memory)
-        outcome = made.plain()
+            memory = state.setdefault("memory", Memory())
+            report = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, kept=memory)
+        outcome = report.plain()
     except Exception:  # the very modules that tell of problems may be what is being edited
         outcome = {"trouble": traceback.format_exc()}
-    known = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")
-    return {**outcome, "modules": [name for name in sys.modules if name.split(".")[0] not in known]}
+    skip = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")
+    return {**outcome, "modules": [name for name in sys.modules if name.split(".")[0] not in skip]}
 
 
 def main(root: str, dest: str, modules: str) -> None:
@@ -61,13 +61,13 @@ def main(root: str, dest: str, modules: str) -> None:
     answers.flush()
     sys.path.insert(0, root)
     began = False
-    kept: dict[str, Any] = {}
+    state: dict[str, Any] = {}
     for _ in sys.stdin:
         if not began:
             forget_recent(root)
         began = True
         gc.disable()  # looking for cycles in a build's many tokens takes a tenth of its time; it is done afterwards
-        answers.write(json.dumps(build(root, dest, kept)) + "\n")
+        answers.write(json.dumps(build(root, dest, state)) + "\n")
         answers.flush()
         gc.collect()
 

@@ -92,13 +92,13 @@ class Live:
 
     def messages(self, beat: float = 15.0) -> Iterator[str]:
         """The state as JSON, now and after every build; "" every `beat` seconds, so that a dead connection shows."""
-        told = -1
+        last = -1
         while True:
             with self._changed:
-                news = self._changed.wait_for(partial(self._is_past, told), beat)
+                news = self._changed.wait_for(partial(self._is_past, last), beat)
                 if self._closed:
                     return
-                told = self._count
+                last = self._count
                 state = {"build": self.build, "title": self._title, "lines": self._lines, "edited": self._edited}
                 text = json.dumps(state)
             yield text if news else ""

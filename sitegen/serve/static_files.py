@@ -84,15 +84,15 @@ def named(host: str) -> str:
 
 def locate(root: Path, url: str) -> tuple[str, Path] | None:
     """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
-    asked = unquote(url.partition("?")[0])  # urlsplit would take "//x" for a host, and "//[" for a mistake of ours
-    if "\0" in asked or "\\" in asked:  # Windows takes a backslash for a slash
+    request = unquote(url.partition("?")[0])  # urlsplit would take "//x" for a host, and "//[" for a mistake of ours
+    if "\0" in request or "\\" in request:  # Windows takes a backslash for a slash
         return None
-    file = (root / asked.lstrip("/")).resolve()
+    file = (root / request.lstrip("/")).resolve()
     if not file.is_relative_to(root.resolve()):
         return None
-    if asked.endswith("/"):
-        return asked + "index.html", file / "index.html"
-    return asked, file
+    if request.endswith("/"):
+        return request + "index.html", file / "index.html"
+    return request, file
 
 
 class StaticHandler(BaseHTTPRequestHandler):
@@ -126,12 +126,12 @@ class StaticHandler(BaseHTTPRequestHandler):
         return True
 
     def do_GET(self) -> None:
-        found = locate(self.server.root, self.path)
-        data = self.read(found[1]) if found else None
-        if found is None or data is None:
+        location = locate(self.server.root, self.path)
+        data = self.read(location[1]) if location else None
+        if location is None or data is None:
             self.missing()
         else:
-            self.answer(HTTPStatus.OK, data, content_type(found[1]), self.headers_of(found[0]))
+            self.answer(HTTPStatus.OK, data, content_type(location[1]), self.headers_of(location[0]))
 
     def read(self, file: Path) -> bytes | None:
         """The file's bytes at once, so that no answer mixes two builds; None where there is no such file."""

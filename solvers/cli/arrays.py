@@ -41,17 +41,17 @@ def _from_archive(data: bytes) -> CloudText:
     names = [name for name in archive.namelist() if name.endswith(".npy")]
     name = "points.npy" if "points.npy" in names else names[0] if len(names) == 1 else ""
     if not name:
-        held = ", ".join(told(each[:-4]) for each in names[:9]) or "none"
-        raise ValueError(f"expected one array or one called points, got: {held}")
+        contents = ", ".join(told(each[:-4]) for each in names[:9]) or "none"
+        raise ValueError(f"expected one array or one called points, got: {contents}")
     if archive.getinfo(name).compress_type not in PACKED:
         raise ValueError(f"{told(name)} has a compression that NumPy never writes; save it with numpy.savez_compressed")
     if archive.getinfo(name).file_size > clouds.MOST_BYTES:
         raise ValueError(f"{told(name)} unpacks to more than the limit of {clouds.MOST_BYTES / 1e6:.0f} MB")
     try:
-        unpacked = archive.read(name)
+        member = archive.read(name)
     except BROKEN as error:
         raise _broken(error) from None
-    return _cloud(unpacked, f"the NumPy array {told(name[:-4])}")
+    return _cloud(member, f"the NumPy array {told(name[:-4])}")
 
 
 def _broken(error: Exception) -> ValueError:
@@ -94,6 +94,6 @@ def _cloud(data: bytes, what: str) -> CloudText:
     left = int((~whole).sum())
     if left == len(points):
         raise ValueError(f"{what} contains no points")
-    found = CloudText(validate.cloud(points[whole], "points"), what)
+    cloud = CloudText(validate.cloud(points[whole], "points"), what)
     rows = "row" if left == 1 else "rows"
-    return replace(found, notices=(f"{left} {rows} with NaN or infinity left out",)) if left else found
+    return replace(cloud, notices=(f"{left} {rows} with NaN or infinity left out",)) if left else cloud

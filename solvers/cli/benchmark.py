@@ -40,38 +40,38 @@ def parser() -> argparse.ArgumentParser:
 
 def race(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument is wrong."""
-    given = parser().parse_args(arguments)
-    settings = ROOM_SETTINGS if given.setting in (None, "all") else (given.setting,)
-    cases = [(name, given.degrees) for name in settings]
-    if given.setting is None and given.degrees == 45.0:
+    args = parser().parse_args(arguments)
+    settings = ROOM_SETTINGS if args.setting in (None, "all") else (args.setting,)
+    cases = [(name, args.degrees) for name in settings]
+    if args.setting is None and args.degrees == 45.0:
         cases.append(("combo", 15.0))
-    chosen = contestants(given.only and [racing(name, "--only").method for name in given.only])
-    if validate.count(given.seeds, "--seeds", 1) > MOST_SEEDS:
-        raise ValueError(f"--seeds: {given.seeds} is more than the limit of {MOST_SEEDS}")
-    validate.count(given.max_steps, "--max-steps")
-    found = []
+    entrants = contestants(args.only and [racing(name, "--only").method for name in args.only])
+    if validate.count(args.seeds, "--seeds", 1) > MOST_SEEDS:
+        raise ValueError(f"--seeds: {args.seeds} is more than the limit of {MOST_SEEDS}")
+    validate.count(args.max_steps, "--max-steps")
+    tables = []
     for name, degrees in cases:
-        controls = Controls(degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density)
-        seeds = [40 + 13 * k for k in range(given.seeds)]
+        controls = Controls(degrees, args.distance, name, args.noise, args.outliers, args.overlap, args.density)
+        seeds = [40 + 13 * k for k in range(args.seeds)]
         with Bar(name) as bar:
             lines = benchmark(
-                controls, seeds=seeds, contestants=chosen, max_steps=given.max_steps, progress=_counted(bar, chosen)
+                controls, seeds=seeds, contestants=entrants, max_steps=args.max_steps, progress=_counted(bar, entrants)
             )
-        if given.json:
-            found.append({"setting": name, "degrees": degrees, "distance": given.distance, "seeds": given.seeds})
-            found[-1]["methods"] = [_told(line) for line in lines]
+        if args.json:
+            tables.append({"setting": name, "degrees": degrees, "distance": args.distance, "seeds": args.seeds})
+            tables[-1]["methods"] = [_told(line) for line in lines]
             continue
-        of = "1 seed" if given.seeds == 1 else f"{given.seeds} seeds"
-        print(f"{name}, start {degrees:g}° and {given.distance:g} u, {of}")
+        of = "1 seed" if args.seeds == 1 else f"{args.seeds} seeds"
+        print(f"{name}, start {degrees:g}° and {args.distance:g} u, {of}")
         print(table(lines) + "\n", flush=True)
-    if given.json:
-        printed(found)
+    if args.json:
+        printed(tables)
     return 0
 
 
-def _counted(bar: Callable[[int, int], None], chosen: Sequence[Contestant]) -> Callable[[Contestant], None]:
+def _counted(bar: Callable[[int, int], None], entrants: Sequence[Contestant]) -> Callable[[Contestant], None]:
     """What shows on a bar how many of the contestants have run."""
-    return lambda contestant: bar(chosen.index(contestant), len(chosen))
+    return lambda contestant: bar(entrants.index(contestant), len(entrants))
 
 
 def _told(line: Line) -> dict[str, Any]:

@@ -27,18 +27,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0; 1 if the reader of the output has gone;
     2 if an argument or a file is wrong, or memory runs out; 3 if an answer is not to be trusted.
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    argv = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
     try:
-        named = bool(given) and given[0] in COMMANDS
-        code = COMMANDS[given[0]](given[1:]) if named else register_files(_files(given))
+        has_command = bool(argv) and argv[0] in COMMANDS
+        code = COMMANDS[argv[0]](argv[1:]) if has_command else register_files(_files(argv))
         sys.stdout.flush()
     except BrokenPipeError:  # as `| head` does once it has its lines; what is left goes nowhere, and without a word
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ValueError as error:
-        print(f"{program()}: {_as_typed(str(error), given)}", file=sys.stderr)
+        print(f"{program()}: {_as_typed(str(error), argv)}", file=sys.stderr)
         return 2
     except MemoryError as error:  # numpy's own says how much was asked for, Python's says nothing
         print(f"{program()}: there is not enough memory{f': {error}' if str(error) else ''}", file=sys.stderr)
@@ -46,21 +46,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _as_typed(message: str, given: Sequence[str]) -> str:
+def _as_typed(message: str, argv: Sequence[str]) -> str:
     """A message that begins with an argument's name in Python, with the option's name where it was typed; a method's
     own option of that name may be meant as well, and keeps it.
     """
     name, colon, rest = message.partition(":")
-    option, typed = f"--{name.replace('_', '-')}", [text.partition("=")[0] for text in given]
-    return f"{option}:{rest}" if colon and option in typed and name not in typed else message
+    option, options = f"--{name.replace('_', '-')}", [text.partition("=")[0] for text in argv]
+    return f"{option}:{rest}" if colon and option in options and name not in options else message
 
 
-def _files(given: list[str]) -> list[str]:
+def _files(argv: list[str]) -> list[str]:
     """Arguments that name no command. Raises ValueError where the first is not a file either, but nearly a command."""
-    first = given[0] if given else "-"
+    first = argv[0] if argv else "-"
     if first.startswith("-") or os.path.exists(first):
-        return given
+        return argv
     near = validate.nearest(first, COMMANDS)
-    if near or len(given) == 1:  # no registration has a single argument
+    if near or len(argv) == 1:  # no registration has a single argument
         raise ValueError(f"{first!r} is neither a command nor a file{near or f'; the commands are {_NAMED}'}")
-    return given
+    return argv

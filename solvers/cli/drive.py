@@ -45,95 +45,95 @@ KINDS = (*DRAWN, ".g2o", ".csv")
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    made = argparse.ArgumentParser(
+    cli = argparse.ArgumentParser(
         prog=program("drive"),
         description="Compute a robot's poses from its laser scans: match each scan to the one before or to a map"
         " of the last ones, find places seen again, and make everything agree in a pose graph.",
         epilog="Exit codes: 0; 2 if an argument or the file is wrong; 3 if the poses should not be trusted: a scan was"
         " not matched, or the pose graph did not come to rest.",
     )
-    made.add_argument(
+    cli.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
         " lines; 'telecom-loop' is the drive included in the package"
     )  # fmt: skip
-    made.add_argument("--to", choices=("scan", "map"), default="scan", help="what each scan is matched to (scan)")
-    made.add_argument("--gate", type=float, default=0.5, help="largest pair distance, metres (0.5)")
-    made.add_argument("--farthest", type=float, default=30.0, help="ignore echoes beyond this, metres (30)")
-    made.add_argument("--radius", type=float, default=3.0, help="largest gap to a loop in the chain, metres (3)")
-    made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
-    made.add_argument("--no-loops", action="store_true", help="do not close loops")
-    made.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
-    made.add_argument("--turns", type=whole, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
-    made.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
-    made.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
-    made.add_argument(
+    cli.add_argument("--to", choices=("scan", "map"), default="scan", help="what each scan is matched to (scan)")
+    cli.add_argument("--gate", type=float, default=0.5, help="largest pair distance, metres (0.5)")
+    cli.add_argument("--farthest", type=float, default=30.0, help="ignore echoes beyond this, metres (30)")
+    cli.add_argument("--radius", type=float, default=3.0, help="largest gap to a loop in the chain, metres (3)")
+    cli.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
+    cli.add_argument("--no-loops", action="store_true", help="do not close loops")
+    cli.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
+    cli.add_argument("--turns", type=whole, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
+    cli.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
+    cli.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
+    cli.add_argument(
         "--out", type=Path, action="append", default=[], metavar="FILE",
         help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; repeatable"
     )  # fmt: skip
-    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
-    return made
+    cli.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    return cli
 
 
 def drive(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or the file is wrong."""
-    given = parser().parse_args(arguments)
-    with contextlib.redirect_stdout(None if given.json else sys.stdout):
-        code, told = _driven(given)
-    if given.json:
-        printed(told)
+    args = parser().parse_args(arguments)
+    with contextlib.redirect_stdout(None if args.json else sys.stdout):
+        code, report = _driven(args)
+    if args.json:
+        printed(report)
     return code
 
 
-def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
+def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     """The exit code, and what there is to say by name, which is printed in lines on the way; angles in degrees."""
-    for path in given.out:
+    for path in args.out:
         able_to_write(path, KINDS)
-    matching, looking = MatchOptions(gate=given.gate), LoopOptions(radius=given.radius)
-    validate.number(given.farthest, "--farthest", 0.1)
-    validate.count(given.turns, "--turns")
-    recorded = _included(given) if given.file == INCLUDED else _opened(Path(given.file), given)
-    told = _recording(given.file, recorded)
-    scans, wheels = prepare(recorded, given.farthest), chained(recorded.motion)
-    chain, lost = _matched(recorded, scans, given.to, matching)
+    matching, looking = MatchOptions(gate=args.gate), LoopOptions(radius=args.radius)
+    validate.number(args.farthest, "--farthest", 0.1)
+    validate.count(args.turns, "--turns")
+    recording = _included(args) if args.file == INCLUDED else _opened(Path(args.file), args)
+    report = _recording(args.file, recording)
+    scans, wheels = prepare(recording, args.farthest), chained(recording.motion)
+    chain, unmatched = _matched(recording, scans, args.to, matching)
     print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
-    told |= {
-        "length": _length(chain.poses), "not_matched": lost, "end_by_odometry": _by_name(wheels[-1]),
+    report |= {
+        "length": _length(chain.poses), "not_matched": unmatched, "end_by_odometry": _by_name(wheels[-1]),
         "end_matched": _by_name(chain.poses[-1]),
     }  # fmt: skip
-    loops = _loops(scans, chain, looking, matching, given.no_loops)
+    loops = _loops(scans, chain, looking, matching, args.no_loops)
     used, poses, settled = int(loops.believed.sum()), chain.poses, True
-    told["candidates"] = len(loops.believed)
+    report["candidates"] = len(loops.believed)
     ways = {"By odometry": wheels, "By matched scans": chain.poses}
     if used:
-        poses, settled, told["graph"] = _closed(chain, loops, given.kernel)
+        poses, settled, report["graph"] = _closed(chain, loops, args.kernel)
         ways = {"Before: by odometry": wheels, "After: loops closed": poses}
-    for path in given.out:
-        _write(path, _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, ways))
-    told |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in given.out]}
-    return 0 if settled and not len(lost) else UNTRUSTED, told
+    for path in args.out:
+        _write(path, _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recording.seconds, ways))
+    report |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in args.out]}
+    return 0 if settled and not len(unmatched) else UNTRUSTED, report
 
 
-def _recording(file: str, recorded: Drive) -> dict[str, Any]:
+def _recording(file: str, recording: Drive) -> dict[str, Any]:
     """The facts of a drive as it was recorded."""
-    n, k = recorded.ranges.shape
-    echoes = recorded.ranges[np.isfinite(recorded.ranges)]
+    n, k = recording.ranges.shape
+    echoes = recording.ranges[np.isfinite(recording.ranges)]
     farthest = float(echoes.max(initial=0.0))  # a file in metres, read as centimetres, is known by it
-    heard = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
-    print(f"drive     {file}: {n} scans of {k} beams, {heard}")
+    summary = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
+    print(f"drive     {file}: {n} scans of {k} beams, {summary}")
     return {"drive": file, "scans": n, "beams": k, "farthest": farthest}
 
 
-def _matched(recorded: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:
+def _matched(recording: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:
     """The chain of matched scans, and which of them found no match."""
     way = scan_to_scan if to == "scan" else scan_to_map
     with Bar("matching") as bar:
-        chain = way(scans, recorded.motion, matching, progress=bar)
-    lost, steps = np.flatnonzero(~chain.believed), len(scans) - 1
+        chain = way(scans, recording.motion, matching, progress=bar)
+    unmatched, steps = np.flatnonzero(~chain.believed), len(scans) - 1
     before = "scan before" if to == "scan" else "map"
-    print(f"chain     {_length(chain.poses):.2f} m; {steps - len(lost)} of {steps} scans matched to the {before}")
-    if len(lost):
-        print(f"          predicted only: {', '.join(map(str, lost[:20]))}{' …' if len(lost) > 20 else ''}")
-    return chain, lost
+    print(f"chain     {_length(chain.poses):.2f} m; {steps - len(unmatched)} of {steps} scans matched to the {before}")
+    if len(unmatched):
+        print(f"          predicted only: {', '.join(map(str, unmatched[:20]))}{' …' if len(unmatched) > 20 else ''}")
+    return chain, unmatched
 
 
 def _loops(scans: Scans, chain: Chain, looking: LoopOptions, matching: MatchOptions, none: bool) -> Matches:
@@ -152,14 +152,14 @@ def _closed(chain: Chain, loops: Matches, kernel: str) -> tuple[Pose, bool, dict
     """The poses of the pose graph, whether it came to rest, and what there is to say of it."""
     with Bar("graph") as bar:
         result = close(chain, loops, kernel=kernel, progress=bar)
-    open_, closed = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
-    dropped = int((result.weights[len(chain.believed) - 1 :] < 0.1).sum())
-    print(f"loop gap  {open_} before the graph, {closed} after")
-    said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
-    print(f"graph     {said}, {dropped} loops rejected")
+    before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
+    rejected = int((result.weights[len(chain.believed) - 1 :] < 0.1).sum())
+    print(f"loop gap  {before} before the graph, {after} after")
+    outcome = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
+    print(f"graph     {outcome}, {rejected} loops rejected")
     print(f"          closed   {_said(result.poses[-1])}")
-    told = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
-    return result.poses, bool(result.status), told
+    report = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": rejected}
+    return result.poses, bool(result.status), report
 
 
 def _write(path: Path, data: bytes) -> None:
@@ -174,20 +174,20 @@ def _length(poses: Pose) -> float:
     return float(np.linalg.norm(np.diff(poses.t, axis=0), axis=1).sum())
 
 
-def _included(given: argparse.Namespace) -> Drive:
+def _included(args: argparse.Namespace) -> Drive:
     """The recorded drive. Raises ValueError if an option describes its laser, as the recording itself does."""
     usual = parser()
     for name in LASER:
-        if getattr(given, name) != usual.get_default(name):
+        if getattr(args, name) != usual.get_default(name):
             raise ValueError(f"--{name}: describes the laser of a file; {INCLUDED} has its own")
     return telecom_loop()
 
 
-def _opened(path: Path, given: argparse.Namespace) -> Drive:
+def _opened(path: Path, args: argparse.Namespace) -> Drive:
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        return read_drive(data, view=given.view, ahead=given.ahead, turns=given.turns, hertz=given.hertz)
+        return read_drive(data, view=args.view, ahead=args.ahead, turns=args.turns, hertz=args.hertz)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:

@@ -14,29 +14,29 @@ from solvers.core.registry import method_of
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    made = argparse.ArgumentParser(
+    cli = argparse.ArgumentParser(
         prog=program("methods"),
         description="List the methods and the dimensions they work in. With a name: show its paper, and its options"
         " with their defaults.",
         formatter_class=Help,
     )
-    made.add_argument("names", nargs="*", metavar="METHOD", help="the method to describe")
-    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
-    return made
+    cli.add_argument("names", nargs="*", metavar="METHOD", help="the method to describe")
+    cli.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    return cli
 
 
 def methods(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError for an unknown name."""
-    given = parser().parse_args(arguments)
-    names = [method_of(name, "METHOD").name for name in given.names] or list(METHODS)
-    if given.json:
+    args = parser().parse_args(arguments)
+    names = [method_of(name, "METHOD").name for name in args.names] or list(METHODS)
+    if args.json:
         printed([told(name) for name in names])
         return 0
     for name in names:
         about = told(name)
         dims = "any" if about["dims"] is None else " or ".join(f"{d}-D" for d in about["dims"])
         print(f"{name:24}{dims:12}{about['summary']}")
-        if given.names:
+        if args.names:
             takes = [word for word in ("paired", "weighted") if about[word]]
             print(f"{'':24}{about['source']}{''.join(f'; {word}' for word in takes)}")
             for option, default in about["options"].items():

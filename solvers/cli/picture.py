@@ -48,8 +48,8 @@ def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> 
     figure = Figure(figsize=(7.0 * len(maps), 7.5), layout="compressed")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     for k, (axes, (name, (points, way))) in enumerate(zip(panels, maps.items(), strict=True)):
-        seen = thinned(points, MOST_ECHOES)
-        axes.scatter(seen[:, 0], seen[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid=f"map-{k}")
+        echoes = thinned(points, MOST_ECHOES)
+        axes.scatter(echoes[:, 0], echoes[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid=f"map-{k}")
         axes.plot(way[:, 0], way[:, 1], c=SOURCE, lw=1.5, label="path", gid=f"way-{k}")
         axes.set_title(name, loc="left", fontsize="medium")
         axes.set_aspect("equal", adjustable="box")
@@ -60,7 +60,7 @@ def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> 
     return _file(figure, kind, {})
 
 
-def _file(figure: Any, kind: str, told: Mapping[str, str]) -> bytes:
+def _file(figure: Any, kind: str, metadata: Mapping[str, str]) -> bytes:
     """matplotlib's figure as a file of that kind, "svg" or "png", with what is told of it."""
     from matplotlib import rc_context
 
@@ -68,5 +68,5 @@ def _file(figure: Any, kind: str, told: Mapping[str, str]) -> bytes:
     # A picture without a date is the same each time; PNG names only its software.
     left_out = {"Date": None} if kind == "svg" else {"Software": None}
     with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
-        figure.savefig(out, format=kind, dpi=150, metadata={**left_out, **told})
+        figure.savefig(out, format=kind, dpi=150, metadata={**left_out, **metadata})
     return out.getvalue()

@@ -30,7 +30,7 @@ BESIDE = ("--start", "--seed", "--max-steps")  # what every method takes beside 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    made = argparse.ArgumentParser(
+    cli = argparse.ArgumentParser(
         prog=program("register"),
         description="Register two point clouds: find the pose that maps SOURCE to TARGET.",
         epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 if an argument or a file is wrong; 3 if the"
@@ -39,48 +39,48 @@ def parser() -> argparse.ArgumentParser:
         " 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )
-    made.add_argument("source", type=Path, metavar="SOURCE", help="the cloud to move: CSV, XYZ, PLY, PCD, NPY, NPZ")
-    made.add_argument("target", type=Path, metavar="TARGET", help="the fixed cloud")
-    made.add_argument("--method", default="icp", help="one of the methods listed below (icp)")
-    made.add_argument(
+    cli.add_argument("source", type=Path, metavar="SOURCE", help="the cloud to move: CSV, XYZ, PLY, PCD, NPY, NPZ")
+    cli.add_argument("target", type=Path, metavar="TARGET", help="the fixed cloud")
+    cli.add_argument("--method", default="icp", help="one of the methods listed below (icp)")
+    cli.add_argument(
         "--start",
         default="0,0,0",
         metavar="ANGLE,X,Y[,Z]",
         help="where the source begins: degrees about the origin (in space about z), then a shift in the files' unit;"
         " write --start=-30,0,0 where the first number is negative",
     )
-    made.add_argument(
+    cli.add_argument(
         "--options", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
         help="the method's options, such as gate=0.5 trim=0.2",
     )  # fmt: skip
-    made.add_argument("--max-steps", type=whole, help="step limit (the method's own)")
-    made.add_argument("--seed", type=whole, default=0, help="seed for random methods (0)")
-    made.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
-    made.add_argument("--above", action="store_true", help="register 3-D clouds seen from above, by x and y")
-    made.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
-    made.add_argument(
+    cli.add_argument("--max-steps", type=whole, help="step limit (the method's own)")
+    cli.add_argument("--seed", type=whole, default=0, help="seed for random methods (0)")
+    cli.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
+    cli.add_argument("--above", action="store_true", help="register 3-D clouds seen from above, by x and y")
+    cli.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
+    cli.add_argument(
         "--out", type=Path, action="append", default=[], metavar="FILE",
         help="draw both clouds: a .svg or .png file, by matplotlib; may be given twice",
     )  # fmt: skip
-    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
-    made.add_argument("-V", "--version", action="version", version=f"registration-ladder {__version__}")
-    return made
+    cli.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    cli.add_argument("-V", "--version", action="version", version=f"registration-ladder {__version__}")
+    return cli
 
 
-def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
+def _opened(path: Path, args: argparse.Namespace) -> tuple[FloatArray, str]:
     """The points of a file and a line on them. Raises ValueError that names the file."""
     try:
-        found = arrays.read(_bytes(path))
+        cloud = arrays.read(_bytes(path))
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    points = np.ascontiguousarray(found.points[:, :2]) if given.above else found.points
-    kept = points if given.points is None else downsample.thinned(points, validate.count(given.points, "--points", 1))
-    thin = "" if len(kept) == len(points) else f", thinned to {len(kept)}"
-    notices = "".join(f"; {notice}" for notice in found.notices)
-    n, d = found.points.shape
-    return kept, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {found.format}{notices}"
+    points = np.ascontiguousarray(cloud.points[:, :2]) if args.above else cloud.points
+    sample = points if args.points is None else downsample.thinned(points, validate.count(args.points, "--points", 1))
+    thin = "" if len(sample) == len(points) else f", thinned to {len(sample)}"
+    notices = "".join(f"; {notice}" for notice in cloud.notices)
+    n, d = cloud.points.shape
+    return sample, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {cloud.format}{notices}"
 
 
 def _bytes(path: Path) -> bytes:
@@ -105,10 +105,10 @@ def _start(text: str, d: int) -> Pose:
     if len(shift) not in (2, d):
         count = f"{len(shift) or 'no'} shift{'' if len(shift) < 2 else 's'}"
         raise ValueError(f"--start: {text!r} has {count}; expected {' or '.join(sorted({'2', str(d)}))}")
-    turn, moved = np.eye(d), np.zeros(d)
-    turn[:2, :2] = Pose.from_angle(np.radians(angle)).R
-    moved[: len(shift)] = shift
-    return Pose(turn, moved)
+    rotation, translation = np.eye(d), np.zeros(d)
+    rotation[:2, :2] = Pose.from_angle(np.radians(angle)).R
+    translation[: len(shift)] = shift
+    return Pose(rotation, translation)
 
 
 def _option(text: str) -> tuple[str, Any]:
@@ -134,16 +134,16 @@ def _options(texts: Sequence[str], method: Method[Any]) -> Any:
     """The method's options as one object. Raises ValueError for what the method itself does not take."""
     own = {one.name: one.name for one in fields(method.options)}
     own |= {other: name for name, other in OTHER_NAMES.items() if name in own}
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in map(_option, texts):
         if name not in own:
             near = validate.nearest(name, [*own, *BESIDE])
-            listed = ", ".join(one.name for one in fields(method.options)) or "none"
-            raise ValueError(f"--options: {name}: no option of method {method.name!r}{near}; it has: {listed}")
-        if own[name] in found:
+            choices = ", ".join(one.name for one in fields(method.options)) or "none"
+            raise ValueError(f"--options: {name}: no option of method {method.name!r}{near}; it has: {choices}")
+        if own[name] in values:
             raise ValueError(f"--options: {own[name]} is given twice")
-        found[own[name]] = value
-    return method.options(**found)
+        values[own[name]] = value
+    return method.options(**values)
 
 
 def _too_large(value: Any) -> bool:
@@ -162,9 +162,9 @@ def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> 
     return float(near.mean()), float(np.sqrt(squares[near].mean())) if near.any() else float("nan")
 
 
-def _told(result: Result, source: FloatArray, target: FloatArray, given: float | None) -> dict[str, Any]:
+def _told(result: Result, source: FloatArray, target: FloatArray, reach_option: float | None) -> dict[str, Any]:
     """The facts of a result by name; lengths in the files' unit, among them the reach that was given."""
-    reach = float(verify.usual_reach(target)) if given is None else given
+    reach = float(verify.usual_reach(target)) if reach_option is None else reach_option
     pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
     planar = pose.dim == 2
     return {
@@ -181,48 +181,48 @@ def _told(result: Result, source: FloatArray, target: FloatArray, given: float |
         "reach": reach,
         "overlap": share,
         "residual_rms": rms,
-        "conditioning": verify.evidence(source, target, pose, given).weakest if planar else None,
+        "conditioning": verify.evidence(source, target, pose, reach_option).weakest if planar else None,
     }
 
 
-def _lines(told: dict[str, Any], result: Result) -> str:
+def _lines(report: dict[str, Any], result: Result) -> str:
     """The same in lines."""
-    pose, share = result.pose, told["overlap"]
+    pose, share = result.pose, report["overlap"]
     shift = ", ".join(f"{v:.6g}" for v in pose.t)
     axis = " about its axis" if pose.dim == 3 else ""
     rows = [" ".join(f"{v:>13.6g}" for v in row) for row in pose.matrix]
-    within = f"{100 * share:.1f} % of the source within {told['reach']:.4g} u of the target"
+    within = f"{100 * share:.1f} % of the source within {report['reach']:.4g} u of the target"
     lines = [
-        f"pose      rotation {told['angle_degrees']:.4f} deg{axis}, translation ({shift}) u,"
+        f"pose      rotation {report['angle_degrees']:.4f} deg{axis}, translation ({shift}) u,"
         f" scale {float(pose.scale):.6g}",
         *(f"{'matrix' if k == 0 else '':<10}{row}" for k, row in enumerate(rows)),
-        f"residual  RMS {told['residual_rms']:.4g} u over the {within}" if share else f"residual  none: {within}",
+        f"residual  RMS {report['residual_rms']:.4g} u over the {within}" if share else f"residual  none: {within}",
         f"overlap   {share:.4f}, if the pose is right",
     ]
-    if told["conditioning"] is not None:
-        weakest = float(told["conditioning"])
+    if report["conditioning"] is not None:
+        weakest = float(report["conditioning"])
         lines.append(f"weakest   {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
     if result.gap is not None:
         lines.append(f"proof     objective {result.objective:.6g}, no pose searched has one below {result.lower:.6g}")
     reason = f": {result.reason}" if result.reason else ""
     steps = f"{result.steps} step{'' if result.steps == 1 else 's'}"
-    return "\n".join([*lines, f"status    {told['status']} after {steps}{reason}"])
+    return "\n".join([*lines, f"status    {report['status']} after {steps}{reason}"])
 
 
 def register_files(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
-    given = parser().parse_args(arguments)
-    for path in given.out:
+    args = parser().parse_args(arguments)
+    for path in args.out:
         able_to_write(path, DRAWN)
-    method = method_of(given.method, "--method")
-    if method.paired and given.points is not None:
+    method = method_of(args.method, "--method")
+    if method.paired and args.points is not None:
         raise ValueError(
             f"--points: {method.name} takes row i of both files as partners, which thinning each file would tear apart"
         )
-    (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
+    (source, about_source), (target, about_target) = (_opened(path, args) for path in (args.source, args.target))
     if source.shape[1] != target.shape[1]:
         raise ValueError(
-            f"{given.source} has {source.shape[1]}-D points, {given.target} {target.shape[1]}-D points;"
+            f"{args.source} has {source.shape[1]}-D points, {args.target} {target.shape[1]}-D points;"
             " --above registers x and y"
         )
     d = source.shape[1]
@@ -230,37 +230,37 @@ def register_files(arguments: Sequence[str]) -> int:
         dims = " or ".join(map(str, method.dims))
         hint = "; --above registers x and y" if d == 3 else ""
         raise ValueError(f"--method: {method.name} works in {dims} dimensions, the points have {d}{hint}")
-    if given.reach is not None:
-        validate.number(given.reach, "--reach", 1e-100, 1e100)
-    start = _start(given.start, d)
-    options = _options(given.options, method)
+    if args.reach is not None:
+        validate.number(args.reach, "--reach", 1e-100, 1e100)
+    start = _start(args.start, d)
+    options = _options(args.options, method)
     if method.paired and len(source) != len(target):
         raise ValueError(
             f"--method: {method.name} takes row i of both files as partners, but they give {len(source)} and"
             f" {len(target)} points; a method such as icp finds the partners itself"
         )
-    limit = method.max_steps if given.max_steps is None else given.max_steps
+    limit = method.max_steps if args.max_steps is None else args.max_steps
     with Bar(method.name) as bar:
         result = register(
-            source, target, method.name, options=options, start=start, seed=given.seed, max_steps=given.max_steps,
+            source, target, method.name, options=options, start=start, seed=args.seed, max_steps=args.max_steps,
             callback=lambda k, state: bar(k, limit),
         )  # fmt: skip
-    told = _told(result, source, target, given.reach)
-    if given.json:
+    report = _told(result, source, target, args.reach)
+    if args.json:
         about = {"source": about_source, "target": about_target, "method": method.name}
-        printed({**about, **told, "written": [str(path) for path in given.out]})
+        printed({**about, **report, "written": [str(path) for path in args.out]})
     else:
         print(f"source    {about_source}\ntarget    {about_target}\nmethod    {method.name}: {method.summary}")
         if method.paired:
             print("pairs     row i of the source with row i of the target")
-        print(_lines(told, result))
-    title = f"{given.source.name} registered to {given.target.name} by {method.name}"
-    for path in given.out:
-        drawn = before_after(source, target, start, result.pose, title, path.suffix.lower()[1:])
+        print(_lines(report, result))
+    title = f"{args.source.name} registered to {args.target.name} by {method.name}"
+    for path in args.out:
+        image = before_after(source, target, start, result.pose, title, path.suffix.lower()[1:])
         try:
-            path.write_bytes(drawn)
+            path.write_bytes(image)
         except OSError as error:
             raise ValueError(f"--out: {path}: {error.strerror or error}") from None
-        if not given.json:
+        if not args.json:
             print(f"picture   {path}")
-    return 0 if result.status and told["overlap"] > 0.0 else UNTRUSTED
+    return 0 if result.status and report["overlap"] > 0.0 else UNTRUSTED

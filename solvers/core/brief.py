@@ -12,8 +12,8 @@ _FEW = 9  # a 3 × 3 matrix is still read at a glance
 
 def brief(record: Any) -> str:
     """`Name(field=value, …)` of a dataclass: small arrays in full, others by dtype and shape."""
-    said = ", ".join(f"{f.name}={_said(getattr(record, f.name))}" for f in fields(record))
-    return f"{type(record).__name__}({said})"
+    values = ", ".join(f"{f.name}={_said(getattr(record, f.name))}" for f in fields(record))
+    return f"{type(record).__name__}({values})"
 
 
 def _said(value: Any) -> str:

@@ -12,13 +12,13 @@ _Found = TypeVar("_Found")
 
 def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
     """`solve(k)` of every cloud k of a list; a ValueError that it raises names k."""
-    found = []
+    results = []
     for k in range(count):
         try:
-            found.append(solve(k))
+            results.append(solve(k))
         except ValueError as error:
             raise ValueError(f"cloud {k} of the list: {error}") from None
-    return found
+    return results
 
 
 def ndim(value: Any) -> int:

@@ -216,10 +216,10 @@ def row_numbers(values: ArrayLike, name: str) -> IntArray:
 
 
 def _positive(values: ArrayLike, count: int) -> FloatArray:
-    given = numbers(values, "information")
-    if given.shape not in ((3, 3), (count, 3, 3)):
-        raise ValueError(f"information: expected shape ({count}, 3, 3) or (3, 3), got {given.shape}")
-    matrices = np.array(np.broadcast_to(given, (count, 3, 3)))
+    blocks = numbers(values, "information")
+    if blocks.shape not in ((3, 3), (count, 3, 3)):
+        raise ValueError(f"information: expected shape ({count}, 3, 3) or (3, 3), got {blocks.shape}")
+    matrices = np.array(np.broadcast_to(blocks, (count, 3, 3)))
     if not np.isfinite(matrices).all():
         raise ValueError("information: there is a number that is not finite")
     size = np.abs(matrices).max(axis=(1, 2), initial=0.0)

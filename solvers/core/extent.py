@@ -24,8 +24,9 @@ def mark_narrow(state: S, problem: Problem) -> S:
     narrow = (width > 0.0) & (width < LEAST_EXTENT)
     if not narrow.any():
         return state
-    begun = np.where(narrow, np.int8(Status.RUNNING), state.status)  # what the method said of them is beside the point
-    status, reason = mark(begun, state.reason, narrow, Status.DEGENERATE, TOO_NARROW)
+    # What the method said of them is beside the point.
+    running = np.where(narrow, np.int8(Status.RUNNING), state.status)
+    status, reason = mark(running, state.reason, narrow, Status.DEGENERATE, TOO_NARROW)
     return changed(state, status=status, reason=reason)
 
 
@@ -40,8 +41,8 @@ def mark_points(state: S) -> S:
         over &= np.ptp(ends, axis=1).max(axis=-1) <= 2.0 * ROUNDING * np.abs(ends).max(axis=(1, 2))
         if over.any():
             over[over] = at_one_place(points[over])
-            begun = np.where(over, np.int8(Status.RUNNING), state.status)
-            status, reason = mark(begun, state.reason, over, Status.DEGENERATE, EQUAL.format(name))
+            running = np.where(over, np.int8(Status.RUNNING), state.status)
+            status, reason = mark(running, state.reason, over, Status.DEGENERATE, EQUAL.format(name))
             state = changed(state, status=status, reason=reason)
     return state
 

@@ -28,12 +28,12 @@ _LONGEST = 60
 def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
     """`value` when it is of this class."""
     if not isinstance(value, kind):
-        wanted, got = kind.__name__, type(value).__name__
-        part = _PARTS.get((wanted, got))
-        way = f"; pass {part}" if part else _WAYS.get(wanted, "")
-        if wanted == "Pose" and isinstance(value, list | tuple) and value and all(isinstance(v, kind) for v in value):
+        expected, got = kind.__name__, type(value).__name__
+        part = _PARTS.get((expected, got))
+        way = f"; pass {part}" if part else _WAYS.get(expected, "")
+        if expected == "Pose" and isinstance(value, list | tuple) and value and all(isinstance(v, kind) for v in value):
             way = " of poses; solvers.posegraph.stacked makes one of them"
-        raise ValueError(f"{name}: expected {'' if wanted.endswith('s') else 'a '}{wanted}, got {got}{way}")
+        raise ValueError(f"{name}: expected {'' if expected.endswith('s') else 'a '}{expected}, got {got}{way}")
     return value
 
 
@@ -61,7 +61,7 @@ def function(value: _Function, name: str) -> _Function:
 
 def shown(value: object) -> str:
     """A value as a message has it: short, and of a long array its shape."""
-    said = " ".join(repr(value).split())
-    if len(said) <= _LONGEST:
-        return said
-    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{said[: _LONGEST - 1]}…"
+    text = " ".join(repr(value).split())
+    if len(text) <= _LONGEST:
+        return text
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{text[: _LONGEST - 1]}…"

@@ -184,8 +184,8 @@ class Method(Generic[S]):
         # What `help(METHODS["icp"])` shows, in place of the words about the class.
         first, *rest = (self.options.__doc__ or "").splitlines() or [""]  # python -OO leaves nothing to tell
         margin = min((len(line) - len(line.lstrip()) for line in rest if line.strip()), default=0)  # 3.13 has none
-        told = "\n".join([first, *(line[margin:] for line in rest)]).rstrip()
-        object.__setattr__(self, "__doc__", f"{self.summary} ({self.source}).\n\n{told}")
+        text = "\n".join([first, *(line[margin:] for line in rest)]).rstrip()
+        object.__setattr__(self, "__doc__", f"{self.summary} ({self.source}).\n\n{text}")
 
     def __repr__(self) -> str:
         return f"<method {self.name!r}: {self.summary}>"

@@ -24,8 +24,8 @@ def unmasked(values: _Given, name: str) -> _Given | AnyArray:
     if ma is None or not isinstance(values, ma.MaskedArray):
         return values
     if ma.is_masked(values):
-        hidden = int(ma.getmaskarray(values).sum())
-        what, whose = ("1 number", "its row") if hidden == 1 else (f"{hidden} numbers", "their rows")
+        masked = int(ma.getmaskarray(values).sum())
+        what, whose = ("1 number", "its row") if masked == 1 else (f"{masked} numbers", "their rows")
         raise ValueError(f"{name}: a masked array hides {what}; leave {whose} out")
     plain: AnyArray = values.data
     return plain

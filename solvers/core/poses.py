@@ -37,12 +37,12 @@ def stacked(poses: Sequence[Pose]) -> Pose:
     array([[0., 0.],
            [1., 2.]])
     """
-    given = _poses(poses)
-    shapes = [p.R.shape for p in given]
+    members = _poses(poses)
+    shapes = [p.R.shape for p in members]
     if len(set(shapes)) > 1:
         k = next(k for k, shape in enumerate(shapes) if shape != shapes[0])
-        raise ValueError(f"poses: {_differ(given, k)}; they must be alike")
-    return Pose.trusted(*(np.stack(part) for part in _parts(given)))
+        raise ValueError(f"poses: {_differ(members, k)}; they must be alike")
+    return Pose.trusted(*(np.stack(part) for part in _parts(members)))
 
 
 def concatenated(parts: Sequence[Pose]) -> Pose:
@@ -70,20 +70,20 @@ def concatenated(parts: Sequence[Pose]) -> Pose:
     >>> concatenated([Pose.identity(batch=(1,)), Pose.from_angle([0.1, 0.2])]).angle
     array([0. , 0.1, 0.2])
     """
-    given = _poses(parts, "parts")
-    for k, pose in enumerate(given):
+    batches = _poses(parts, "parts")
+    for k, pose in enumerate(batches):
         if not pose.batch:
             raise ValueError(f"parts: number {k} is a single pose; stacked joins single poses")
-        if pose.R.shape[1:] != given[0].R.shape[1:]:
-            raise ValueError(f"parts: {_differ(given, k)}; they may differ in the first axis alone")
-    return Pose.trusted(*(np.concatenate(part) for part in _parts(given)))
+        if pose.R.shape[1:] != batches[0].R.shape[1:]:
+            raise ValueError(f"parts: {_differ(batches, k)}; they may differ in the first axis alone")
+    return Pose.trusted(*(np.concatenate(part) for part in _parts(batches)))
 
 
 def _poses(values: Sequence[Pose], name: str = "poses") -> tuple[Pose, ...]:
-    given = several(values, name, "poses")
-    if not given:
+    members = several(values, name, "poses")
+    if not members:
         raise ValueError(f"{name}: is empty; at least one pose is needed")
-    return tuple(of_kind(pose, Pose, name) for pose in given)
+    return tuple(of_kind(pose, Pose, name) for pose in members)
 
 
 def _parts(poses: Sequence[Pose]) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:

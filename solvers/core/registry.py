@@ -98,8 +98,8 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
         return METHODS[name]
     if not isinstance(name, Method):
         raise ValueError(f"{argument}: {_unknown(name)}")
-    listed = METHODS.get(name.name, name) if isinstance(name.name, str) else name
-    if (listed.start, listed.step, listed.partners) != (name.start, name.step, name.partners):
+    registered = METHODS.get(name.name, name) if isinstance(name.name, str) else name
+    if (registered.start, registered.step, registered.partners) != (name.start, name.step, name.partners):
         raise ValueError(f"{argument}: {name.name!r} is the name of another method; give it one of its own")
     return name
 

@@ -147,8 +147,8 @@ class Result:
         partners = self._pairing()
         if partners is None:
             return None
-        found = [partners(state) for state in self.states]
-        return [rows[0] for rows in found] if len(found) > 1 else _shaped(found[0], self.pose.batch)
+        pairings = [partners(state) for state in self.states]
+        return [rows[0] for rows in pairings] if len(pairings) > 1 else _shaped(pairings[0], self.pose.batch)
 
     @property
     def fitness(self) -> FloatArray | None:
@@ -278,8 +278,8 @@ class Result:
         ValueError
             If the state has no such field.
         """
-        known = [f.name for f in fields(cast(Any, self.states[0]))]
-        validate.one_of(name, known, "name")
+        names = [f.name for f in fields(cast(Any, self.states[0]))]
+        validate.one_of(name, names, "name")
         batch = self.pose.batch
         if len(self.states) > 1:
             return [_shaped(getattr(state, name), ()) for state in self.states]
@@ -329,17 +329,17 @@ class Result:
     def __repr__(self) -> str:
         if self.pose.batch:
             count = np.bincount(np.ravel(self.status), minlength=len(Status))
-            said = ", ".join(f"{n} {Status(k).label}" for k, n in enumerate(count) if n)
+            text = ", ".join(f"{n} {Status(k).label}" for k, n in enumerate(count) if n)
         else:
-            said = f"{Status(int(self.status)).label}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
-        return f"Result({self.method}: {said}, pose={self.pose!r})"
+            text = f"{Status(int(self.status)).label}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
+        return f"Result({self.method}: {text}, pose={self.pose!r})"
 
 
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
     """The result of one run, its single problem axis made into the leading axes `axes`.
     """
     state, partners = done.state(), done.method.partners
-    listed = METHODS.get(done.method.name)
+    registered = METHODS.get(done.method.name)
     return Result(
         method=done.method.name,
         pose=_shaped(state.pose, axes),
@@ -349,7 +349,7 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
         objective=_shaped(state.objective, axes),
         history=History(_shaped(history.poses, axes, 1), _shaped(history.objective, axes, 1)),
         states=(state,),
-        partners=None if listed and listed.partners is partners else partners,
+        partners=None if registered and registered.partners is partners else partners,
     )
 
 

@@ -272,6 +272,6 @@ def _undo_nonfinite(before: S, after: S) -> S:
     if finite.all():
         return after
     bad = ~finite
-    kept = put(after, bad, take(before, bad))
-    status, reason = mark(kept.status, kept.reason, bad, Status.DEGENERATE, "the step left the range of numbers")
-    return changed(kept, status=status, reason=reason)
+    mixed = put(after, bad, take(before, bad))
+    status, reason = mark(mixed.status, mixed.reason, bad, Status.DEGENERATE, "the step left the range of numbers")
+    return changed(mixed, status=status, reason=reason)

@@ -82,8 +82,8 @@ def _plan(kind: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if not is_dataclass(kind):
         return (), ()
     of = fields(kind)
-    taken = tuple(f.name for f in of if not f.metadata.get("shared"))
-    return taken, tuple(f.name for f in of if not f.metadata.get("constant"))
+    names = tuple(f.name for f in of if not f.metadata.get("shared"))
+    return names, tuple(f.name for f in of if not f.metadata.get("constant"))
 
 
 def _repeats(value: Any) -> int:
@@ -98,8 +98,8 @@ def _spread(value: Any, count: int) -> Any:
     """A batch of one problem, seen `count` times."""
     if isinstance(value, np.ndarray):
         return np.broadcast_to(value, (count, *value.shape[1:]))
-    taken, _ = _plan(type(value))  # type: ignore[arg-type]
-    return changed(value, **{k: _spread(value.__dict__[k], count) for k in taken}) if taken else value
+    names, _ = _plan(type(value))  # type: ignore[arg-type]
+    return changed(value, **{k: _spread(value.__dict__[k], count) for k in names}) if names else value
 
 
 def _take(value: Any, rows: Any) -> Any:
@@ -113,11 +113,11 @@ def _take(value: Any, rows: Any) -> Any:
         return tuple(_take(item, rows) for item in value)
     if isinstance(value, Pose):
         return Pose.trusted(value.R[rows], value.t[rows], np.asarray(value.scale)[rows])
-    taken, _ = _plan(type(value))  # type: ignore[arg-type]
-    if not taken:
+    names, _ = _plan(type(value))  # type: ignore[arg-type]
+    if not names:
         return value
     own = value.__dict__
-    return changed(value, **{name: _take(own[name], rows) for name in taken})
+    return changed(value, **{name: _take(own[name], rows) for name in names})
 
 
 def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:

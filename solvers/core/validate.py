@@ -34,9 +34,9 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     where given).
     """
     p = numbers(points, name, "; read the file first (solvers.cloud_text.read)")
-    wanted = "d" if dim is None else str(dim)
+    width = "d" if dim is None else str(dim)
     if p.ndim < 2:
-        raise ValueError(f"{name}: expected shape (..., n, {wanted}), rows of coordinates, got {p.shape}")
+        raise ValueError(f"{name}: expected shape (..., n, {width}), rows of coordinates, got {p.shape}")
     if p.size == 0:
         raise ValueError(f"{name}: is empty, shape {p.shape}; at least one point is needed")
     n, d = p.shape[-2:]
@@ -46,7 +46,7 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
             f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point per row (pass {way})"
         )
     if d < 2 or (dim is not None and d != dim):
-        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates per point, got {d}")
+        raise ValueError(f"{name}: expected {width if dim else 'at least 2'} coordinates per point, got {d}")
     return moderate(p, name)
 
 
@@ -98,10 +98,10 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
 
 def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
     """Finite numbers (count,), one per `each`, as a copy that cannot be written to."""
-    given = moderate(copied(values, name), name)
-    if given.shape != (count,):
-        raise ValueError(f"{name}: expected shape ({count},), one per {each}, got {given.shape}")
-    return given
+    data = moderate(copied(values, name), name)
+    if data.shape != (count,):
+        raise ValueError(f"{name}: expected shape ({count},), one per {each}, got {data.shape}")
+    return data
 
 
 def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
@@ -112,8 +112,8 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
     try:
         return Pose.from_matrix(matrix)
     except ValueError as error:
-        said = str(error).removeprefix("matrix: ")
-        raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {said}") from None
+        message = str(error).removeprefix("matrix: ")
+        raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {message}") from None
 
 
 def pose(value: Pose | None, dim: int, name: str = "start", wanted: str = "") -> Pose:
@@ -205,7 +205,7 @@ def scalar(value: object) -> object:
     return cast(Any, value).item() if bare else value
 
 
-def _number(value: object, name: str, low: float, high: float, wanted: str) -> float:
+def _number(value: object, name: str, low: float, high: float, expected: str) -> float:
     value = scalar(value)
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating):
         raise ValueError(f"{name}: expected a number, got {shown(value)}")
@@ -214,7 +214,7 @@ def _number(value: object, name: str, low: float, high: float, wanted: str) -> f
     except OverflowError:
         raise ValueError(f"{name}: expected a finite number{_between(low, high)}, got one beyond 1e308") from None
     if not np.isfinite(plain) or not low <= plain <= high:
-        raise ValueError(f"{name}: expected {wanted}{_between(low, high)}, got {plain!r}")
+        raise ValueError(f"{name}: expected {expected}{_between(low, high)}, got {plain!r}")
     return plain
 
 
@@ -268,10 +268,10 @@ def one_of(value: object, known: Collection[str], name: str) -> str:
 
 def nearest(wrong: str, names: Iterable[str]) -> str:
     """', did you mean …?' with the nearest right name, or nothing when none is near."""
-    known = list(names)
+    choices = list(names)
     # A part of a name, such as "cpd" of "cpd-rigid", says more than as many letters in common.
-    parts = [name for name in known if wrong and wrong in name.replace("_", "-").split("-")]
-    close = parts or difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+    parts = [name for name in choices if wrong and wrong in name.replace("_", "-").split("-")]
+    close = parts or difflib.get_close_matches(wrong, choices, n=1, cutoff=0.5)
     return f", did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
@@ -280,5 +280,5 @@ def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes.values())
     except ValueError:
-        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise ValueError(f"{', '.join(shapes)}: leading axes do not broadcast: {said}") from None
+        axes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ValueError(f"{', '.join(shapes)}: leading axes do not broadcast: {axes}") from None

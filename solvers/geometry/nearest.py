@@ -93,19 +93,19 @@ class Index:
                 order = np.stack([_in_order(p) for p in points])
                 known = Known(points, np.zeros(order.shape, dtype=np.int64), np.zeros(order.shape), order)
             # Not below, rather than above: what is not a number is looked up.
-            lost = ~(np.sqrt(_between(points, known.points)) < known.slack)
-            at, rows, slack = np.where(lost[..., None], points, known.points), known.rows.copy(), known.slack.copy()
+            stale = ~(np.sqrt(_between(points, known.points)) < known.slack)
+            at, rows, slack = np.where(stale[..., None], points, known.points), known.rows.copy(), known.slack.copy()
             for i, tree in enumerate(self.trees):
-                asked = known.order[i, lost[i, known.order[i]]]
-                found, slack[i, asked] = tree.nearest(points[i, asked], 1)
-                rows[i, asked] = found[:, 0]
+                queries = known.order[i, stale[i, known.order[i]]]
+                nearest, slack[i, queries] = tree.nearest(points[i, queries], 1)
+                rows[i, queries] = nearest[:, 0]
             return *self._measured(points, rows), Known(at, rows, slack, known.order)
 
     def _measured(self, points: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
         squares = _between(points, picked(self.points, rows))
-        lost = ~np.isfinite(squares)
-        if lost.any():
-            rows, squares = np.where(lost, 0, rows), np.where(lost, np.inf, squares)
+        overflowed = ~np.isfinite(squares)
+        if overflowed.any():
+            rows, squares = np.where(overflowed, 0, rows), np.where(overflowed, np.inf, squares)
         return rows, squares
 
     def nearest_k(self, points: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
@@ -125,8 +125,8 @@ class Index:
                     continue
                 for part in _blocks(m, n):
                     rows[i, part] = _first_k(_squares(points[i, part], self.points[i]), k)
-            chosen = np.take_along_axis(self.points[:, None], rows[..., None], axis=2)
-            return rows, _between(points[:, :, None], chosen)
+            neighbours = np.take_along_axis(self.points[:, None], rows[..., None], axis=2)
+            return rows, _between(points[:, :, None], neighbours)
 
 
 def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
@@ -230,8 +230,8 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
             if np.count_nonzero(near) != best.size:
                 unsure = near.sum(axis=-1) != 1
                 for i in np.flatnonzero(unsure.any(axis=1)):
-                    asked = points[first + i, part][unsure[i]]
-                    best[i, unsure[i]] = _squares(asked, index.points[first + i]).argmin(axis=-1)
+                    queries = points[first + i, part][unsure[i]]
+                    best[i, unsure[i]] = _squares(queries, index.points[first + i]).argmin(axis=-1)
             rows[some, part] = best
     return rows
 
@@ -277,24 +277,24 @@ class _Tree:
         m, rows_at = len(queries), self.rows_at(k)
         places = len(rows_at)
         rows, slack = np.empty((m, k), dtype=np.int64), np.zeros(m)
-        left, wanted = np.arange(m), k + 1
-        while left.size and wanted <= min(places, 2 * _MANY):
+        left, count = np.arange(m), k + 1
+        while left.size and count <= min(places, 2 * _MANY):
             # The k nearest rows are at the k nearest places, or at places as near as
             # the k-th.
-            distances, near = self.tree.query(queries[left], wanted)
+            distances, near = self.tree.query(queries[left], count)
             settled = distances[:, k - 1] * (1.0 + _CLOSE) + _TINY < distances[:, -1]
-            asked, found = left[settled], rows_at[near[settled, :-1]]
-            if k == 1 and wanted == 2:
-                rows[asked] = found[:, 0, :1]
+            finished, candidates = left[settled], rows_at[near[settled, :-1]]
+            if k == 1 and count == 2:
+                rows[finished] = candidates[:, 0, :1]
                 # Less what keeps the two apart by more than rounding, wherever the query goes.
                 first, second = distances[settled].T
-                slack[asked] = 0.5 * (second - first) - _CLOSE * second - 4.0 * _TINY
+                slack[finished] = 0.5 * (second - first) - _CLOSE * second - 4.0 * _TINY
             else:
-                found = found.reshape(len(asked), (wanted - 1) * rows_at.shape[1])
-                squares = _between(queries[asked, None], self.points[found])
-                order = np.lexsort((found, np.where(found < 0, np.inf, squares)), axis=-1)[:, :k]
-                rows[asked] = np.take_along_axis(found, order, axis=-1)
-            left, wanted = left[~settled], 2 * wanted
+                candidates = candidates.reshape(len(finished), (count - 1) * rows_at.shape[1])
+                squares = _between(queries[finished, None], self.points[candidates])
+                order = np.lexsort((candidates, np.where(candidates < 0, np.inf, squares)), axis=-1)[:, :k]
+                rows[finished] = np.take_along_axis(candidates, order, axis=-1)
+            left, count = left[~settled], 2 * count
         able = np.sort(rows_at[rows_at >= 0]) if left.size else left
         for part in _blocks(left.size, max(1, able.size)):
             rows[left[part]] = able[_first_k(_squares(queries[left[part]], self.points[able]), k)]
@@ -328,8 +328,8 @@ def _first_k(squares: FloatArray, k: int) -> IntArray:
     the lowest first.
     """
     if k > _MANY:
-        ordered: IntArray = np.argsort(squares, axis=-1, kind="stable")[:, :k]
-        return ordered
+        columns: IntArray = np.argsort(squares, axis=-1, kind="stable")[:, :k]
+        return columns
     left = np.minimum(squares, np.finfo(np.float64).max)
     rows = np.empty((len(squares), k), dtype=np.int64)
     for j in range(k):

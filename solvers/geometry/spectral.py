@@ -26,12 +26,12 @@ def symmetric_eigen(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
             half, gap = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
             values = np.stack([half - gap, half + gap], axis=-1)
             theta = 0.5 * np.arctan2(2.0 * b, a - c)
-        lost = np.asarray(~np.isfinite(values).all(axis=-1))
-        cos, sin = np.cos(np.where(lost, 0.5 * np.pi, theta)), np.sin(np.where(lost, 0.5 * np.pi, theta))
+        nonfinite = np.asarray(~np.isfinite(values).all(axis=-1))
+        cos, sin = np.cos(np.where(nonfinite, 0.5 * np.pi, theta)), np.sin(np.where(nonfinite, 0.5 * np.pi, theta))
         vectors = np.stack([np.stack([-sin, cos], axis=-1), np.stack([cos, sin], axis=-1)], axis=-1)
     else:
-        lost = np.asarray(~np.isfinite(matrices).all(axis=(-2, -1)))
-        values, vectors = np.linalg.eigh(np.where(lost[..., None, None], np.eye(matrices.shape[-1]), matrices))
+        nonfinite = np.asarray(~np.isfinite(matrices).all(axis=(-2, -1)))
+        values, vectors = np.linalg.eigh(np.where(nonfinite[..., None, None], np.eye(matrices.shape[-1]), matrices))
     largest = np.abs(vectors).argmax(axis=-2)
     sign = np.sign(np.take_along_axis(vectors, largest[..., None, :], axis=-2))
-    return np.where(lost[..., None], np.nan, values), vectors * sign
+    return np.where(nonfinite[..., None], np.nan, values), vectors * sign

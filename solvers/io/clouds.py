@@ -93,12 +93,12 @@ def read(data: bytes) -> CloudText:
         lines = lines_of(_decoded(data))
         if len(lines) > 2 * MOST_POINTS:
             raise ValueError(f"{len(lines)} lines are more than the limit of {2 * MOST_POINTS}")
-        points, separated, notices = delimited(lines)
-        kind = f"text separated by {separated}"
+        points, separator, notices = delimited(lines)
+        kind = f"text separated by {separator}"
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
-        gone = int(np.count_nonzero(~finite))
-        notices.append(f"{gone} row{'s' if gone > 1 else ''} with NaN or infinity left out")
+        dropped = int(np.count_nonzero(~finite))
+        notices.append(f"{dropped} row{'s' if dropped > 1 else ''} with NaN or infinity left out")
         points = points[finite]
     if not len(points):
         raise ValueError("no point is left; expected at least one row of finite numbers")

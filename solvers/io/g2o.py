@@ -101,8 +101,8 @@ def read(data: bytes) -> GraphText:
     rows: dict[int, int] = {}
     places: list[list[float]] = []
     ends: list[tuple[int, int]] = []
-    measured: list[list[float]] = []
-    held: list[int] = []
+    measurements: list[list[float]] = []
+    fix_ids: list[int] = []
     edge_lines: list[int] = []
     fix_lines: list[int] = []
     text = data.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")
@@ -113,7 +113,7 @@ def read(data: bytes) -> GraphText:
         if tag == "FIX":
             if not fields:
                 raise ValueError(f"line {number}: FIX names no node")
-            held += [_id(field, number) for field in fields]
+            fix_ids += [_id(field, number) for field in fields]
             fix_lines += [number] * len(fields)
         elif tag in _FIELDS:
             if len(fields) != _FIELDS[tag]:
@@ -128,7 +128,7 @@ def read(data: bytes) -> GraphText:
                 ends.append((_id(fields[0], number), _id(fields[1], number)))
                 if ends[-1][0] == ends[-1][1]:
                     raise ValueError(f"line {number}: it joins node {fields[0]} to itself")
-                measured.append(_numbers(fields[2:], number))
+                measurements.append(_numbers(fields[2:], number))
                 edge_lines.append(number)
         else:
             raise ValueError(f"line {number}: {told(tag)} is not read; expected VERTEX_SE2, EDGE_SE2 or FIX")
@@ -136,8 +136,8 @@ def read(data: bytes) -> GraphText:
         raise ValueError("no node was found; expected at least one line VERTEX_SE2 id x y angle")
     i = _known(rows, [a for a, _ in ends], edge_lines)
     j = _known(rows, [b for _, b in ends], edge_lines)
-    fixed = np.unique(_known(rows, held, fix_lines))
-    edges = _edges(i, j, np.array(measured, dtype=np.float64).reshape(-1, 9), edge_lines)
+    fixed = np.unique(_known(rows, fix_ids, fix_lines))
+    edges = _edges(i, j, np.array(measurements, dtype=np.float64).reshape(-1, 9), edge_lines)
     return GraphText(np.array(list(rows), dtype=np.int64), _poses(np.array(places)), edges, fixed)
 
 
@@ -182,13 +182,13 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     names = np.arange(n) if ids is None else row_numbers(ids, "ids")
     if len(names) != n or len(np.unique(names)) != n or (names >= _LARGEST_ID).any():
         raise ValueError(f"ids: expected {n} different non-negative integers below 2**62")
-    held = row_numbers(np.atleast_1d(array(fixed, "fixed")), "fixed")
-    within(held, n, "fixed")
+    rows = row_numbers(np.atleast_1d(array(fixed, "fixed")), "fixed")
+    within(rows, n, "fixed")
     lines = [
         f"VERTEX_SE2 {name} {_written([*t, angle])}"
         for name, t, angle in zip(names, poses.t, np.atleast_1d(poses.angle), strict=True)
     ]
-    lines += [f"FIX {names[row]}" for row in held]
+    lines += [f"FIX {names[row]}" for row in rows]
     Z = edges.relative
     lines += [
         f"EDGE_SE2 {names[a]} {names[b]} {_written([*t, angle, *matrix[_UPPER]])}"
@@ -208,13 +208,13 @@ def _id(field: str, line: int) -> int:
 
 
 def _numbers(fields: Sequence[str], line: int) -> list[float]:
-    found = []
+    values = []
     for field in fields:
         value = float(field) if is_number(field) else np.nan
         if not abs(value) <= validate.LARGEST:
             raise ValueError(f"line {line}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
-        found.append(value)
-    return found
+        values.append(value)
+    return values
 
 
 def _known(rows: dict[int, int], nodes: Sequence[int], lines: Sequence[int]) -> IntArray:
@@ -240,6 +240,6 @@ def _edges(i: IntArray, j: IntArray, values: FloatArray, lines: Sequence[int]) -
             try:
                 Edges(i[one], j[one], _poses(values[one]), information[one])
             except ValueError as wrong:
-                said = str(wrong).replace(" of edge 0", "").replace("j: edge 0", "it")
-                raise ValueError(f"line {line}: {said}") from None
+                message = str(wrong).replace(" of edge 0", "").replace("j: edge 0", "it")
+                raise ValueError(f"line {line}: {message}") from None
         raise

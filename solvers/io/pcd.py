@@ -26,11 +26,11 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
     Raises ValueError with the number of the line, for the header or for text, or with
     what is missing.
     """
-    named: dict[str, tuple[int, list[str]]] = {}
+    header: dict[str, tuple[int, list[str]]] = {}
     at = line = 0
     last = LAST.search(data)
     mark = last[1] if last else b"\n"
-    while "DATA" not in named:
+    while "DATA" not in header:
         if at >= len(data):
             raise ValueError(f"line {line + 1}: the file ends within its header; expected 'DATA ascii'")
         end = data.find(mark, at)
@@ -41,12 +41,12 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
         if words and words[0] not in KEYS:
             raise ValueError(f"line {line}: {told(words[0])} is not understood; expected one of {', '.join(KEYS)}")
         if words:
-            named[words[0]] = line, words[1:]
-    names, kinds, counts = _fields(named, line)
-    count = _count(named, line, most)
+            header[words[0]] = line, words[1:]
+    names, kinds, counts = _fields(header, line)
+    count = _count(header, line, most)
     axes = [axis for axis in "xyz" if axis in names]
     starts = [sum(counts[: names.index(axis)]) for axis in axes]
-    match named["DATA"][1]:
+    match header["DATA"][1]:
         case ["ascii"]:
             lines = [""] * line + lines_of(data[at:].rstrip().decode("latin-1"))
             rows = [k for k, each in enumerate(lines) if each.strip()]
@@ -68,16 +68,18 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
             )
 
 
-def _fields(named: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[str], list[str], list[int]]:
+def _fields(header: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[str], list[str], list[int]]:
     """Names, numpy types and counts of the fields."""
-    where, names = named.get("FIELDS", (line, []))
+    where, names = header.get("FIELDS", (line, []))
     if names.count("x") != 1 or names.count("y") != 1 or names.count("z") > 1 or len(names) > MOST_FIELDS:
         raise ValueError(f"line {where}: the fields are {told(' '.join(names))}; expected x and y, each once")
-    at, counts = named.get("COUNT", (line, ["1"] * len(names)))
+    at, counts = header.get("COUNT", (line, ["1"] * len(names)))
     if len(counts) != len(names) or not all(_is_count(c) for c in counts):
         expected = f"expected a whole number from 1 to {MOST_COUNT} for each field"
         raise ValueError(f"line {at}: COUNT {told(' '.join(counts))}; {expected}")
-    sizes, types = (named.get(key, (line, ["4" if key == "SIZE" else "F"] * len(names)))[1] for key in ("SIZE", "TYPE"))
+    sizes, types = (
+        header.get(key, (line, ["4" if key == "SIZE" else "F"] * len(names)))[1] for key in ("SIZE", "TYPE")
+    )
     if len(sizes) != len(names) or len(types) != len(names):
         raise ValueError(f"line {line}: SIZE and TYPE are to name one entry for each of the {len(names)} fields")
     for size, kind in zip(sizes, types, strict=True):
@@ -90,11 +92,11 @@ def _is_count(word: str) -> bool:
     return word.isascii() and word.isdigit() and len(word) <= 9 and 0 < int(word) <= MOST_COUNT
 
 
-def _count(named: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:
+def _count(header: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:
     """How many points the header promises."""
     product = 1
-    for key in ("POINTS",) if "POINTS" in named else ("WIDTH", "HEIGHT"):
-        at, value = named.get(key, (line, []))
+    for key in ("POINTS",) if "POINTS" in header else ("WIDTH", "HEIGHT"):
+        at, value = header.get(key, (line, []))
         if len(value) != 1 or not value[0].isascii() or not value[0].isdigit() or len(value[0]) > 12:
             raise ValueError(f"line {at}: {key} {told(' '.join(value))}; expected a whole number")
         product *= int(value[0])

@@ -45,12 +45,12 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
     Raises ValueError with the number of the line, for a header or for text, or with
     what is missing.
     """
-    found = END.search(data)
-    if not found:
+    match = END.search(data)
+    if not match:
         last = len(lines_of(data.rstrip().decode("latin-1")))
         raise ValueError(f"line {last}: the file ends within its header; expected 'end_header'")
-    at = found.end(1)
-    end = data.find(found[1], at)
+    at = match.end(1)
+    end = data.find(match[1], at)
     end = len(data) if end < 0 else end + 1
     header = lines_of(data[:at].decode("latin-1"))
     order, elements = _header(header)
@@ -90,9 +90,10 @@ def _vertices(elements: Sequence[_Element], line: int, most: int) -> tuple[Seque
     if "vertex" not in names:
         raise ValueError(f"line {line}: the header has no 'element vertex'")
     before, vertex = elements[: names.index("vertex")], elements[names.index("vertex")]
-    known = [name for name, _ in vertex.properties]
-    if not {"x", "y"} <= set(known) or len(set(known)) < len(known):
-        raise ValueError(f"line {line}: the vertices have {', '.join(known) or 'nothing'}; expected x and y, each once")
+    properties = [name for name, _ in vertex.properties]
+    if not {"x", "y"} <= set(properties) or len(set(properties)) < len(properties):
+        listing = ", ".join(properties) or "nothing"
+        raise ValueError(f"line {line}: the vertices have {listing}; expected x and y, each once")
     if not all(kind for _, kind in vertex.properties):
         raise ValueError(f"line {line}: a property of the vertices is a list; expected numbers")
     if vertex.count > most:
@@ -118,15 +119,15 @@ def _text(body: bytes, header: int, before: Sequence[_Element], vertex: _Element
 
 
 def _binary(body: bytes, order: str, before: Sequence[_Element], vertex: _Element) -> FloatArray:
-    skipped = 0
+    offset = 0
     for element in before:
         if not all(kind for _, kind in element.properties):
             raise ValueError(f"the element {told(element.name)} has lists before the vertices; expected them after")
-        skipped += element.count * sum(int(kind[1]) for _, kind in element.properties)
+        offset += element.count * sum(int(kind[1]) for _, kind in element.properties)
     row = np.dtype([(name, order + kind) for name, kind in vertex.properties])
-    wanted = vertex.count * row.itemsize
-    if len(body) - skipped < wanted:
-        there = max(0, len(body) - skipped) // row.itemsize
+    size = vertex.count * row.itemsize
+    if len(body) - offset < size:
+        there = max(0, len(body) - offset) // row.itemsize
         raise ValueError(f"the file ends after {there} vertices; expected {vertex.count} of {row.itemsize} bytes each")
-    table = np.frombuffer(body, row, vertex.count, skipped)
+    table = np.frombuffer(body, row, vertex.count, offset)
     return np.stack([table[axis].astype(np.float64) for axis in _axes(vertex)], axis=1)

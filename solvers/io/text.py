@@ -139,8 +139,8 @@ def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
 
 def _axes(names: Sequence[str], width: int) -> list[int]:
     """Which of `width` columns are x, y and, where there is one, z; none where the names do not say it of one each."""
-    found = [AXIS.fullmatch(name) for name in names] if len(names) == width else []
-    letters = [match[1].lower() if match else "" for match in found]
+    matches = [AXIS.fullmatch(name) for name in names] if len(names) == width else []
+    letters = [match[1].lower() if match else "" for match in matches]
     if letters.count("x") != 1 or letters.count("y") != 1 or letters.count("z") > 1:
         return []
     return [letters.index(axis) for axis in "xyz" if axis in letters]
@@ -161,7 +161,7 @@ def numbers(
 
     Raises ValueError with the number of the first line that is not `width` numbers.
     """
-    found = np.empty((len(rows), len(columns)))
+    table = np.empty((len(rows), len(columns)))
     left, at = iter(rows), 0
     while block := list(islice(left, BLOCK)):
         parts = [_ended(_fields(_bare(lines[k]), separator), width) for k in block]
@@ -170,14 +170,14 @@ def numbers(
         try:
             if any(len(part) != width for part in parts):
                 raise ValueError
-            taken = [[part[c] for c in columns] for part in parts]
-            if any("_" in field or not field.isascii() for part in taken for field in part):
+            selection = [[part[c] for c in columns] for part in parts]
+            if any("_" in field or not field.isascii() for part in selection for field in part):
                 raise ValueError
-            found[at : at + len(block)] = np.array(taken, dtype=np.float64)
+            table[at : at + len(block)] = np.array(selection, dtype=np.float64)
         except ValueError:
             raise ValueError(_wrong(block, parts, columns, width, separator)) from None
         at += len(block)
-    return found
+    return table
 
 
 def _wrong(

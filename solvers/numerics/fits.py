@@ -115,8 +115,8 @@ def _summed(share: FloatArray, points: FloatArray) -> FloatArray:
 
 def _squares(share: FloatArray, step: FloatArray) -> FloatArray:
     """`Σ w ‖step‖²`, (b,)."""
-    kept = share[..., None] * np.square(np.where(share[..., None] > 0.0, step, 0.0))
-    return np.asarray(kept.reshape(len(step), -1).sum(axis=1))
+    terms = share[..., None] * np.square(np.where(share[..., None] > 0.0, step, 0.0))
+    return np.asarray(terms.reshape(len(step), -1).sum(axis=1))
 
 
 def spread_volume(points: FloatArray) -> FloatArray:

@@ -105,17 +105,17 @@ def unit_frequencies(
         raise ValueError(f"seed: expected a row of seeds, shape (b,), got {seeds.shape}")
     for name, value, least in (("count", count, 1), ("dim", dim, 1), ("draw", draw, 0)):
         validate.count(value, name, least)
-    drawn = []
+    frequencies = []
     for s in seeds:
         random = np.random.default_rng(s if draw == 0 else (int(s), draw))
         if kernel == "cauchy":
-            drawn.append(random.laplace(scale=np.sqrt(0.5), size=(count, dim)))
+            frequencies.append(random.laplace(scale=np.sqrt(0.5), size=(count, dim)))
             continue
         z = random.standard_normal((count, dim))
         if kernel == "laplace":
             z /= np.maximum(np.abs(random.standard_normal((count, 1))), 1e-12)
-        drawn.append(z)
-    return np.stack(drawn)
+        frequencies.append(z)
+    return np.stack(frequencies)
 
 
 def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -168,12 +168,12 @@ def freedom(system: System, i: int) -> str:
     v, a = system.directions[i, :d, 0], system.directions[i, d:, 0]
     # A turn about a point ten radii away is a slide to the eye.
     if np.linalg.norm(a) < 0.1:
-        said = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
-        return f"the pairs leave the slide along ({said}) free"
+        direction = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
+        return f"the pairs leave the slide along ({direction}) free"
     if d == 2:
         # The twist's fixed point: v + ω J (x − c) = 0.
         omega = a[0] / system.radius[i]
         x = system.centre[i] + np.array([-v[1], v[0]]) / omega
         return f"the pairs leave the turn about ({x[0]:.2f}, {x[1]:.2f}) free"
-    said = ", ".join(f"{x:.2f}" for x in a / np.linalg.norm(a))
-    return f"the pairs leave a turn about the direction ({said}) free"
+    direction = ", ".join(f"{x:.2f}" for x in a / np.linalg.norm(a))
+    return f"the pairs leave a turn about the direction ({direction}) free"

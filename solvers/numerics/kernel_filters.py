@@ -153,10 +153,10 @@ class Sparse:
     def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2), interpolated between vertices."""
         with np.errstate(over="ignore"):
-            placed = (points - self.centre) / self.side
+            scaled = (points - self.centre) / self.side
         # Beyond the box, on either side, there is nothing, however far.
         limit = float(np.abs([self.low, self.high]).max()) * 2.0 + 8.0
-        vertices, weights = _vertices(self.kind, np.clip(placed, -limit, limit))
+        vertices, weights = _vertices(self.kind, np.clip(scaled, -limit, limit))
         inside = ((vertices >= self.low) & (vertices <= self.high)).all(axis=2)
         code = np.where(inside, self._code(vertices), 0)
         at = np.minimum(np.searchsorted(self.codes, code), len(self.codes) - 1)
@@ -169,8 +169,8 @@ class Sparse:
         """
         width = self.high[1] - self.low[1] + 1
         at = np.stack([codes // width, codes % width], axis=-1) + self.low
-        placed = at if self.kind == "grid" else at @ np.linalg.inv(_HEX).T
-        return np.asarray(self.centre + self.side * placed)
+        offsets = at if self.kind == "grid" else at @ np.linalg.inv(_HEX).T
+        return np.asarray(self.centre + self.side * offsets)
 
     def _code(self, vertices: IntArray) -> IntArray:
         width = self.high[1] - self.low[1] + 1
@@ -182,20 +182,20 @@ def _moments(columns: FloatArray) -> FilterMoments:
     return FilterMoments(columns[:, 0], columns[:, 1:3], columns[:, 3])
 
 
-def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:
+def _vertices(kind: str, points: FloatArray) -> tuple[IntArray, FloatArray]:
     """The vertices (m, k, 2) around places (m, 2) in units of the side, and their
     weights (m, k), which add up to 1.
     """
     if kind == "grid":
-        nearest = np.floor(placed + 0.5)
-        f = placed - nearest
+        nearest = np.floor(points + 0.5)
+        f = points - nearest
         w = np.stack([0.5 * np.square(0.5 - f), 0.75 - np.square(f), 0.5 * np.square(0.5 + f)], axis=1)
         around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), axis=-1).reshape(9, 2)
         weights = (w[:, :, None, 0] * w[:, None, :, 1]).reshape(-1, 9)
         return nearest.astype(np.int64)[:, None] + around, weights
     # Triangular coordinates: each rhombus of the lattice is two triangles, told apart
     # by the sum of the fractions.
-    p = placed @ _HEX.T
+    p = points @ _HEX.T
     corner = np.floor(p)
     f = p - corner
     upper = f.sum(axis=1) > 1.0
@@ -236,8 +236,8 @@ def _directions(kind: str, width: int) -> list[tuple[int, FloatArray]]:
 def _blur(codes: IntArray, values: FloatArray, stride: int, kernel: FloatArray) -> tuple[IntArray, FloatArray]:
     """The values convolved along one direction, at all vertices that this reaches."""
     reach = len(kernel) // 2
-    shifted = codes + stride * np.arange(-reach, reach + 1)[:, None]
-    out_codes, at = _distinct(shifted)
+    taps = codes + stride * np.arange(-reach, reach + 1)[:, None]
+    out_codes, at = _distinct(taps)
     to = at.ravel()
     out = np.empty((len(out_codes), values.shape[1]))
     for k, column in enumerate(values.T):  # counting into bins is quicker than adding whole rows tap by tap
@@ -256,9 +256,9 @@ def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
         return distinct, at.reshape(codes.shape).astype(np.int64, copy=False)
     # A table of the whole box is ten times quicker than sorting, where it is not much
     # larger than what it holds.
-    seen = np.zeros(span, dtype=np.bool_)
-    seen[codes - low] = True
-    return np.flatnonzero(seen) + low, (np.cumsum(seen) - 1)[codes - low]
+    present = np.zeros(span, dtype=np.bool_)
+    present[codes - low] = True
+    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[codes - low]
 
 
 def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 1000) -> tuple[float, float]:
@@ -271,6 +271,6 @@ def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 10
     # not always lie on a vertex.
     pairs = rng.uniform(-0.5, 0.5, (samples // 20, 2, 2)) + np.array([[0.0, 0.0], [70.0, 90.0]])
     queries = pairs[:, :1] + rng.uniform(-4.0, 4.0, (samples // 20, 20, 2))
-    found = np.stack([build(kind, sigma * p, sigma).query(sigma * q).mass for p, q in zip(pairs, queries, strict=True)])
-    error = found - np.exp(-0.5 * np.square(queries - pairs[:, :1]).sum(axis=2))
+    mass = np.stack([build(kind, sigma * p, sigma).query(sigma * q).mass for p, q in zip(pairs, queries, strict=True)])
+    error = mass - np.exp(-0.5 * np.square(queries - pairs[:, :1]).sum(axis=2))
     return float(np.abs(error).max()), float(np.sqrt(np.square(error).mean()))

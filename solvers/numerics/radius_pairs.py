@@ -129,12 +129,12 @@ def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tu
     right[:, :d] *= -2.0
     bound = np.square(reach)[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
     # Problem by problem, so that what is screened stays in the processor's cache.
-    screen, passed, found = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
+    screen, passed, hits = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
     for k in range(b):
         np.matmul(left[k], right[k], out=screen)
         np.less_equal(screen, bound[k, :, None], out=passed)
-        found.append(np.flatnonzero(passed.ravel()) + k * (m * n))
-    flat = np.concatenate(found)
+        hits.append(np.flatnonzero(passed.ravel()) + k * (m * n))
+    flat = np.concatenate(hits)
     counts = np.diff(np.searchsorted(flat, n * np.arange(b * m + 1)))
     return counts, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
 
@@ -289,8 +289,8 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
     }
 
 
-def _lengths(given: float | None, share: float, size: FloatArray) -> FloatArray:
-    return share * size if given is None else np.full(size.shape, given, dtype=np.float64)
+def _lengths(length: float | None, share: float, size: FloatArray) -> FloatArray:
+    return share * size if length is None else np.full(size.shape, length, dtype=np.float64)
 
 
 def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:

@@ -126,11 +126,11 @@ def scan_to_scan(
     parts, starts = [], []
     start = Pose.identity()
     for k in range(1, n):
-        found = match_pairs(scans, rows[k - 1 : k], rows[k - 1 : k] - 1, stacked([start]), options)
-        parts.append(found)
+        match = match_pairs(scans, rows[k - 1 : k], rows[k - 1 : k] - 1, stacked([start]), options)
+        parts.append(match)
         starts.append(start)
-        if prediction == "velocity" and found.believed[0]:
-            start = found.pose[0]
+        if prediction == "velocity" and match.believed[0]:
+            start = match.pose[0]
         if progress is not None:
             progress(k, n - 1)
     return _chain(together(parts), stacked(starts))
@@ -170,11 +170,11 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     shift, turn = validate.reach(shift, "shift", 0.0), validate.reach(turn, "turn", 0.0)
     if not n:
         raise ValueError("poses: is empty; at least one pose is needed")
-    chosen = [0]
+    rows = [0]
     for k in range(1, n):
-        if _apart(poses[chosen[-1]], poses[k], shift, turn):
-            chosen.append(k)
-    return np.array(chosen, dtype=np.int64)
+        if _apart(poses[rows[-1]], poses[k], shift, turn):
+            rows.append(k)
+    return np.array(rows, dtype=np.int64)
 
 
 def scan_to_map(
@@ -233,36 +233,36 @@ def scan_to_map(
     function(progress, "progress")
     poses = [Pose.identity()]
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
-    said = np.zeros((n, 3, 3))
+    link_information = np.zeros((n, 3, 3))
     begin = int(np.argmax(scans.weights.any(axis=1)))  # the scans before it are empty: there is no map yet
     for k in range(1, begin + 1):
         poses.append(poses[-1].compose(motion[k]))
         believed[k], share[k] = False, 0.0
         if progress is not None:
             progress(k, n - 1)
-    kept = [begin]
-    index, surface = local_map(scans, kept, Pose.identity(batch=(1,)))
+    recent = [begin]
+    index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
     for k in range(begin + 1, n):
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
-        frame = poses[kept[-1]]
+        frame = poses[recent[-1]]
         start = frame.inverse().compose(poses[-1]).compose(motion[k])
         state = matched(scans, np.array([k]), index, surface, Pose.trusted(start.R[None], start.t[None]), options)
         (share[k],), (weakest,) = signs(state, options)
         determined = state.status[0] != Status.DEGENERATE and weakest >= options.least_weakest
         believed[k] = determined and share[k] >= options.least_share
-        said[k] = information(state, options.sigma)[0]
+        link_information[k] = information(state, options.sigma)[0]
         there = frame.compose(state.pose[0] if believed[k] else start)
         # Made a rotation again: what rounding adds to R would double with every keyframe that is inverted.
         poses.append(Pose.from_angle(there.angle, there.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):
-            kept = [*kept, k][-length:]
-            back = poses[kept[-1]].inverse()
-            index, surface = local_map(scans, kept, stacked([back.compose(poses[j]) for j in kept]))
+            recent = [*recent, k][-length:]
+            back = poses[recent[-1]].inverse()
+            index, surface = local_map(scans, recent, stacked([back.compose(poses[j]) for j in recent]))
         if progress is not None:
             progress(k, n - 1)
     whole = stacked(poses)
     links = whole[:-1].inverse().compose(whole[1:])
-    return Chain(whole, concatenated([Pose.identity(batch=(1,)), links]), said, believed, share)
+    return Chain(whole, concatenated([Pose.identity(batch=(1,)), links]), link_information, believed, share)
 
 
 def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
@@ -279,5 +279,5 @@ def _chain(matches: Matches, predicted: Pose) -> Chain:
             np.where(ok[:, None], matches.pose.t, predicted.t),
         ),
     ])  # fmt: skip
-    told = np.concatenate([np.zeros((1, 3, 3)), matches.information])
-    return Chain(chained(links), links, told, np.append(True, ok), np.append(1.0, matches.share))
+    link_information = np.concatenate([np.zeros((1, 3, 3)), matches.information])
+    return Chain(chained(links), links, link_information, np.append(True, ok), np.append(1.0, matches.share))

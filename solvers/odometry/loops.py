@@ -142,11 +142,11 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     (np.int64(17), np.int64(1))
     """
     options = or_usual(options, LoopOptions, "options")
-    chosen = keyframes(poses)
-    driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.t, axis=0), axis=1)))
+    frames = keyframes(poses)
+    odometer = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.t, axis=0), axis=1)))
     later, earlier = [], []
-    for b in chosen.tolist():
-        before = chosen[driven[b] - driven[chosen] >= options.apart]
+    for b in frames.tolist():
+        before = frames[odometer[b] - odometer[frames] >= options.apart]
         before = before[before < b]
         gap = np.linalg.norm(poses.t[before] - poses.t[b], axis=1)
         heading = np.abs(Pose.trusted(poses.R[before] @ poses.R[b].T, np.zeros(2)).angle)
@@ -226,9 +226,9 @@ def _verified(
 ) -> Matches:
     """`verified` for a single candidate."""
     predicted = poses[earlier].inverse().compose(poses[later])
-    seen = scans.weights[later].any() and scans.weights[earlier].any()
-    sought = seen and options.search != "none"
-    start = _sought(scans, int(later[0]), int(earlier[0]), options.search) if sought else predicted
+    has_echoes = scans.weights[later].any() and scans.weights[earlier].any()
+    search = has_echoes and options.search != "none"
+    start = _sought(scans, int(later[0]), int(earlier[0]), options.search) if search else predicted
     wide = match_pairs(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
     there = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
     back = match_to_map(scans, earlier, later, poses, options.around, there.pose.inverse(), matching)
@@ -282,15 +282,15 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     """
     n = of_kind(chain, Chain, "chain").poses.batch[0]
     of_kind(loops, Matches, "loops")
-    kept = np.flatnonzero(loops.believed if used is None else checks.mask(used, len(loops.source), "used", "a loop"))
+    rows = np.flatnonzero(loops.believed if used is None else checks.mask(used, len(loops.source), "used", "a loop"))
     link = np.where(chain.believed[1:, None, None], chain.information[1:], SOFT)
     edges = Edges(
-        np.concatenate([np.arange(n - 1), loops.target[kept]]),
-        np.concatenate([np.arange(1, n), loops.source[kept]]),
-        concatenated([chain.motion[1:], loops.pose[kept]]),
-        np.concatenate([link, loops.information[kept]]),
+        np.concatenate([np.arange(n - 1), loops.target[rows]]),
+        np.concatenate([np.arange(1, n), loops.source[rows]]),
+        concatenated([chain.motion[1:], loops.pose[rows]]),
+        np.concatenate([link, loops.information[rows]]),
     )
-    return edges, np.arange(n - 1 + len(kept)) >= n - 1
+    return edges, np.arange(n - 1 + len(rows)) >= n - 1
 
 
 def close(

@@ -22,11 +22,11 @@ def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, No
         return nearest.build(one), Normals(one, np.ones((1, 1), dtype=np.bool_), one)
     points, vectors, flagged, values = [], [], [], []
     for k, R, t in zip(rows, poses.R, poses.t, strict=True):
-        seen = scans.weights[k] > 0.0
-        points.append(Pose.trusted(R, t).apply(scans.points[k][seen]))
-        vectors.append(scans.surface.vectors[k][seen] @ R.T)
-        flagged.append(scans.surface.flagged[k][seen])
-        values.append(scans.surface.eigenvalues[k][seen])
+        echo = scans.weights[k] > 0.0
+        points.append(Pose.trusted(R, t).apply(scans.points[k][echo]))
+        vectors.append(scans.surface.vectors[k][echo] @ R.T)
+        flagged.append(scans.surface.flagged[k][echo])
+        values.append(scans.surface.eigenvalues[k][echo])
     cloud, normal, none, spread = (np.concatenate(part)[None] for part in (points, vectors, flagged, values))
     return nearest.build(cloud), Normals(normal, none, spread)
 

@@ -144,8 +144,8 @@ class Scans:
         """
         if validate.count(k, "k") >= len(self):
             raise ValueError(f"k: expected a scan from 0 to {len(self) - 1}, got {k}")
-        seen: FloatArray = self.points[k][self.weights[k] > 0.0]
-        return seen
+        echoes: FloatArray = self.points[k][self.weights[k] > 0.0]
+        return echoes
 
 
 def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
@@ -193,8 +193,8 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
         if not m:
             continue
         points[k, :m], points[k, m:], weights[k, :m] = cloud, cloud[-1], 1.0
-        found = normals(nearest.build(cloud[None]), NEIGHBOURS)
-        vectors[k, :m], flagged[k, :m], values[k, :m] = found.vectors[0], found.flagged[0], found.eigenvalues[0]
+        surface = normals(nearest.build(cloud[None]), NEIGHBOURS)
+        vectors[k, :m], flagged[k, :m], values[k, :m] = surface.vectors[0], surface.flagged[0], surface.eigenvalues[0]
     return Scans(points, weights, Normals(vectors, flagged, values))
 
 
@@ -328,8 +328,8 @@ def match_pairs(
         some = slice(first, first + TOGETHER)
         near = j[some]
         surface = Normals(scans.surface.vectors[near], scans.surface.flagged[near], scans.surface.eigenvalues[near])
-        done = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
-        parts.append(matches_of(i[some], near, done, options))
+        state = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
+        parts.append(matches_of(i[some], near, state, options))
         if progress is not None:
             progress(min(first + TOGETHER, len(i)), len(i))
     return together(parts)
@@ -357,8 +357,8 @@ def matched(
     seed = np.zeros(len(source), dtype=np.int64)
     problem = Problem(scans.points[source], index.points, scans.weights[source], start, seed)
 
-    def first(given: Problem, surface_options: SurfaceOptions) -> SurfaceState:
-        return surface_icp.start(given, surface_options, index, surface, None)
+    def first(scan_problem: Problem, surface_options: SurfaceOptions) -> SurfaceState:
+        return surface_icp.start(scan_problem, surface_options, index, surface, None)
 
     method: Method[SurfaceState] = Method(
         "scan-matching", "point to plane on prepared scans", "Chen & Medioni 1992", first, surface_icp.step,

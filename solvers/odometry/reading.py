@@ -96,11 +96,11 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
 def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
     names = [field.strip().lower() for field in lines[rows[0]].split(",")]
     beams = len(names) - len(_NAMES)
-    wanted = [*_NAMES, *(f"r{k}" for k in range(max(beams, 3)))]
-    for found, name in zip([*names, *[""] * len(wanted)], wanted, strict=False):
-        if found != name:
+    expected = [*_NAMES, *(f"r{k}" for k in range(max(beams, 3)))]
+    for column, name in zip([*names, *[""] * len(expected)], expected, strict=False):
+        if column != name:
             raise ValueError(f"line {rows[0] + 1}: the columns are seconds,dx_m,dy_m,dphi_rad,r0,r1,…;"
-                             f" expected {name}, found {told(found)}")  # fmt: skip
+                             f" expected {name}, found {told(column)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
     for at, row in zip(rows[1:], table, strict=True):
         if not np.isfinite(row).all() or np.abs(row).max() > 1e9:
@@ -130,11 +130,11 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
         beams = n
         if len(fields) < n + 9:
             raise ValueError(f"line {k + 1}: {len(fields)} fields found; expected {n + 11} for {n} beams")
-        taken = fields[2 : n + 9]
-        for field in taken:
+        values = fields[2 : n + 9]
+        for field in values:
             if not is_number(field) or not abs(float(field)) <= 1e12:
                 raise ValueError(f"line {k + 1}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
-        scans.append([float(field) for field in taken])
+        scans.append([float(field) for field in values])
         used.append(k)
     if not scans:
         raise ValueError(f"line {rows[0] + 1}: neither columns that begin with seconds,dx_m nor a line with FLASER")

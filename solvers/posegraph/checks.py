@@ -27,14 +27,14 @@ def held(poses: Pose, edges: Edges, nodes: int | Sequence[int]) -> BoolArray:
 
 def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
     """Which of `count` nodes are fixed, (n,)."""
-    held = np.atleast_1d(array(nodes, "fixed"))
-    if held.size == 0:
+    rows = np.atleast_1d(array(nodes, "fixed"))
+    if rows.size == 0:
         raise ValueError("fixed: is empty; poses relative to each other leave the whole graph free to move")
-    if held.ndim != 1 or held.dtype.kind not in "iu":
+    if rows.ndim != 1 or rows.dtype.kind not in "iu":
         raise ValueError(f"fixed: expected a node or a sequence of nodes, got {nodes!r}")
-    within(held.astype(np.int64), count, "fixed")
+    within(rows.astype(np.int64), count, "fixed")
     still = np.zeros(count, dtype=np.bool_)
-    still[held] = True
+    still[rows] = True
     return still
 
 
@@ -62,7 +62,7 @@ def mask(values: ArrayLike | None, count: int, name: str, what: str = "an edge")
     """Which of `count` edges or loops are meant, (count,); None is all of them."""
     if values is None:
         return np.ones(count, dtype=np.bool_)
-    given = array(values, name)
-    if given.shape != (count,) or (count and given.dtype != np.bool_):  # an empty list is one of floats
-        raise ValueError(f"{name}: expected one bool {what}, shape ({count},), got {given.dtype} of {given.shape}")
-    return given.astype(np.bool_)
+    flags = array(values, name)
+    if flags.shape != (count,) or (count and flags.dtype != np.bool_):  # an empty list is one of floats
+        raise ValueError(f"{name}: expected one bool {what}, shape ({count},), got {flags.dtype} of {flags.shape}")
+    return flags.astype(np.bool_)

@@ -75,24 +75,24 @@ def marginals(
     """
     still = checks.held(poses, edges, fixed)
     plan = linear.plan(len(still), edges.i, edges.j, still, sparse)
-    asked = row_numbers(nodes, "nodes")
-    if not asked.size:
+    rows = row_numbers(nodes, "nodes")
+    if not rows.size:
         raise ValueError("nodes: is empty; at least one node is needed")
-    n, k = len(still), asked.size
-    within(asked, n, "nodes")
+    n, k = len(still), rows.size
+    within(rows, n, "nodes")
     share = validate.weights(weights, len(edges))
     if share.ndim != 1 or not (share > 0.0).all():
         raise ValueError("weights: expected one positive weight per edge")
     by_i, by_j = derivatives(poses, edges)
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
-    found = np.full((k, 3, 3), np.nan)
+    covariances = np.full((k, 3, 3), np.nan)
     with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"), suppress(np.linalg.LinAlgError):
         solve = linear.factor(plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
         for first in range(0, k, TOGETHER):
-            found[first : first + TOGETHER] = _blocks(solve, asked[first : first + TOGETHER], n)
-    if not np.isfinite(found).all():
+            covariances[first : first + TOGETHER] = _blocks(solve, rows[first : first + TOGETHER], n)
+    if not np.isfinite(covariances).all():
         raise ValueError("edges: their information differs beyond double precision: the sum is singular")
-    return np.asarray(0.5 * (found + found.swapaxes(1, 2)))
+    return np.asarray(0.5 * (covariances + covariances.swapaxes(1, 2)))
 
 
 def _blocks(solve: Solve, nodes: IntArray, n: int) -> FloatArray:

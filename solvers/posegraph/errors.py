@@ -61,8 +61,8 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
 def offsets(poses: Pose, edges: Edges) -> FloatArray:
     """`residuals` of a graph that was checked before."""
     first, Z = poses[edges.i], edges.relative
-    seen = _turned_back(first.R, poses.t[edges.j] - first.t)
-    off = _turned_back(Z.R, seen - Z.t)
+    relative = _turned_back(first.R, poses.t[edges.j] - first.t)
+    off = _turned_back(Z.R, relative - Z.t)
     turn = Pose.trusted(Z.R.swapaxes(1, 2) @ first.R.swapaxes(1, 2) @ poses.R[edges.j], np.zeros(2)).angle
     return np.concatenate([off, turn[:, None]], axis=1)
 
@@ -157,8 +157,8 @@ def chi_squared(poses: Pose, edges: Edges) -> FloatArray:
 def squares(errors: FloatArray, information: FloatArray) -> FloatArray:
     """eᵀ Ω e for errors (e, 3); infinite where it overflows."""
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
-        found = np.einsum("ea,eab,eb->e", errors, information, errors)
-    return np.where(np.isfinite(found), np.maximum(found, 0.0), np.inf)
+        values = np.einsum("ea,eab,eb->e", errors, information, errors)
+    return np.where(np.isfinite(values), np.maximum(values, 0.0), np.inf)
 
 
 def moved(poses: Pose, step: FloatArray) -> Pose:

@@ -154,8 +154,8 @@ class GraphResult:
         return float(self.chi2.sum())
 
     def __repr__(self) -> str:
-        said = f"{self.status}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
-        return f"GraphResult({said}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
+        outcome = f"{self.status}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
+        return f"GraphResult({outcome}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
 
 
 def begin(
@@ -379,8 +379,8 @@ def optimise(
         if run.steps == len(course):
             course.append(run.poses)
             sums.append(run.objective)
-    ended = run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps
-    return GraphResult(*ended, History(stacked(course), np.array(sums)))
+    final = run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps
+    return GraphResult(*final, History(stacked(course), np.array(sums)))
 
 
 def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:

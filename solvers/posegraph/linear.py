@@ -61,16 +61,16 @@ def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | 
         if not fixed[a] and not fixed[b]:
             beside[a].add(b)
             beside[b].add(a)
-    touched: list[set[int]] = []
+    neighbours: list[set[int]] = []
     while beside:
         k = min(beside, key=lambda node: (len(beside[node]), node))
         around = beside.pop(k)
         for node in around:
             beside[node] |= around
             beside[node] -= {k, node}
-        place[k] = len(touched)
-        touched.append(around)
-    later = tuple(np.sort(place[sorted(around)]).astype(np.int64) for around in touched)
+        place[k] = len(neighbours)
+        neighbours.append(around)
+    later = tuple(np.sort(place[sorted(around)]).astype(np.int64) for around in neighbours)
     return Plan(place, later, False)
 
 
@@ -87,10 +87,10 @@ def blocks(
 
 def diagonal(count: int, i: IntArray, j: IntArray, ii: FloatArray, jj: FloatArray) -> FloatArray:
     """The diagonal of the whole matrix, (n, 3)."""
-    found = np.zeros((count, 3))
-    np.add.at(found, i, np.diagonal(ii, axis1=1, axis2=2))
-    np.add.at(found, j, np.diagonal(jj, axis1=1, axis2=2))
-    return found
+    entries = np.zeros((count, 3))
+    np.add.at(entries, i, np.diagonal(ii, axis1=1, axis2=2))
+    np.add.at(entries, j, np.diagonal(jj, axis1=1, axis2=2))
+    return entries
 
 
 def factor(
@@ -118,9 +118,9 @@ def factor(
     def solve(b: FloatArray) -> FloatArray:
         y = np.zeros((plan.size, *b.shape[1:]))
         y[plan.place[free]] = b[free]
-        found = inner(y.reshape(3 * plan.size, -1)).reshape(y.shape)
+        solution = inner(y.reshape(3 * plan.size, -1)).reshape(y.shape)
         x = np.zeros(b.shape)
-        x[free] = found[plan.place[free]]
+        x[free] = solution[plan.place[free]]
         return x
 
     return solve
@@ -133,9 +133,9 @@ def _eliminated(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArra
     np.add.at(whole, (rows, columns), values)
     whole[np.arange(m)[:, None], np.arange(m)[:, None], np.arange(3), np.arange(3)] += spread
     H = whole.swapaxes(1, 2).reshape(3 * m, 3 * m)
-    touched = [(3 * later[:, None] + np.arange(3)).reshape(-1) for later in plan.later]
+    fill = [(3 * later[:, None] + np.arange(3)).reshape(-1) for later in plan.later]
     inverses, factors = [], []
-    for k, at in enumerate(touched):
+    for k, at in enumerate(fill):
         own = slice(3 * k, 3 * k + 3)
         inverse = np.linalg.inv(H[own, own])
         inverses.append(inverse)
@@ -146,11 +146,11 @@ def _eliminated(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArra
 
     def solve(b: FloatArray) -> FloatArray:
         x = b.copy()
-        for k, at in enumerate(touched):
+        for k, at in enumerate(fill):
             x[at] -= factors[k] @ x[3 * k : 3 * k + 3]
         for k in range(m - 1, -1, -1):
             own = slice(3 * k, 3 * k + 3)
-            x[own] = inverses[k] @ x[own] - factors[k].T @ x[touched[k]]
+            x[own] = inverses[k] @ x[own] - factors[k].T @ x[fill[k]]
         return x
 
     return solve

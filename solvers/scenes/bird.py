@@ -105,8 +105,8 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
     turn, far = validate.number(degrees, "degrees"), validate.number(distance, "distance")
     centre = SHAPE.mean(axis=0)
     R = Pose.from_angle(np.radians(turn)).R @ TRUTH.R
-    moved = TRUTH.apply(centre[None])[0] + far * np.array([-0.96, 0.28])
-    return Pose.trusted(R, moved - R @ centre)
+    place = TRUTH.apply(centre[None])[0] + far * np.array([-0.96, 0.28])
+    return Pose.trusted(R, place - R @ centre)
 
 
 def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:

@@ -106,9 +106,9 @@ class Drive:
         motion = concatenated([Pose.identity(batch=(1,)), motion[1:]])
         if mount.batch:
             raise ValueError(f"mount: expected a single pose, got {mount.batch}")
-        made = {"seconds": seconds, "motion": motion, "ranges": ranges, "bearings": bearings, "mount": mount,
+        values = {"seconds": seconds, "motion": motion, "ranges": ranges, "bearings": bearings, "mount": mount,
                 "delays": delays}  # fmt: skip
-        for name, value in made.items():
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def heard(self, k: int, farthest: float = np.inf) -> BoolArray:
@@ -156,9 +156,9 @@ class Drive:
         ValueError
             If there is no such scan, or `farthest` is not a number.
         """
-        seen = self.heard(k, farthest)
-        ahead = np.stack([np.cos(self.bearings[seen]), np.sin(self.bearings[seen])], axis=1)
-        return self.mount.apply(self.ranges[k, seen, None] * ahead)
+        echo = self.heard(k, farthest)
+        ahead = np.stack([np.cos(self.bearings[echo]), np.sin(self.bearings[echo])], axis=1)
+        return self.mount.apply(self.ranges[k, echo, None] * ahead)
 
 
 def _rigid(value: Pose | ArrayLike, name: str) -> Pose:

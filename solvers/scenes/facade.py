@@ -85,23 +85,23 @@ def facade_scene(
     own = np.arange(len(FACADE), dtype=np.int64)
     window, column = own // 4, own // 4 % _COLUMNS
     unit, order = rng.standard_normal((len(own), 2)), rng.permutation(len(own))
-    hidden, visible = rng.random(len(own)), rng.integers(0, 12, len(own))
+    jitter, visible = rng.random(len(own)), rng.integers(0, 12, len(own))
     corner = rng.integers(0, 4, len(own))
 
     if name == "repeated":
         order = order[column[order] < _COLUMNS - 1]
         partner = own + 4
     else:
-        order = np.argsort(column + 2.0 * hidden)
+        order = np.argsort(column + 2.0 * jitter)
         # One of the four right windows but the pair's own: three or four, each equally
         # often among twelve.
         right = np.array([(12 * [w for w in _RIGHT if w != k])[:12] for k in range(len(_CORNERS))])
         partner = 4 * right[window, visible] + corner
     outlier = np.zeros(len(own), dtype=np.bool_)
     outlier[order[:wrong]] = True
-    seen = FACADE_TRUTH.apply(FACADE[np.where(outlier, partner, own)]) + sigma * unit
+    target = FACADE_TRUTH.apply(FACADE[np.where(outlier, partner, own)]) + sigma * unit
     panes = [np.vstack([pane, pane[:1]]) for pane in FACADE.reshape(-1, 4, 2)]
     return Scene(
-        name, seed, FACADE.copy(), seen, FACADE_TRUTH, Pose.identity(), outlier, outlier.copy(),
+        name, seed, FACADE.copy(), target, FACADE_TRUTH, Pose.identity(), outlier, outlier.copy(),
         (FRONT.copy(), *panes), paired=True,
     )  # fmt: skip

@@ -115,8 +115,8 @@ def fish(
     validate.one_of(name, tuple(FISH_SETTINGS), "name")
     own_noise, own_clutter = FISH_SETTINGS[name]
     sigma = own_noise if noise is None else validate.number(noise, "noise", 0.0)
-    given = own_clutter if clutter is None else clutter
-    fractions = given if isinstance(given, tuple) else (given, given)
+    level = own_clutter if clutter is None else clutter
+    fractions = level if isinstance(level, tuple) else (level, level)
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds, masks = [], []
     for fraction, phase in zip(fractions, (0.5, 0.0), strict=True):
@@ -157,7 +157,7 @@ def fish_start(degrees: float = START_DEGREES, shift: tuple[float, float] = STAR
     >>> fish_start(degrees=30.0)
     Pose(angle=30°, t=(0.7, -0.45), scale=1)
     """
-    turn, moved = validate.number(degrees, "degrees"), finite(numbers(shift, "shift"), "shift")
-    if moved.shape != (2,):
-        raise ValueError(f"shift: expected two numbers, got shape {moved.shape}")
-    return Pose.from_angle(np.radians(turn), moved)
+    turn, offset = validate.number(degrees, "degrees"), finite(numbers(shift, "shift"), "shift")
+    if offset.shape != (2,):
+        raise ValueError(f"shift: expected two numbers, got shape {offset.shape}")
+    return Pose.from_angle(np.radians(turn), offset)

@@ -274,7 +274,7 @@ def room(
     Pose(angle=45°, t=(1.14991, 0.849935), scale=1)
     """
     validate.one_of(setting, ROOM_SETTINGS, "setting")
-    seen, denser = validate.number(overlap, "overlap", 0.1, 1.0), validate.number(density, "density", 0.2, 5.0)
+    visible, denser = validate.number(overlap, "overlap", 0.1, 1.0), validate.number(density, "density", 0.2, 5.0)
     own = 0.11 if setting in ("noise", "combo") else 0.02
     sigma = own if noise is None else validate.number(noise, "noise", 0.0)
     own = 0.2 if setting in ("outliers", "combo") else 0.0
@@ -299,9 +299,9 @@ def room(
         points[wrong] = elsewhere[wrong]
         # Drawn for all of the outline, then cut: a smaller overlap leaves the other
         # points where they were.
-        kept = along <= (total if clouds else seen * total + 1e-9)
-        clouds.append(points[kept])
-        masks.append(wrong[kept])
+        inside = along <= (total if clouds else visible * total + 1e-9)
+        clouds.append(points[inside])
+        masks.append(wrong[inside])
     return Scene(
         setting, seed, clouds[1], clouds[0], Pose.identity(), room_start(), masks[1], masks[0], (ROOM.copy(),)
     )

@@ -106,17 +106,17 @@ def two_scans(
     ((60, 2), np.float64(30.0))
     """
     sigma = validate.number(noise, "noise", 0.0)
-    turned = np.radians(validate.number(turn, "turn"))
+    turn_angle = np.radians(validate.number(turn, "turn"))
     validate.number(distance, "distance", 0.0, 3.5)
     validate.count(rays, "rays", 3)
     rng = np.random.default_rng(validate.count(seed, "seed"))
-    begun = np.array([-1.9, -0.7]) + rng.uniform((-0.6, -0.4), (0.6, 0.4))
+    begin = np.array([-1.9, -0.7]) + rng.uniform((-0.6, -0.4), (0.6, 0.4))
     course = np.radians(rng.uniform(-15.0, 15.0))
     phases, unit = rng.uniform(size=2), rng.standard_normal((2, rays))
 
-    ended = begun + distance * np.array([np.cos(course), np.sin(course)])
+    end = begin + distance * np.array([np.cos(course), np.sin(course)])
     a, b = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS], [w[1:] for w in WALLS]))
-    poses = Pose.from_angle(course, begun), Pose.from_angle(course - turned, ended)
+    poses = Pose.from_angle(course, begin), Pose.from_angle(course - turn_angle, end)
     clouds = []
     for pose, phase, draw in zip(poses, phases, unit, strict=True):
         angle = 2.0 * np.pi * (np.arange(rays) + phase) / rays
@@ -160,6 +160,6 @@ def ranges(origin: FloatArray, directions: FloatArray, a: FloatArray, b: FloatAr
     safe = np.where(parallel, 1.0, across)
     r = (a[:, 0] * along[:, 1] - a[:, 1] * along[:, 0]) / safe
     u = (a[:, 0] * directions[:, 1:] - a[:, 1] * directions[:, :1]) / safe
-    met = ~parallel & (r > 0.0) & (u > -1e-9) & (u < 1.0 + 1e-9)
-    nearest: FloatArray = np.where(met, r, np.inf).min(axis=1)
+    hit = ~parallel & (r > 0.0) & (u > -1e-9) & (u < 1.0 + 1e-9)
+    nearest: FloatArray = np.where(hit, r, np.inf).min(axis=1)
     return nearest

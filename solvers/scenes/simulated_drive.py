@@ -83,8 +83,8 @@ def simulated_drive(
         ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) @ laser.R.T
         r = cast(laser.t, ahead, a, b) + sigma * rng.standard_normal(beams)
         ranges[k] = np.where(r > 12.0, np.inf, r)
-    went, turned = np.linalg.norm(step.t, axis=1), np.asarray(step.angle)
+    went, true_turn = np.linalg.norm(step.t, axis=1), np.asarray(step.angle)
     t = step.t * (1.0 + share * rng.standard_normal((n - 1, 1)))
-    turn = turned * (1.0 + share * rng.standard_normal(n - 1)) + 0.5 * share * went * 0.2
+    turn = true_turn * (1.0 + share * rng.standard_normal(n - 1)) + 0.5 * share * went * 0.2
     motion = Pose.from_angle(np.append(0.0, turn), np.concatenate([np.zeros((1, 2)), t]))
     return Drive(0.25 * np.arange(n, dtype=np.float64), motion, ranges, bearings, mount), truth

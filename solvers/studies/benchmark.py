@@ -207,11 +207,11 @@ def benchmark(
     for contestant in who:
         if progress is not None and progress(contestant):
             break
-        begun = perf_counter()
+        start = perf_counter()
         batch = contestant.begin(problem, max_steps)
         while not batch.done:
             batch = advance(batch)
-        lines.append(line(contestant, batch, truth, perf_counter() - begun))
+        lines.append(line(contestant, batch, truth, perf_counter() - start))
     return tuple(lines)
 
 
@@ -248,8 +248,8 @@ def entry(method: str, name: str, **controls: Any) -> float:
     25.0
     """
     validate.one_of(name, [*_ENTRIES, *(status.label for status in Status)], "name")
-    found = _run(racing(method, "method"), Controls(**controls))
-    return float(getattr(found, name)) if name in _ENTRIES else float(found.stops.get(name, 0))
+    result = _run(racing(method, "method"), Controls(**controls))
+    return float(getattr(result, name)) if name in _ENTRIES else float(result.stops.get(name, 0))
 
 
 _ENTRIES = ("median_rre", "median_rte", "turned", "close", "median_steps")
@@ -257,8 +257,8 @@ _ENTRIES = ("median_rre", "median_rte", "turned", "close", "median_steps")
 
 @cache
 def _run(contestant: Contestant, controls: Controls) -> Line:
-    (found,) = benchmark(controls, contestants=[contestant])
-    return found
+    (row,) = benchmark(controls, contestants=[contestant])
+    return row
 
 
 def table(lines: Sequence[Line]) -> str:

@@ -154,10 +154,10 @@ def runs(
     >>> str(runs("hall", "icp", 3, heading=0.0, shift=0.0).start)
     'Pose(batch=(3,), dim=2)'
     """
-    asked = rigid_method_of(method)
+    entry = rigid_method_of(method)
     scans = redrawn(place, count, seed=seed, end=end, noise=noise)
     start = starts(scans.truth, count, heading=heading, shift=shift, seed=seed)
-    if asked.name in METHODS and not {"gate", "max_distance"} & options.keys():
+    if entry.name in METHODS and not {"gate", "max_distance"} & options.keys():
         options = {"gate": GATE, **options}
     weights = None if scans.weights.all() else scans.weights
     result = register(scans.source, scans.target, method, start=start, weights=weights, **options)
@@ -192,9 +192,9 @@ def ends_of(draws: Runs) -> Spread:
     (True, True)
     """
     scans = of_kind(draws, Runs, "draws").scans
-    seen = scans.source[0][scans.weights[0] > 0.0]
-    middle = seen.mean(axis=0)
-    radius = float(np.sqrt(np.square(seen - middle).sum(axis=1).mean()))
+    echoes = scans.source[0][scans.weights[0] > 0.0]
+    middle = echoes.mean(axis=0)
+    radius = float(np.sqrt(np.square(echoes - middle).sum(axis=1).mean()))
     return spread_of(draws.result.pose, centre=middle, radius=radius)
 
 
@@ -239,12 +239,12 @@ def regions(draws: Runs, way: str) -> Covariance:
             deviations=np.tile(one.deviations, (k, 1)), directions=np.tile(one.directions, (k, 1, 1)),
             radius=np.tile(one.radius, k),
         )  # fmt: skip
-    closed = _censi(draws)
+    noise = _censi(draws)
     heading, shift = draws.spread
     matrix = np.diag(np.square([np.radians(heading), shift, shift]))
     each = [
         from_starts(
-            scans.source[i], scans.target[i], result.method, noise=closed[i],
+            scans.source[i], scans.target[i], result.method, noise=noise[i],
             weights=None if scans.weights[i].all() else scans.weights[i],
             start=from_matrix(matrix, draws.start[i], frame="source"), **draws.options,
         )
@@ -306,12 +306,12 @@ def coverage(
     """
     draws = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
     name = draws.result.method
-    known = WAYS if name in CENSI else ("hessian", "sampled") if name in HESSIAN else ("sampled",)
+    usual = WAYS if name in CENSI else ("hessian", "sampled") if name in HESSIAN else ("sampled",)
     lines = []
-    for way in known if ways is None else several(ways, "ways", "names"):
-        found = regions(draws, way)
-        inside = found.covers(draws.scans.truth, level)
-        widest = float(np.median(found.deviations[:, 0]))
+    for way in usual if ways is None else several(ways, "ways", "names"):
+        region = regions(draws, way)
+        inside = region.covers(draws.scans.truth, level)
+        widest = float(np.median(region.deviations[:, 0]))
         lines.append(CoverageLine(place, method, way, int(np.count_nonzero(inside)), count, widest))
     return tuple(lines)
 

@@ -246,18 +246,18 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
     """
     if names is None:
         return CONTESTANTS
-    chosen = [racing(name, "contestants") for name in several(names, "contestants", "names of methods")]
-    return tuple(c for c in (*CONTESTANTS, *EXTRAS) if c in chosen)
+    entrants = [racing(name, "contestants") for name in several(names, "contestants", "names of methods")]
+    return tuple(c for c in (*CONTESTANTS, *EXTRAS) if c in entrants)
 
 
 def racing(name: object, argument: str) -> Contestant:
     """The contestant of a method's name; a ValueError that says why there is none."""
-    known = {c.method: c for c in (*CONTESTANTS, *EXTRAS)}
+    racers = {c.method: c for c in (*CONTESTANTS, *EXTRAS)}
     own = ALIASES.get(name, name) if isinstance(name, str) else name
-    if isinstance(own, str) and own in METHODS and own not in known:
+    if isinstance(own, str) and own in METHODS and own not in racers:
         why = "it needs pairs, and the race has none" if method_of(own).paired else "no options are chosen for it"
-        raise ValueError(f"{argument}: {name!r} does not race, for {why}; those that race: {', '.join(sorted(known))}")
-    return known[validate.one_of(own, known, argument)]
+        raise ValueError(f"{argument}: {name!r} does not race, for {why}; those that race: {', '.join(sorted(racers))}")
+    return racers[validate.one_of(own, racers, argument)]
 
 
 def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
@@ -293,12 +293,12 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     (25, (25,))
     """
     of_kind(controls, Controls, "controls")
-    given = several(seeds, "seeds", "integers")
-    checked = validate.seeds(given, "seeds")
-    if checked.ndim != 1:
-        raise ValueError(f"seeds: expected a sequence of integers, got {shown(given)}")
-    scenes = [controls.scene(int(s)) for s in checked]
+    values = several(seeds, "seeds", "integers")
+    seed_array = validate.seeds(values, "seeds")
+    if seed_array.ndim != 1:
+        raise ValueError(f"seeds: expected a sequence of integers, got {shown(values)}")
+    scenes = [controls.scene(int(s)) for s in seed_array]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     start = Pose.trusted(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
     truth = stacked([s.truth for s in scenes])
-    return Problem(source, target, np.ones(source.shape[:2]), start, checked), truth
+    return Problem(source, target, np.ones(source.shape[:2]), start, seed_array), truth

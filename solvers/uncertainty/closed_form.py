@@ -120,12 +120,12 @@ def covariance(
     >>> bool(spread.covers(scene.truth))
     True
     """
-    known = {"hessian": HESSIAN, "censi": CENSI}
-    allowed = known[validate.one_of(how, known, "how")]
+    methods = {"hessian": HESSIAN, "censi": CENSI}
+    supported = methods[validate.one_of(how, methods, "how")]
     of_kind(result, Result, "result")
-    if result.method not in allowed:
+    if result.method not in supported:
         raise ValueError(
-            f"result: {how!r} has no covariance for {result.method!r}; it has one for: {', '.join(allowed)}"
+            f"result: {how!r} has no covariance for {result.method!r}; it has one for: {', '.join(supported)}"
         )
     if result.pose.dim != 2:
         raise ValueError(f"result: covariances are of the plane, the points have {result.pose.dim} coordinates")
@@ -145,14 +145,14 @@ def covariance(
     J = gauss_newton.jacobian(at.moved - at.centre[:, None], at.radius)[..., _ORDER]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if how == "hessian":
-            scaled, free = _hessian(at, J, sigma, result.pose.batch, free_below)
+            matrix, free = _hessian(at, J, sigma, result.pose.batch, free_below)
         else:
-            of_source, of_target = (0.0 if given is None else given for given in (source_noise, target_noise))
-            scaled, free = _censi(at, J, of_source, of_target, result.pose.batch, free_below)
+            of_source, of_target = (0.0 if noise is None else noise for noise in (source_noise, target_noise))
+            matrix, free = _censi(at, J, of_source, of_target, result.pose.batch, free_below)
     pose = result.pose
     shape = pose.batch
     return from_scaled(
-        scaled.reshape(*shape, 3, 3), pose, at.centre.reshape(*shape, 2), at.radius.reshape(shape), "target", how,
+        matrix.reshape(*shape, 3, 3), pose, at.centre.reshape(*shape, 2), at.radius.reshape(shape), "target", how,
         free.reshape(*shape, 3, 3),
     )  # fmt: skip
 
@@ -160,14 +160,14 @@ def covariance(
 def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | None) -> Covariance:
     """`covariance` of a list of clouds: each its own, and side by side."""
     n = len(result.states)
-    given: dict[str, Any] = {}
+    noise_entries: dict[str, Any] = {}
     for name, noise in noises.items():
         entries: Any = noise if isinstance(noise, list | tuple) or np.ndim(cast(Any, noise)) else [noise] * n
         if len(entries) != n:
             raise ValueError(f"{name}: expected one number, or an entry for each of {n} clouds, got {len(entries)}")
-        given[name] = entries
+        noise_entries[name] = entries
     each = one_by_one(
-        n, lambda k: covariance(result[k], how, free_below=below, **{name: x[k] for name, x in given.items()})
+        n, lambda k: covariance(result[k], how, free_below=below, **{name: x[k] for name, x in noise_entries.items()})
     )
     parts = {
         name: np.stack([getattr(one, name) for one in each])
@@ -182,8 +182,8 @@ def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: An
         raise ValueError("sigma: 'censi' takes the points' noise instead: source_noise, target_noise or both")
     if how == "censi" and source_noise is None and target_noise is None:
         raise ValueError("source_noise: 'censi' needs it, or target_noise, or both")
-    for name, given in (("source_noise", source_noise), ("target_noise", target_noise)):
-        if how == "hessian" and given is not None:
+    for name, noise in (("source_noise", source_noise), ("target_noise", target_noise)):
+        if how == "hessian" and noise is not None:
             raise ValueError(f"{name}: 'hessian' takes sigma instead; how='censi' takes the points' noise")
 
 
@@ -267,11 +267,11 @@ def _hessian(
     w = at.weights
     H = np.einsum("bm,bmip,bmij,bmjq->bpq", w, J, at.precision, J, optimize=True)
     if sigma is not None:
-        given = numbers(sigma, "sigma")
+        deviation = numbers(sigma, "sigma")
         try:
-            s = np.broadcast_to(given, batch).reshape(-1)
+            s = np.broadcast_to(deviation, batch).reshape(-1)
         except ValueError:
-            raise ValueError(f"sigma: expected one number, or shape {batch}, got {given.shape}") from None
+            raise ValueError(f"sigma: expected one number, or shape {batch}, got {deviation.shape}") from None
         if not np.isfinite(s).all() or (s < 0.0).any():
             raise ValueError("sigma: expected a finite deviation that is not negative")
         variance = np.square(s)
@@ -305,8 +305,8 @@ def _censi(
     lever = np.stack([pull[..., 1], -pull[..., 0]], axis=-1) / at.radius[:, None, None]
     by_source[..., 0, :] += w[..., 0] * lever
     S = covariances(source_noise, "source_noise", batch, m)
-    turned = at.turn[:, None]
-    noise_p = turned @ S @ turned.swapaxes(-1, -2)
+    rotation = at.turn[:, None]
+    noise_p = rotation @ S @ rotation.swapaxes(-1, -2)
     middle = np.einsum("bmpi,bmij,bmqj->bpq", by_source, noise_p, by_source, optimize=True)
     # Each target point once, however many pairs it is in.
     each = np.zeros((b, at.count, 3, 2))
@@ -356,7 +356,7 @@ def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
     size = np.abs(H).max(axis=(1, 2))
     sound = np.asarray((size > 1e-300) & (size < np.inf))  # eigh does not converge on subnormal numbers
     values, vectors = np.linalg.eigh(np.where(sound[:, None, None], H, 0.0))
-    lost: BoolArray = np.asarray(~(values > below * np.maximum(values[:, -1:], 0.0)))
-    reciprocal = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
+    null: BoolArray = np.asarray(~(values > below * np.maximum(values[:, -1:], 0.0)))
+    reciprocal = np.where(null, 0.0, 1.0 / np.where(null, 1.0, values))
     inverse = (vectors * reciprocal[:, None]) @ vectors.swapaxes(1, 2)
-    return inverse, np.where(lost[:, None], vectors, 0.0)
+    return inverse, np.where(null[:, None], vectors, 0.0)

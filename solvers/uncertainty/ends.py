@@ -188,13 +188,13 @@ def monte_carlo(
     """
     rigid_method_of(method)
     p = validate.cloud(source[0] if unequal(source) else cast(ArrayLike, source), "source", 2)
-    found = register(source if unequal(source) else p, target, method, start=start, weights=weights, **options)
-    if len(found.pose.batch) != 1 or len(found.pose) < 2:
+    result = register(source if unequal(source) else p, target, method, start=start, weights=weights, **options)
+    if len(result.pose.batch) != 1 or len(result.pose) < 2:
         raise ValueError(
-            f"source, target: expected two or more draws of either, in one row, got the shape {found.pose.batch}"
+            f"source, target: expected two or more draws of either, in one row, got the shape {result.pose.batch}"
         )
     middle, radius = _middle(p, weights)
-    return spread_of(found.pose, centre=middle, radius=radius, apart=apart)
+    return spread_of(result.pose, centre=middle, radius=radius, apart=apart)
 
 
 def from_starts(
@@ -270,20 +270,20 @@ def from_starts(
     validate.count(seed, "seed")
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
     starts = concatenated([stacked([start.mean]), poses])
-    found = register(p, q, method, start=starts, weights=weights, **options)
+    result = register(p, q, method, start=starts, weights=weights, **options)
     middle, radius = _middle(p, weights)
-    end = found.pose[0]
+    end = result.pose[0]
     centre = end.apply(middle[None])[0]
-    along = _twists(found.pose[1:], end, centre, radius)
-    scaled = along.T @ along / len(along)
+    along = _twists(result.pose[1:], end, centre, radius)
+    matrix = along.T @ along / len(along)
     free = None
     if noise is not None:
         other = _moved(noise.to("target"), centre, radius)
         half = other.directions * np.where(other.free, 0.0, other.deviations)
-        scaled, free = scaled + half @ half.T, np.where(other.free, other.directions, 0.0)
+        matrix, free = matrix + half @ half.T, np.where(other.free, other.directions, 0.0)
         keep = np.eye(3) - free @ free.T
-        scaled = keep @ scaled @ keep
-    return from_scaled(scaled, end, centre, np.asarray(radius), "target", "starts", free)
+        matrix = keep @ matrix @ keep
+    return from_scaled(matrix, end, centre, np.asarray(radius), "target", "starts", free)
 
 
 def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
@@ -305,13 +305,13 @@ def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
     # From centre to centre, not by way of the origin, which may be far.
     anew = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre - spread.centre)
     anew = anew / np.array([float(spread.radius), 1.0, 1.0])
-    lost = anew @ spread.directions[:, spread.free]
+    span = anew @ spread.directions[:, spread.free]
     free = np.zeros((3, 3))
-    free[:, : lost.shape[1]] = np.linalg.qr(lost)[0]
+    free[:, : span.shape[1]] = np.linalg.qr(span)[0]
     keep = np.eye(3) - free @ free.T
     half = keep @ anew @ (spread.directions * np.where(spread.free, 0.0, spread.deviations))
-    scaled = half @ half.T
-    return from_scaled(scaled, spread.mean, centre, np.asarray(radius), "target", spread.made_by, free)
+    matrix = half @ half.T
+    return from_scaled(matrix, spread.mean, centre, np.asarray(radius), "target", spread.made_by, free)
 
 
 def _unscented(start: Covariance) -> Pose:
@@ -344,8 +344,8 @@ def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean
         shift = Pose.trusted(np.eye(2), centre)
         mean = shift.compose(step).compose(shift.inverse()).compose(mean)
     mean, centre, along = best
-    scaled = along.T @ along / max(len(along) - 1, 1)
-    return from_scaled(scaled, replace(mean), centre, np.asarray(radius), "target", made_by)
+    matrix = along.T @ along / max(len(along) - 1, 1)
+    return from_scaled(matrix, replace(mean), centre, np.asarray(radius), "target", made_by)
 
 
 def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntArray:
@@ -357,17 +357,17 @@ def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntA
         if label[first] >= 0:
             continue
         label[first] = first
-        reached = [first]  # of this group, those whose neighbours have not been looked for
-        while reached:
-            k = reached.pop()
+        queue = [first]  # of this group, those whose neighbours have not been looked for
+        while queue:
+            k = queue.pop()
             rest = np.flatnonzero(label < 0)
             gap = np.square(at[rest] - at[k]).sum(axis=-1)
             gap += np.square(2.0 * radius * np.sin(0.5 * (angle[rest] - angle[k])))
             near = rest[gap < apart * apart]
             label[near] = first
-            reached += near.tolist()
+            queue += near.tolist()
     _, label, count = np.unique(label, return_inverse=True, return_counts=True)
     rank = np.empty(len(count), dtype=np.int64)
     rank[np.argsort(-count, kind="stable")] = np.arange(len(count))
-    ranked: IntArray = rank[label]
-    return ranked
+    labels: IntArray = rank[label]
+    return labels

@@ -111,10 +111,10 @@ def from_scaled(
     if values.min(initial=0.0) < -1e-6:
         raise ValueError("matrix: it is not positive semidefinite")
     values, vectors = values[..., ::-1], vectors[..., ::-1]
-    lost = values > 0.5 * _FAR if free is not None else np.zeros(values.shape, dtype=np.bool_)
+    infinite = values > 0.5 * _FAR if free is not None else np.zeros(values.shape, dtype=np.bool_)
     # What is left of a deviation of zero is rounding.
     values = np.where(values > 8.0 * _EPS * values.max(axis=-1, keepdims=True), values, 0.0)
-    deviations = np.where(lost, np.inf, np.sqrt(values * unit[..., 0]))
+    deviations = np.where(infinite, np.inf, np.sqrt(values * unit[..., 0]))
     # The sign of a direction is a choice: its largest component is positive.
     at = np.abs(vectors).argmax(axis=-2)[..., None, :]
     vectors = vectors * np.where(np.take_along_axis(vectors, at, axis=-2) < 0.0, -1.0, 1.0)

@@ -300,8 +300,8 @@ class Covariance:
         b = C[0, 1] / a if a > 0.0 else 0.0
         root = np.array([[a, 0.0], [b, sqrt(max(C[1, 1] - b * b, 0.0))]])
         turn = np.linspace(0.0, 2.0 * np.pi, validate.count(count, "count", 1) + 1)
-        reached = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
-        motions = here._motions(reached @ np.linalg.pinv(half).T * here._finite(reach))
+        curve = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
+        motions = here._motions(curve @ np.linalg.pinv(half).T * here._finite(reach))
         where: FloatArray = motions.compose(here.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
         return where
 
@@ -371,8 +371,8 @@ class Covariance:
         if reach is not None:
             return np.where(self.free, validate.number(reach, "reach", 0.0), self.deviations)
         if self.free.any():
-            named = "" if self.mean.batch else f": {self.words()}"
-            raise ValueError(f"reach: a direction has no finite spread{named}; say how far to take it")
+            direction = "" if self.mean.batch else f": {self.words()}"
+            raise ValueError(f"reach: a direction has no finite spread{direction}; say how far to take it")
         return self.deviations
 
     def _scale(self) -> FloatArray:

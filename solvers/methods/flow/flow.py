@@ -150,9 +150,9 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
         hopeless = flat | unequal
         unit = np.where(hopeless, 1.0, radius)[:, None, None]
         given = np.where(hopeless[:, None, None], 0.0, np.concatenate(about, axis=1) / unit)
-    seen = given.clip(-FAR, FAR)
+    clipped = given.clip(-FAR, FAR)
     with np.errstate(under="ignore"):
-        tokens = network.encode(weights, seen[:, :m], seen[:, m:])
+        tokens = network.encode(weights, clipped[:, :m], clipped[:, m:])
     samples = 1 if anchored else options.samples
     if anchored:
         noise = given[:, None]

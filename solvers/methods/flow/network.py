@@ -52,10 +52,10 @@ class Shape:
 def shapes() -> list[Shape]:
     """Every array of the network."""
     w = WIDTH
-    found = [Shape("given.w", (GIVEN, w)), Shape("given.b", (w,))]
+    arrays = [Shape("given.w", (GIVEN, w)), Shape("given.b", (w,))]
     for i in range(ENCODER + DECODER):
         p = f"layer{i}."
-        found += [
+        arrays += [
             Shape(p + "g1", (w,)),
             Shape(p + "qkv", (w, 3 * w)),
             Shape(p + "out", (w, w)),
@@ -64,8 +64,8 @@ def shapes() -> list[Shape]:
             Shape(p + "upb", (2 * w,)),
             Shape(p + "down", (2 * w, w)),
         ]
-    found += [Shape("present.w", (PRESENT, w)), Shape("present.b", (w,))]
-    return [*found, Shape("last.g", (w,)), Shape("last.w", (w, 2))]
+    arrays += [Shape("present.w", (PRESENT, w)), Shape("present.b", (w,))]
+    return [*arrays, Shape("last.g", (w,)), Shape("last.w", (w, 2))]
 
 
 def invariants(points: Any, xp: Any = np) -> Any:
@@ -120,8 +120,8 @@ def endpoint(params: Params, tokens: Any, present: Any, time: Any, xp: Any = np)
     n, 2) at time (…, 1, 1).
     """
     clock = present[..., :1] * 0.0 + time
-    seen = xp.concatenate([waves(present, xp), clock, xp.sin(np.pi * clock), xp.cos(np.pi * clock)], -1)
-    h = tokens + seen @ params["present.w"] + params["present.b"]
+    features = xp.concatenate([waves(present, xp), clock, xp.sin(np.pi * clock), xp.cos(np.pi * clock)], -1)
+    h = tokens + features @ params["present.w"] + params["present.b"]
     for i in range(ENCODER, ENCODER + DECODER):
         h = _layer(params, f"layer{i}.", h, xp)
     return _normed(h, params["last.g"]) @ params["last.w"]
@@ -136,17 +136,17 @@ def _layer(params: Params, name: str, h: Any, xp: Any) -> Any:
 def _attention(params: Params, name: str, h: Any, xp: Any) -> Any:
     """Every token reads every token, in HEADS ways."""
     size = WIDTH // HEADS
-    packed = (h @ params[name + "qkv"]).reshape(*h.shape[:-1], 3, HEADS, size)
-    q, k, v = (xp.swapaxes(packed[..., i, :, :], -3, -2) for i in range(3))
+    qkv = (h @ params[name + "qkv"]).reshape(*h.shape[:-1], 3, HEADS, size)
+    q, k, v = (xp.swapaxes(qkv[..., i, :, :], -3, -2) for i in range(3))
     score = q @ xp.swapaxes(k, -1, -2) * size**-0.5
     score = xp.exp(score - _largest(score))
-    mixed = (score @ v) / score.sum(-1)[..., None]
-    return xp.swapaxes(mixed, -3, -2).reshape(*h.shape) @ params[name + "out"]
+    heads = (score @ v) / score.sum(-1)[..., None]
+    return xp.swapaxes(heads, -3, -2).reshape(*h.shape) @ params[name + "out"]
 
 
 def _largest(score: Any) -> Any:
-    found = score.max(-1)
-    return (found if isinstance(found, np.ndarray) else found.values)[..., None]
+    largest = score.max(-1)
+    return (largest if isinstance(largest, np.ndarray) else largest.values)[..., None]
 
 
 def _normed(h: Any, gain: Any) -> Any:

@@ -107,7 +107,7 @@ def _waves(random: np.random.Generator, count: int, dense: int = 240) -> FloatAr
 
 def _corners(random: np.random.Generator, count: int, dense: int = 240) -> FloatArray:
     """Closed polygons of 5 to 8 corners at random radii."""
-    found = []
+    polygons = []
     for _ in range(count):
         n = int(random.integers(5, 9))
         angle = 2 * np.pi * (np.arange(n) + random.uniform(-0.35, 0.35, n)) / n
@@ -115,8 +115,8 @@ def _corners(random: np.random.Generator, count: int, dense: int = 240) -> Float
         closed = np.concatenate([corner, corner[:1]])
         length = np.concatenate([[0.0], np.linalg.norm(np.diff(closed, axis=0), axis=1).cumsum()])
         at = np.linspace(0, length[-1], dense, endpoint=False)
-        found.append(np.stack([np.interp(at, length, closed[:, i]) for i in range(2)], -1))
-    return np.stack(found)
+        polygons.append(np.stack([np.interp(at, length, closed[:, i]) for i in range(2)], -1))
+    return np.stack(polygons)
 
 
 def _along(outline: FloatArray, share: FloatArray) -> FloatArray:

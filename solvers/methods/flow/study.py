@@ -97,15 +97,15 @@ def _end(batch: Batch[FlowState]) -> Pose:
 
 
 def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> StudyLine:
-    turned = degrees < DEGREES
+    within = degrees < DEGREES
     return StudyLine(
         variant,
         kind.name,
         len(degrees),
         float(np.median(degrees)),
         float(np.median(length)),
-        int(turned.sum()),
-        int((turned & (length < LENGTH)).sum()),
+        int(within.sum()),
+        int((within & (length < LENGTH)).sum()),
     )
 
 

@@ -37,17 +37,17 @@ def unpack(data: bytes) -> dict[str, FloatArray]:
     """The arrays of a packed network. Raises ValueError where the length is another
     one's.
     """
-    needed = sum(4 * shape.size[-1] + shape.count for shape in shapes())
-    if len(data) != needed:
-        raise ValueError(f"weights: {len(data)} bytes, and the network needs {needed}")
-    found, at = {}, 0
+    expected = sum(4 * shape.size[-1] + shape.count for shape in shapes())
+    if len(data) != expected:
+        raise ValueError(f"weights: {len(data)} bytes, and the network needs {expected}")
+    arrays, at = {}, 0
     for shape in shapes():
         columns = shape.size[-1]
         factor = np.frombuffer(data, "<f4", columns, at).astype(np.float64)
         whole = np.frombuffer(data, np.int8, shape.count, at + 4 * columns)
-        found[shape.name] = (whole.reshape(-1, columns) * factor).reshape(shape.size)
+        arrays[shape.name] = (whole.reshape(-1, columns) * factor).reshape(shape.size)
         at += 4 * columns + shape.count
-    return found
+    return arrays
 
 
 @cache

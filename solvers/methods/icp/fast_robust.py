@@ -176,8 +176,8 @@ def spacing(index: Index, points: FloatArray) -> FloatArray:
     k = min(7, points.shape[1])
     _, squares = index.nearest_k(points, k)
     others = np.sqrt(squares[..., 1:]) if k > 1 else np.zeros((*squares.shape[:2], 1))
-    spaced: FloatArray = np.median(np.median(others, axis=2), axis=1)
-    return spaced
+    medians: FloatArray = np.median(np.median(others, axis=2), axis=1)
+    return medians
 
 
 def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
@@ -185,8 +185,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
     index = nearest.build(problem.target)
     with np.errstate(over="ignore", under="ignore"):
         _, squares = index.nearest(problem.start.apply(problem.source))
-        counted = (problem.weights > 0.0) & np.isfinite(squares)
-        median = robust.mad_scale(np.sqrt(squares), counted, 0.0) / 1.4826
+        weighted = (problem.weights > 0.0) & np.isfinite(squares)
+        median = robust.mad_scale(np.sqrt(squares), weighted, 0.0) / 1.4826
         first = 3.0 * median if options.first is None else np.full(b, options.first)
         least = spacing(index, problem.target) / (3.0 * np.sqrt(3.0)) if options.last is None else options.last
         least = np.minimum(least, first) if options.first is not None and options.last is None else least
@@ -195,8 +195,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
         last = np.maximum(least, np.maximum(1e-6 * first, 1e-100))
         nu = np.maximum(first, last)
     pairing = _pair(problem, index, nu, problem.start)
-    lost: BoolArray = pairing.weights.max(axis=1) <= 0.0
-    status, reason = mark(statuses((b,)), reasons((b,)), lost, Status.DEGENERATE, NO_WEIGHT)
+    weightless: BoolArray = pairing.weights.max(axis=1) <= 0.0
+    status, reason = mark(statuses((b,)), reasons((b,)), weightless, Status.DEGENERATE, NO_WEIGHT)
     many = Pose.trusted(*(np.repeat(np.asarray(x)[:, None], depth, axis=1) for x in (problem.start.R, problem.start.t)))
     return FastRobustState(
         problem=problem, index=index, radius=weighted_radius(problem.source, problem.weights),
@@ -234,8 +234,8 @@ def _step(state: FastRobustState) -> FastRobustState:
 
     final = state.nu <= state.last
     at_rest = change <= np.where(final, options.tolerance, max(options.rough, options.tolerance))
-    lost: BoolArray = pairing.weights.max(axis=1) <= 0.0
-    status, reason = mark(state.status, state.reason, lost, Status.DEGENERATE, NO_WEIGHT)
+    weightless: BoolArray = pairing.weights.max(axis=1) <= 0.0
+    status, reason = mark(state.status, state.reason, weightless, Status.DEGENERATE, NO_WEIGHT)
     status, reason = mark(status, reason, (free != "") & at_rest, Status.DEGENERATE, free)
     status, reason = mark(status, reason, at_rest & final, Status.CONVERGED, "the pose has come to rest at the last ν")
     nu = np.where(at_rest & ~final, np.maximum(0.5 * state.nu, state.last), state.nu)

@@ -280,12 +280,12 @@ def finish(
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
     free = reason != ""
-    status, said = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
-    status, said = mark(status, said, free & at_rest, Status.DEGENERATE, reason)
-    status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
-    status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
+    status, why = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    status, why = mark(status, why, free & at_rest, Status.DEGENERATE, reason)
+    status, why = mark(status, why, at_rest, Status.CONVERGED, "the pose has come to rest")
+    status, why = mark(status, why, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
     return changed(
-        state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, radius=radius,
+        state, pose=pose, objective=pairing.objective, status=status, reason=why, pairing=pairing, radius=radius,
         change=change, condition=condition,
     )  # fmt: skip
 
@@ -370,12 +370,12 @@ def one_partner(reason: ReasonArray, index: Index, rows: IntArray, weights: Floa
     """
     if not (reason != "").any():
         return reason
-    said = reason.copy()
+    updated = reason.copy()
     for i in np.flatnonzero(reason != ""):
         one = np.unique(rows[i][weights[i] > 0.0]).size == 1
         if one and reason[i].startswith("all target") and not at_one_place(index.points[i]):
-            said[i] = ONE_PARTNER
-    return said
+            updated[i] = ONE_PARTNER
+    return updated
 
 
 def partners(state: Any) -> IntArray:

@@ -240,8 +240,8 @@ def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArra
     """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d,
     d), (b, m, d, d).
     """
-    turned = R[:, None]
-    return _inverse(cov_q + turned @ cov_p @ turned.swapaxes(-1, -2))
+    rotation = R[:, None]
+    return _inverse(cov_q + rotation @ cov_p @ rotation.swapaxes(-1, -2))
 
 
 def _inverse(S: FloatArray) -> FloatArray:

@@ -288,7 +288,7 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
     x, y = corner[0] + (np.arange(columns) + 0.5) * side, corner[1] + (np.arange(rows) + 0.5) * side
     middles = np.stack(np.broadcast_arrays(x[None, :], y[:, None]), axis=-1).reshape(-1, 2)
     half = 0.5 * np.sqrt(2.0) * side * (1.0 + 1e-9)
-    found: list[IntArray] = []
+    blocks: list[IntArray] = []
     size = max(1, 2**18 // len(q))
     for i in range(0, len(middles), size):
         part = middles[i : i + size]
@@ -296,12 +296,12 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
         able = (d <= d.min(axis=1, keepdims=True) + 2.0 * half) & (d <= tau + half)
         count = able.sum(axis=1)
         square, row = np.nonzero(able)
-        listed = np.full((len(part), max(1, int(count.max()))), len(q), dtype=np.int64)
-        listed[square, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)] = row
-        found.append(listed)
-    candidates = np.full((len(middles) + 1, max(x.shape[1] for x in found)), len(q), dtype=np.int64)
-    done = 0
-    for listed in found:
-        candidates[done : done + len(listed), : listed.shape[1]] = listed
-        done += len(listed)
+        block = np.full((len(part), max(1, int(count.max()))), len(q), dtype=np.int64)
+        block[square, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)] = row
+        blocks.append(block)
+    candidates = np.full((len(middles) + 1, max(x.shape[1] for x in blocks)), len(q), dtype=np.int64)
+    first = 0
+    for block in blocks:
+        candidates[first : first + len(block), : block.shape[1]] = block
+        first += len(block)
     return CappedField(p, q, tau, corner, side, (columns, rows), candidates)

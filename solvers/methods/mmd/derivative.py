@@ -134,21 +134,21 @@ def implicit_derivative(
     if low < 0.0:
         return refused("the Hessian is not positive definite: the pose is a saddle or a maximum, no optimum")
     newton = np.linalg.solve(at.hessian, -at.gradient)
-    moved = float(np.linalg.norm(np.linalg.solve(to_theta, newton)))
-    if moved > STATIONARY * radius:
-        return refused(f"the pose is not the optimum: a Newton step would still move the points by {moved:.1e} u")
+    step_length = float(np.linalg.norm(np.linalg.solve(to_theta, newton)))
+    if step_length > STATIONARY * radius:
+        return refused(f"the pose is not the optimum: a Newton step would still move the points by {step_length:.1e} u")
 
     m, n, D = len(p), len(q), len(w)
-    turned = w @ parts.R  # ω_kᵀ R e_j, (D, 2)
+    rotated_w = w @ parts.R  # ω_kᵀ R e_j, (D, 2)
     # ∂_a r with ∂_x r, then r with ∂_a ∂_x r; (3, m, 2), the sum over frequencies as a
     # product.
     left = np.conj(parts.first)[:, None, :] * (1j * parts.E)
     left = left - np.conj(parts.r) * parts.along * parts.E
-    by_source = np.real(left @ turned) / (m * np.sqrt(D))
+    by_source = np.real(left @ rotated_w) / (m * np.sqrt(D))
     spun = w @ (np.array([[0.0, -1.0], [1.0, 0.0]]) @ parts.R)  # ω_kᵀ ∂_φ R e_j
     by_source[2] += np.real((np.conj(parts.r) * 1j * parts.E) @ spun) / (m * np.sqrt(D))
-    fixed = np.exp(1j * (q @ w.T))
-    by_target = -np.real((np.conj(parts.first)[:, None, :] * (1j * fixed)) @ w) / (n * np.sqrt(D))
+    target_waves = np.exp(1j * (q @ w.T))
+    by_target = -np.real((np.conj(parts.first)[:, None, :] * (1j * target_waves)) @ w) / (n * np.sqrt(D))
     solve = -np.linalg.inv(at.hessian)
     return ImplicitDerivative(
         np.einsum("ab,bmd->amd", solve, by_source), np.einsum("ab,bnd->and", solve, by_target), "", condition, at

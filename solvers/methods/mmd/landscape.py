@@ -197,7 +197,7 @@ class MmdField:
         w = self.frequencies * unit
         reach = 1.0 / max(float(np.sqrt(np.square(w).mean())), 1e-300)
         value, lam = self._values(t), np.full(len(t), damping)
-        status, refused = statuses((len(t),)), np.zeros(len(t), dtype=np.int64)
+        status, refusals = statuses((len(t),)), np.zeros(len(t), dtype=np.int64)
         steps = np.zeros(len(t), dtype=np.int64)
         course, level = [t], [value]
         while (status == Status.RUNNING).any() and len(course) <= max_steps:
@@ -212,13 +212,13 @@ class MmdField:
             length = np.minimum(length, reach) * unit
             trial = t + unit * move
             new = self._values(trial)
-            won = running & (new < value)
-            t, value = np.where(won[:, None], trial, t), np.where(won, new, value)
-            lam = np.where(won, np.maximum(0.2 * lam, 1e-9), 8.0 * lam)
-            refused = np.where(won, 0, refused + 1)
+            improved = running & (new < value)
+            t, value = np.where(improved[:, None], trial, t), np.where(improved, new, value)
+            lam = np.where(improved, np.maximum(0.2 * lam, 1e-9), 8.0 * lam)
+            refusals = np.where(improved, 0, refusals + 1)
             steps += running
             status = np.where(running & (length <= tolerance), np.int8(Status.CONVERGED), status)
-            status = np.where((status == Status.RUNNING) & (refused >= 8), np.int8(Status.STALLED), status)
+            status = np.where((status == Status.RUNNING) & (refusals >= 8), np.int8(Status.STALLED), status)
             course.append(t)
             level.append(value)
         return course_of(course, level, steps, status, shape)

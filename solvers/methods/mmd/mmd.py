@@ -318,15 +318,15 @@ def _step(state: MmdState) -> MmdState:
         step *= cap[:, None]
         shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * per_radius[:, None]
         trial = _at(trial, _moved_by(trial.pose, trial.centroid, shift, turn))
-        moved = cap * size * per_radius
+        motion = cap * size * per_radius
         better = trial.objective < state.objective[rows]
-        won, lost = rows[better], rows[~better]
-        after = put(after, won, take(trial, better))
-        change[won] = moved[better]
-        damping[won] = np.maximum(0.2 * damping[won], 1e-9)
-        damping[lost] *= 8.0
-        small[rows] = moved <= limit[rows]
-        pending[won] = False
+        winners, losers = rows[better], rows[~better]
+        after = put(after, winners, take(trial, better))
+        change[winners] = motion[better]
+        damping[winners] = np.maximum(0.2 * damping[winners], 1e-9)
+        damping[losers] *= 8.0
+        small[rows] = motion <= limit[rows]
+        pending[winners] = False
         pending &= ~small
         if not pending.any():
             break

@@ -99,8 +99,8 @@ def _moved(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The coordinates x and y, (k, C) each, of the means (k, C, 2) moved by the poses (k,)."""
     R, s, t = pose.R, np.asarray(pose.scale), pose.t
     # Coordinate by coordinate: the rounding is that of a single problem.
-    turned = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
-    return s[:, None] * turned[0] + t[:, 0, None], s[:, None] * turned[1] + t[:, 1, None]
+    rotated = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
+    return s[:, None] * rotated[0] + t[:, 0, None], s[:, None] * rotated[1] + t[:, 1, None]
 
 
 def _close(
@@ -138,13 +138,13 @@ class _Exponents:
 def _exponents(
     q: tuple[FloatArray, FloatArray],
     lever: tuple[FloatArray, FloatArray],
-    turned: tuple[FloatArray, FloatArray, FloatArray],
+    covariance: tuple[FloatArray, FloatArray, FloatArray],
     Q: FloatArray,
 ) -> _Exponents:
     """The formulas above for pairs of cells (p,). q: from the target's mean to the moved one; lever: from the pivot to
     the moved one; turned: α, β and γ of the source's covariance; Q: (p, 2, 2) the target's.
     """
-    (q0, q1), (lx, ly), (alpha, beta, gamma) = q, lever, turned
+    (q0, q1), (lx, ly), (alpha, beta, gamma) = q, lever, covariance
     d00, d01, d11 = alpha + Q[:, 0, 0], beta + Q[:, 0, 1], gamma + Q[:, 1, 1]
     # Divided by the trace first: the determinant of a vast covariance is beyond
     # float64.

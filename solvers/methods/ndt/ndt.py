@@ -179,11 +179,11 @@ def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
 
 def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
     """The cell sizes of each level, (b,) each."""
-    given = sizes(options.cells)
-    if given is None:
+    cell_sizes = sizes(options.cells)
+    if cell_sizes is None:
         h = ndt_map.default_size(problem.target)
         return [2.0 * h, h]
-    return [np.full(problem.size, h) for h in given]
+    return [np.full(problem.size, h) for h in cell_sizes]
 
 
 def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
@@ -205,8 +205,8 @@ def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | N
     for name, several in (("target", maps), ("source", sources or ())):
         for one in several:
             for words in sorted(set(one.reason) - {""}):
-                said = f"{name}: {words}"
-                status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, said)
+                message = f"{name}: {words}"
+                status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, message)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
     condition, _, weak = _condition(at.hessian, radius)
@@ -297,20 +297,20 @@ def step(state: NdtState) -> NdtState:
     """
     options, old, radius = state.options, state.at, state.radius
     full, damping = newton_step(old.gradient, old.hessian, radius, state.max_shift, options.max_turn)
-    taken = _shortened(state, full)
-    ended = ~taken.better | (_size(taken.move, radius) <= options.tolerance)
+    search = _shortened(state, full)
+    ended = ~search.better | (_size(search.move, radius) <= options.tolerance)
     last = state.level == len(state.maps) - 1
     up = ended & ~last
-    level, at = state.level + up, taken.at
+    level, at = state.level + up, search.at
     if up.any():
         rows = np.flatnonzero(up)
-        at = put(at, rows, _scored(state, level[rows], taken.pose[rows], rows))
+        at = put(at, rows, _scored(state, level[rows], search.pose[rows], rows))
     condition, ratio, weak = _condition(at.hessian, radius)
     at_end, still = ended & last, _size(full, radius) <= options.tolerance
     status, reason = _stopped(state, at, at_end, still, ratio)
     return changed(
-        state, pose=taken.pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
-        step=taken.move, halved=taken.halved, accepted=taken.better, condition=condition, weak=weak,
+        state, pose=search.pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
+        step=search.move, halved=search.halved, accepted=search.better, condition=condition, weak=weak,
     )  # fmt: skip
 
 
@@ -342,26 +342,26 @@ def _shortened(state: NdtState, full: FloatArray) -> _Taken:
     at = _scored(state, state.level, pose, np.arange(len(move)))
     better = at.score > old.score
     halved = np.zeros(len(better), dtype=np.int64)
-    for done in range(0, options.halvings, TOGETHER):
+    for first in range(0, options.halvings, TOGETHER):
         rows = np.flatnonzero(~better)
         if not rows.size:
             break
         # Several halvings of every such problem in one evaluation; the longest step
         # that helps is taken.
-        several = min(TOGETHER, options.halvings - done)
+        several = min(TOGETHER, options.halvings - first)
         many = np.repeat(rows, several)
         shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
-        tried = moved_by(state.pose[many], shorter, pivot[many])
-        again = _scored(state, state.level[many], tried, many)
+        trials = moved_by(state.pose[many], shorter, pivot[many])
+        again = _scored(state, state.level[many], trials, many)
         good = (again.score > old.score[many]).reshape(len(rows), several)
         helped = good.any(axis=1)
-        chosen = np.where(helped, good.argmax(axis=1), several - 1)
-        move[rows] = shorter.reshape(len(rows), several, 3)[np.arange(len(rows)), chosen]
-        halved[rows] += chosen + 1
+        longest = np.where(helped, good.argmax(axis=1), several - 1)
+        move[rows] = shorter.reshape(len(rows), several, 3)[np.arange(len(rows)), longest]
+        halved[rows] += longest + 1
         if helped.any():
-            won, which = rows[helped], (np.arange(len(rows)) * several + chosen)[helped]
-            pose, at = put(pose, won, tried[which]), put(at, won, take(again, which))
-            better[won] = True
+            winners, which = rows[helped], (np.arange(len(rows)) * several + longest)[helped]
+            pose, at = put(pose, winners, trials[which]), put(at, winners, take(again, which))
+            better[winners] = True
     if not better.all():
         pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
     return _Taken(move, halved, better, pose, at)

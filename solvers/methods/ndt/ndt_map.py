@@ -219,7 +219,7 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
         precision, wide = inverse(covariance, LEAST_VARIANCE * np.square(h[owner]))
     enough = count >= LEAST_POINTS
     group, cell = many[starts], flat[starts]
-    good, lost = _indexable(enough & wide, group, cell, b, grids)
+    good, oversized = _indexable(enough & wide, group, cell, b, grids)
     dropped = np.where(enough, np.where(wide, "", ONE_PLACE), TOO_FEW).astype(object)
     dropped[(dropped == "") & ~good] = TOO_SMALL
 
@@ -234,7 +234,7 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
     first, shape, table = _table(good, group, cell, number, b, grids)
     reason = np.full(b, "", dtype=object)
     reason[np.bincount(owner[good], minlength=b) == 0] = NO_CELLS
-    reason[lost] = TOO_SMALL
+    reason[oversized] = TOO_SMALL
     return NdtMap(
         size=h, origin=origin, grid=padded((group % grids).astype(np.int8), -1),
         corner=padded(np.nan_to_num(origin.reshape(-1, 2)[group] + cell * h[owner][:, None]), 0.0),
@@ -356,8 +356,8 @@ def _indexable(
         # Beyond 2⁵³ neighbouring cells have no numbers of their own.
         far = np.zeros(b * grids)
         np.maximum.at(far, group[kept], np.abs(cell[kept]).max(axis=1))
-        lost = np.asarray((~(area <= LARGEST_TABLE) | ~(far < 2.0**52)).reshape(b, grids).any(axis=1))
-    return np.asarray(kept & ~lost[group // grids]), lost
+        oversized = np.asarray((~(area <= LARGEST_TABLE) | ~(far < 2.0**52)).reshape(b, grids).any(axis=1))
+    return np.asarray(kept & ~oversized[group // grids]), oversized
 
 
 def _table(

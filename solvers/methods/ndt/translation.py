@@ -130,10 +130,10 @@ def climb(
     t = np.asarray(start, dtype=np.float64)
     pivot = np.zeros((1, 2))
     here = evaluate(cells, (points + t)[None], pivot)
-    tried, score, accepted, damping = [t], [float(here.score[0])], [True], [0.0]
+    trials, score, accepted, damping = [t], [float(here.score[0])], [True], [0.0]
 
     def ended(status: Status, reason: str) -> Climb:
-        return Climb(np.array(tried), np.array(score), np.array(accepted), np.array(damping), status, reason)
+        return Climb(np.array(trials), np.array(score), np.array(accepted), np.array(damping), status, reason)
 
     if (here.cells < 0).all():
         return ended(Status.DEGENERATE, "no moved point lies in a cell of the map")
@@ -148,7 +148,7 @@ def climb(
             place = _rounded(t + step[0], h)
             there = evaluate(cells, (points + place)[None], pivot)
             better = bool(there.score[0] > here.score[0])
-            tried.append(place)
+            trials.append(place)
             score.append(float(there.score[0]))
             accepted.append(better)
             damping.append(float(lam[0]))

@@ -175,10 +175,10 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
         # Rejection, then the kept ones over again if they are too few.
         pairs = rng.integers(0, m, (4 * total, 2))
         apart = np.linalg.norm(problem.source[i, pairs[:, 0]] - problem.source[i, pairs[:, 1]], axis=1)
-        kept = pairs[apart >= separation[i]]
-        enough[i] = len(kept) > 0
+        candidates = pairs[apart >= separation[i]]
+        enough[i] = len(candidates) > 0
         if enough[i]:
-            draws[i] = np.resize(kept[:total], (total, 2))
+            draws[i] = np.resize(candidates[:total], (total, 2))
     index = nearest.build(problem.target)
     at = _score(problem.source, index, problem.start, inlier)
     used = at.squares <= np.square(inlier)[:, None]
@@ -196,9 +196,9 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
     )  # fmt: skip
 
 
-def _said(given: float | None, share: float, of: str) -> str:
+def _said(length: float | None, share: float, of: str) -> str:
     """A length in words: as it was given, or as the share that it is."""
-    return f"{share:g} of {of}" if given is None else f"{given:g} u"
+    return f"{share:g} of {of}" if length is None else f"{length:g} u"
 
 
 def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, IntArray]:
@@ -250,7 +250,7 @@ def _step(state: CongruentState) -> CongruentState:
         bound = state.map.total(R[at[:, None], short], t[at[:, None], short], problem.source)
         bound = np.where(exist[at[:, None], short], bound * np.square(state.inlier)[:, None], np.inf)
     lowest = bound.argmin(axis=1)
-    chosen = short[at, lowest]
+    leader = short[at, lowest]
     promising = bound[at, lowest] * (1.0 - 1e-9) < state.best
     new = changed(
         state, drawn=state.drawn + 1, idle=state.idle + 1, tried=state.tried + exist.sum(axis=1),
@@ -258,16 +258,16 @@ def _step(state: CongruentState) -> CongruentState:
     )  # fmt: skip
     if promising.any():
         some = np.flatnonzero(promising)
-        own = some, chosen[some]
+        own = some, leader[some]
         new = _try(new, some, Pose.trusted(R[own], t[own]), pairs[own], ends[own])
-    found = np.isfinite(new.best)
+    has_pose = np.isfinite(new.best)
     resting = new.idle >= options.patience
     words = "no two target points were found as far apart as two source points, up to "
     words += _said(options.tolerance, TOLERANCE, "the target's RMS radius")
-    status, reason = mark(new.status, new.reason, resting & ~found, Status.DEGENERATE, words)
-    new, lower = _polished(new, resting & found)
+    status, reason = mark(new.status, new.reason, resting & ~has_pose, Status.DEGENERATE, words)
+    new, lower = _polished(new, resting & has_pose)
     words = f"no better pose in {options.patience} steps"
-    status, reason = mark(status, reason, resting & found & ~lower, Status.CONVERGED, words)
+    status, reason = mark(status, reason, resting & has_pose & ~lower, Status.CONVERGED, words)
     return changed(new, status=status, reason=reason)
 
 
@@ -289,8 +289,8 @@ def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, end
         target_pair=_with(state.target_pair, some, ends[better]),
     )
     score = _refitted(source[better], take(index, better), take(score, better), inlier[better])
-    kept = np.flatnonzero(first | (score.cost < state.objective[some]))
-    return changed(_at(state, some[kept], take(score, kept)), idle=_with(state.idle, some[kept], 0))
+    winners = np.flatnonzero(first | (score.cost < state.objective[some]))
+    return changed(_at(state, some[winners], take(score, winners)), idle=_with(state.idle, some[winners], 0))
 
 
 def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, BoolArray]:
@@ -302,8 +302,8 @@ def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, 
     own = _Score(state.pose[some], state.rows[some], np.square(state.distances[some]), state.objective[some])
     score = _refitted(state.problem.source[some], take(state.index, some), own, state.inlier[some])
     lower[some] = score.cost < own.cost
-    kept = lower[some]
-    return _at(state, some[kept], take(score, kept)), lower
+    improved = lower[some]
+    return _at(state, some[improved], take(score, improved)), lower
 
 
 def _at(state: CongruentState, some: IntArray, score: _Score) -> CongruentState:

@@ -132,8 +132,8 @@ def surrogate(ratio: FloatArray, mu: FloatArray) -> FloatArray:
 
 def _default_bound(problem: Problem) -> FloatArray:
     """A share of the weighted root mean square radius of the source, (b,)."""
-    counted = problem.weights > 0.0
-    points = np.where(counted[..., None], problem.source, 0.0)
+    weighted = problem.weights > 0.0
+    points = np.where(weighted[..., None], problem.source, 0.0)
     largest = np.abs(points).max(axis=(1, 2))
     most = problem.weights.max(axis=1)
     share = problem.weights / np.where(most > 0.0, most, 1.0)[:, None]
@@ -194,8 +194,8 @@ def _step(state: GraduatedState) -> GraduatedState:
         if begun[i]:
             words = f"the pairs left within {state.bound[i]:.3g} u do not determine a pose: {words}"
         status, reason = mark(status, reason, np.arange(problem.size) == i, Status.DEGENERATE, words)
-    kept = ((shares == 0.0) | (shares == 1.0)) & (shares == state.shares)
-    settled = (kept | (problem.weights == 0.0)).all(axis=1)
+    decided = ((shares == 0.0) | (shares == 1.0)) & (shares == state.shares)
+    settled = (decided | (problem.weights == 0.0)).all(axis=1)
     status, reason = mark(status, reason, settled, Status.CONVERGED, "every pair is wholly in or wholly out")
     new = ~(open_ & begun)
     return changed(

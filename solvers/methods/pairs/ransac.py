@@ -197,8 +197,8 @@ def _draw(rng: np.random.Generator, source: FloatArray, target: FloatArray, opti
     (k, d).
     """
     n, d = source.shape
-    kept, tries = np.empty((0, d), dtype=np.int64), 0
-    while len(kept) < options.most and tries < 8:
+    samples, tries = np.empty((0, d), dtype=np.int64), 0
+    while len(samples) < options.most and tries < 8:
         tries += 1
         rows = np.empty((2 * options.most, d), dtype=np.int64)
         for k in range(d):
@@ -214,8 +214,8 @@ def _draw(rng: np.random.Generator, source: FloatArray, target: FloatArray, opti
                 for cloud in (source, target):
                     gap = np.linalg.norm(cloud[rows[:, i]] - cloud[rows[:, j]], axis=1)
                     apart &= (gap >= options.separation) & (gap > 0.0)
-        kept = np.concatenate([kept, rows[apart]])
-    return kept[: options.most]
+        samples = np.concatenate([samples, rows[apart]])
+    return samples[: options.most]
 
 
 def _start(problem: Problem, options: RansacOptions) -> RansacState:
@@ -280,8 +280,8 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
 
     # The budget after every single trial, so that the size of a block changes nothing:
     # it is cut where that is met.
-    held = np.where(state.found, state.objective, np.inf)[:, None]
-    before = np.minimum.accumulate(np.concatenate([held, cost[:, :-1]], axis=1), axis=1)
+    incumbent = np.where(state.found, state.objective, np.inf)[:, None]
+    before = np.minimum.accumulate(np.concatenate([incumbent, cost[:, :-1]], axis=1), axis=1)
     leader = np.maximum.accumulate(np.where(cost < before, np.arange(size), -1), axis=1)
     consensus = np.where(state.found, state.count, 0)[:, None]
     consensus = np.where(leader >= 0, np.take_along_axis(count, np.maximum(leader, 0), axis=1), consensus)

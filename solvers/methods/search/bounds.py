@@ -76,11 +76,11 @@ def split(boxes: Boxes, reach: float) -> Boxes:
 
     reach: the distance from the centroid at which a turn's motion is measured. The parts inherit the bound.
     """
-    turned = 2.0 * reach * np.sin(0.5 * np.minimum(boxes.half[:, 0], np.pi)) >= np.sqrt(2.0) * boxes.half[:, 1]
+    by_turn = 2.0 * reach * np.sin(0.5 * np.minimum(boxes.half[:, 0], np.pi)) >= np.sqrt(2.0) * boxes.half[:, 1]
     parts = []
     for those, signs in (
-        (boxes.of(turned), np.array([(-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)])),
-        (boxes.of(~turned), np.array([(0.0, x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])),
+        (boxes.of(by_turn), np.array([(-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)])),
+        (boxes.of(~by_turn), np.array([(0.0, x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])),
     ):
         k = len(signs)
         half = np.repeat(those.half, k, axis=0) * np.where(signs[0, 0] != 0.0, (0.5, 1.0), (1.0, 0.5))
@@ -127,10 +127,10 @@ def fine(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatAr
 
 def _fine(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatArray) -> FloatArray:
     c, s = np.cos(middle[:, 0, None]), np.sin(middle[:, 0, None])
-    turned = np.stack([c * arms[:, 0] - s * arms[:, 1], s * arms[:, 0] + c * arms[:, 1]], axis=-1)
-    points = turned + middle[:, None, 1:]
-    listed, others = grid.candidates(points)
-    vx, vy = points[..., 0, None] - listed[..., 0], points[..., 1, None] - listed[..., 1]
+    rotated = np.stack([c * arms[:, 0] - s * arms[:, 1], s * arms[:, 0] + c * arms[:, 1]], axis=-1)
+    points = rotated + middle[:, None, 1:]
+    candidates, others = grid.candidates(points)
+    vx, vy = points[..., 0, None] - candidates[..., 0], points[..., 1, None] - candidates[..., 1]
     squares = vx * vx + vy * vy
     first = squares.argmin(axis=-1)[..., None]
     v = np.stack([np.take_along_axis(vx, first, -1), np.take_along_axis(vy, first, -1)], axis=-1)[..., 0, :]
@@ -153,8 +153,8 @@ def _fine(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatA
     linear = (d < 1.0) & (base >= plain)
     slope = np.where(linear[..., None], 2.0 * v, 0.0)
     total = slope.sum(axis=1)
-    twist = (slope[..., 1] * turned[..., 0] - slope[..., 0] * turned[..., 1]).sum(axis=1)
-    along = (slope * turned).sum(axis=(1, 2))
+    twist = (slope[..., 1] * rotated[..., 0] - slope[..., 0] * rotated[..., 1]).sum(axis=1)
+    along = (slope * rotated).sum(axis=(1, 2))
     level = np.where(linear, base, plain).sum(axis=1)
     level -= h * np.abs(total).sum(axis=1) + np.sin(np.minimum(delta, 0.5 * np.pi)) * np.abs(twist)
     level -= (1.0 - np.cos(delta)) * np.maximum(along, 0.0)

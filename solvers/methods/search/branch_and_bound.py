@@ -224,10 +224,10 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         best = _sweep(ground, state.problem.start[i], state.problem.source[i]) if first else None
         if best is not None:
             ceiling = best[1]
-        opened, rest = _lowest(boxes[i], state.options.boxes)
-        parts = _bounded(ground, split(opened, ground.reach), ceiling)
-        found = _try_middles(ground, parts, state.problem.source[i], ceiling)
-        best = best if found is None else found
+        lowest, rest = _lowest(boxes[i], state.options.boxes)
+        parts = _bounded(ground, split(lowest, ground.reach), ceiling)
+        trial = _try_middles(ground, parts, state.problem.source[i], ceiling)
+        best = best if trial is None else trial
         if best is not None:
             pose, ceiling = best
             R[i], t[i], scale[i], objective[i] = pose.R, pose.t, 1.0, ceiling * unit
@@ -300,8 +300,8 @@ def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float
     along = half * np.linspace(-0.8, 0.8, _SWEEP_PLACES)
     middle = np.stack([a.ravel() for a in np.meshgrid(turns, x + along, y + along, indexing="ij")], axis=1)
     rough = coarse(ground.grid, ground.arms, middle, np.zeros((len(middle), 2)))
-    chosen = middle[np.argsort(rough, kind="stable")[:_DESCENTS]]
-    swept = ground.pose(chosen[:, 0], chosen[:, 1:])
+    starts = middle[np.argsort(rough, kind="stable")[:_DESCENTS]]
+    swept = ground.pose(starts[:, 0], starts[:, 1:])
     return _descended(ground, concatenated([stacked([begin]), swept]), source)
 
 
@@ -358,9 +358,9 @@ def _confined(ground: Ground, poses: Pose) -> Pose:
     outside = (np.abs(off) > delta) | (np.abs(at - place) > half).any(axis=1)
     if not outside.any():
         return Pose.trusted(poses.R, poses.t)
-    moved = ground.pose(turn + np.clip(off, -delta, delta), place + np.clip(at - place, -half, half))
+    clipped = ground.pose(turn + np.clip(off, -delta, delta), place + np.clip(at - place, -half, half))
     return Pose.trusted(
-        np.where(outside[:, None, None], moved.R, poses.R), np.where(outside[:, None], moved.t, poses.t)
+        np.where(outside[:, None, None], clipped.R, poses.R), np.where(outside[:, None], clipped.t, poses.t)
     )
 
 

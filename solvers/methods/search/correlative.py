@@ -150,12 +150,12 @@ def _start(problem: Problem, options: CorrelativeOptions) -> CorrelativeState:
     window = Window(options.cell, options.blur, options.angle, options.shift, options.turn)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         for i in range(b):
-            made = build(problem.source[i], problem.target[i], problem.start[i], window)
-            if isinstance(made, str):
-                status, reason = mark(status, reason, np.arange(b) == i, Status.DEGENERATE, made)
+            result = build(problem.source[i], problem.target[i], problem.start[i], window)
+            if isinstance(result, str):
+                status, reason = mark(status, reason, np.arange(b) == i, Status.DEGENERATE, result)
                 continue
-            lattice[i], poses[i], nodes[i] = made, made.poses, len(made.ceilings)
-            score[i] = made.score(problem.start[i], problem.source[i])
+            lattice[i], poses[i], nodes[i] = result, result.poses, len(result.ceilings)
+            score[i] = result.score(problem.start[i], problem.source[i])
     none, zero = np.full((b, 3), -1, dtype=np.int64), np.zeros(b, dtype=np.int64)
     return CorrelativeState(
         problem=problem, options=options, lattice=lattice, poses=poses, pose=problem.start, objective=1.0 - score,
@@ -178,12 +178,12 @@ def _cut_up(
     """Cut squares of the largest size down to poses, dropping what cannot exceed the best
     sum; poses beside that at `beside` do not count. The best, and how many were scored.
     """
-    sums, scored = np.full(len(squares), best.total + 1), 0
+    sums, count = np.full(len(squares), best.total + 1), 0
     for level in reversed(range(lattice.levels)):
         quarters = np.array([(0, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1)], dtype=np.int64) * 2**level
         squares = (squares[:, None] + quarters).reshape(-1, 3)
         squares = squares[(squares[:, 1] < lattice.columns) & (squares[:, 2] < lattice.rows)]
-        sums, scored = lattice.bounds(level, squares), scored + len(squares)
+        sums, count = lattice.bounds(level, squares), count + len(squares)
         squares, sums = squares[sums > best.total], sums[sums > best.total]
     if not lattice.levels:  # squares of one translation: they were scored before the search
         sums = lattice.bounds(0, squares)
@@ -191,9 +191,9 @@ def _cut_up(
         far = ~lattice.beside(squares, beside, apart)
         squares, sums = squares[far], sums[far]
     if not len(sums):
-        return best, scored
+        return best, count
     first = int(sums.argmax())
-    return _Best(squares[first], int(sums[first])), scored
+    return _Best(squares[first], int(sums[first])), count
 
 
 def _step(state: CorrelativeState) -> CorrelativeState:
@@ -212,10 +212,10 @@ def _step(state: CorrelativeState) -> CorrelativeState:
         k, now = int(second[i]), slice(int(cut[i]), int(cut[i]) + options.per_step)
         before = round(score[k, i] * WORTH * m) if place[k, i, 0] >= 0 else -1
         squares = lattice.squares[now][lattice.ceilings[now] > before]
-        best, scored = _cut_up(
+        best, count = _cut_up(
             lattice, squares, _Best(place[k, i], before), place[0, i] if k else None, options.apart
         )
-        nodes[i] += scored
+        nodes[i] += count
         cut[i] += options.per_step
         if best.total > before:
             place[k, i], score[k, i], scale[k, i] = best.place, best.total / (WORTH * m), 1.0

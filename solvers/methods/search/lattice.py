@@ -105,9 +105,9 @@ class Lattice:
 
     def beside(self, squares: IntArray, place: IntArray, apart: float) -> BoolArray:
         """Whether each pose (n, 3) is a neighbour of that at `place`, (n,)."""
-        moved = self.cell * (squares[:, 1:] - place[1:])
-        turned = 2.0 * self.radius * np.sin(0.5 * (self.angles[squares[:, 0]] - self.angles[place[0]]))
-        near: BoolArray = np.square(moved).sum(axis=1) + np.square(turned) <= np.square(apart * self.radius)
+        shift = self.cell * (squares[:, 1:] - place[1:])
+        arc = 2.0 * self.radius * np.sin(0.5 * (self.angles[squares[:, 0]] - self.angles[place[0]]))
+        near: BoolArray = np.square(shift).sum(axis=1) + np.square(arc) <= np.square(apart * self.radius)
         return near
 
 

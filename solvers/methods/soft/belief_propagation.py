@@ -208,9 +208,9 @@ def _matrix(scores: ArrayLike, miss: float) -> FloatArray:
 def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
     """The pairs within reach at the state's pose and width, and their marginals."""
     options, problem = state.options, state.problem
-    found = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
-    psi = radius_pairs.scores(found, problem.source.shape[1], state.sigma)
-    return found, messages(found, psi, options.miss, options.sweeps)
+    pairs = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
+    psi = radius_pairs.scores(pairs, problem.source.shape[1], state.sigma)
+    return pairs, messages(pairs, psi, options.miss, options.sweeps)
 
 
 def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
@@ -218,20 +218,20 @@ def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
     figure.
     """
     one: BpState = take(state, np.array([i]))
-    found, p = _listed(one)
-    out = np.zeros((found.rows, found.columns))
-    out[found.row, found.column] = p
+    pairs, p = _listed(one)
+    out = np.zeros((pairs.rows, pairs.columns))
+    out[pairs.row, pairs.column] = p
     return out
 
 
 def _associate(state: BpState) -> BpState:
-    found, p = _listed(state)
+    pairs, p = _listed(state)
     b, m, d = state.problem.source.shape
     flat = np.ascontiguousarray(state.problem.target.reshape(-1, d).T)
     with np.errstate(over="ignore", under="ignore"):
-        mass = found.row_sums(p).reshape(b, m)
-        parts = [found.row_sums(p * flat[k].take(found.column)) for k in range(d)]
-        taken = found.column_sums(p).reshape(b, -1)
+        mass = pairs.row_sums(p).reshape(b, m)
+        parts = [pairs.row_sums(p * flat[k].take(pairs.column)) for k in range(d)]
+        taken = pairs.column_sums(p).reshape(b, -1)
     return radius_pairs.associated(changed(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
 
 

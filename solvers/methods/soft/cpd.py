@@ -190,9 +190,9 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         moved = Pose.trusted(start.R, shift, start.scale).apply(frame.moving)
         width = pair_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
         # In the frame's unit too.
-        given = options.volume
+        option = options.volume
         with np.errstate(divide="ignore", over="ignore"):  # what no float64 holds is clipped
-            volume = spread_volume(frame.fixed) if given is None else np.clip(given / frame.unit**d, 1e-300, 1e300)
+            volume = spread_volume(frame.fixed) if option is None else np.clip(option / frame.unit**d, 1e-300, 1e300)
         c = clutter_constant(options.clutter, m, volume, d)
     nothing = np.zeros(b)
     state = CpdState(
@@ -257,13 +257,13 @@ def _maximise(state: CpdState) -> _Maximum:
     means = whole / mass[:, None, None]
     mean_x, mean_y = means[:, 1:, 0], means[:, 0, 1:]
     H = (whole[:, 1:, 1:] - mean_x[:, :, None] * whole[:, :1, 1:]).swapaxes(1, 2)
-    R, turned, gap = best_rotation(H)
+    R, trace, gap = best_rotation(H)
     free = gap <= 8.0 * (_EPS + frame.blur) * mass
     scale = np.ones(len(gap))
     if state.scaled:
         centred = frame.moving - mean_y[:, None]
         spread = np.vecdot(moments[:, 0], np.vecdot(centred, centred))
-        scale = turned / np.where(free, 1.0, spread)
+        scale = trace / np.where(free, 1.0, spread)
     if free.any():
         R = np.where(free[:, None, None], state.pose.R, R)
         scale = np.where(free, state.pose.scale if state.scaled else 1.0, scale)

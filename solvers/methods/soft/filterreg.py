@@ -203,18 +203,18 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
     """
     problem, options = state.problem, state.options
     n, m = problem.target.shape[1], problem.source.shape[1]
-    built = state.filters.copy()
+    filters = state.filters.copy()
     for i in np.flatnonzero(sigma != state.sigma):
-        built[i] = kernel_filters.build(options.filter, problem.target[i], float(sigma[i]))
+        filters[i] = kernel_filters.build(options.filter, problem.target[i], float(sigma[i]))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
-        found = [f.query(x) for f, x in zip(built, moved, strict=True)]
-        mass = np.stack([q.mass for q in found])
+        sums = [f.query(x) for f, x in zip(filters, moved, strict=True)]
+        mass = np.stack([q.mass for q in sums])
         some = mass > 0.0
         total = np.where(some, mass, 1.0)
-        mean = np.stack([q.first for q in found]) / total[..., None]
-        centre = np.stack([f.centre for f in built])[:, None]
-        spread = np.stack([q.second for q in found]) / total - np.square(mean).sum(axis=2)
+        mean = np.stack([q.first for q in sums]) / total[..., None]
+        centre = np.stack([f.centre for f in filters])[:, None]
+        spread = np.stack([q.second for q in sums]) / total - np.square(mean).sum(axis=2)
         targets = np.where(some[..., None], centre + mean, moved)
         c = np.clip(clutter_constant(options.clutter, n, state.volume, 2, sigma), 1e-300, 1e300)[:, None]
         weights = mass / (mass + c)
@@ -225,7 +225,7 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
     empty: BoolArray = weights.sum(axis=1) <= 1e-12 * m
     status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
     return changed(
-        state, pose=pose, objective=objective, status=status, reason=reason, sigma=sigma, filters=built, moved=moved,
+        state, pose=pose, objective=objective, status=status, reason=reason, sigma=sigma, filters=filters, moved=moved,
         mass=mass, targets=targets, spread=np.where(real, spread, 0.0), weights=weights,
     )  # fmt: skip
 
@@ -248,9 +248,9 @@ def _step(state: FilterRegState) -> FilterRegState:
         else:
             # ‖x‖² − 2 x·μ + m²/m⁰ = ‖x − μ‖² + (m²/m⁰ − ‖μ‖²), without the cancellation
             squares = np.square(moved - state.targets).sum(axis=2) + state.spread
-            found = _within(np.sqrt((share * squares).sum(axis=1) / d), state.last)
-            same = np.abs(found - state.sigma) <= _RESOLVED.get(options.filter, 0.0) * state.sigma
-            sigma = np.where(same, state.sigma, found)
+            estimate = _within(np.sqrt((share * squares).sum(axis=1) / d), state.last)
+            same = np.abs(estimate - state.sigma) <= _RESOLVED.get(options.filter, 0.0) * state.sigma
+            sigma = np.where(same, state.sigma, estimate)
         still = np.abs(sigma - state.sigma) <= options.tolerance * state.sigma
     after = _ask(state, pose, sigma)
     rest = (change <= options.tolerance) & still

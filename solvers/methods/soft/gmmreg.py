@@ -133,8 +133,8 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
     first, last = (
-        np.clip(share * size if given is None else np.full(b, given), least, 1e149)
-        for given, share in ((options.first, 0.4), (options.last, 0.05))
+        np.clip(share * size if width is None else np.full(b, width), least, 1e149)
+        for width, share in ((options.first, 0.4), (options.last, 0.05))
     )
     if options.last is None:
         last = np.minimum(last, first)
@@ -146,9 +146,9 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
         change=np.full(b, np.inf),
     )  # fmt: skip
     state = _at(_at_width(state, np.maximum(first, last)), pose)
-    lost: BoolArray = state.overlap.max(axis=1) <= 1e-200
+    out_of_reach: BoolArray = state.overlap.max(axis=1) <= 1e-200
     status, reason = mark(
-        state.status, state.reason, lost, Status.DEGENERATE, "no kernel reaches from one cloud to the other"
+        state.status, state.reason, out_of_reach, Status.DEGENERATE, "no kernel reaches from one cloud to the other"
     )
     return changed(state, status=status, reason=reason)
 
@@ -222,9 +222,9 @@ def _step(state: GmmRegState) -> GmmRegState:
     for _ in range(_HALVINGS):
         rows = np.flatnonzero(pending)
         part = take(state, rows)
-        tried = _at(part, moved_by(part, xi[rows]))
-        better = tried.overlap.mean(axis=1) > part.overlap.mean(axis=1)
-        after = put(after, rows[better], take(tried, better))
+        trial = _at(part, moved_by(part, xi[rows]))
+        better = trial.overlap.mean(axis=1) > part.overlap.mean(axis=1)
+        after = put(after, rows[better], take(trial, better))
         pending[rows[better]] = False
         if not pending.any():
             break
@@ -237,8 +237,8 @@ def _step(state: GmmRegState) -> GmmRegState:
     rest = change <= limit
     after = changed(after, damping=damping, change=change)
 
-    lost: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
-    status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
+    flat: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
+    status, reason = mark(after.status, after.reason, flat, Status.DEGENERATE, "no direction of motion changes E")
     # At a minimum Newton's step is small, and whether E still falls is a matter of
     # rounding.
     settled = rest & (~pending | (whole <= limit))

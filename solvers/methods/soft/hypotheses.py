@@ -195,9 +195,9 @@ def drawn(
         free = np.flatnonzero(owner.take(slot) >= 0)
         mine, place = rank.take(pending.take(free)), slot.take(free)
         np.minimum.at(owner, place, mine)
-        won = free.take(np.flatnonzero(owner.take(place) == mine))
-        out[pending.take(won)] = column.take(won)
-        owner[slot.take(won)] = -1  # taken for good
+        winners = free.take(np.flatnonzero(owner.take(place) == mine))
+        out[pending.take(winners)] = column.take(winners)
+        owner[slot.take(winners)] = -1  # taken for good
         left = np.flatnonzero(out.take(pending) < 0)
         pending, row = pending.take(left), row.take(left)
     return out.reshape(rows, H)
@@ -207,12 +207,12 @@ def _associate(state: HypothesisState) -> HypothesisState:
     problem, options = state.problem, state.options
     b, m, d = problem.source.shape
     n = problem.target.shape[1]
-    found = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
-    psi = radius_pairs.scores(found, m, state.sigma)
+    pairs = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
+    psi = radius_pairs.scores(pairs, m, state.sigma)
     columns = np.empty((b * m, options.count), dtype=np.int64)
-    columns[:, 0] = greedy(found, psi, options.miss)
+    columns[:, 0] = greedy(pairs, psi, options.miss)
     if options.count > 1:
-        columns[:, 1:] = drawn(found, psi, options.miss, state.uniform, state.order.reshape(b * m, -1))
+        columns[:, 1:] = drawn(pairs, psi, options.miss, state.uniform, state.order.reshape(b * m, -1))
     assigned = columns >= 0
     mass = assigned.sum(axis=1).reshape(b, m) / options.count
     with np.errstate(over="ignore", under="ignore"):
@@ -249,8 +249,8 @@ def _step(state: HypothesisState) -> HypothesisState:
         moved = after.pose.apply(state.problem.source)
         again = rms_motion(moved - state.anchor) / state.radius <= state.options.tolerance
     status, reason = mark(after.status, after.reason, again & (taken > 1), Status.STALLED, recurrence.AGAIN)
-    kept = recurrence.anchor(taken, moved, state.anchor)
-    return changed(after, status=status, reason=reason, taken=taken, anchor=kept)
+    anchor = recurrence.anchor(taken, moved, state.anchor)
+    return changed(after, status=status, reason=reason, taken=taken, anchor=anchor)
 
 
 HYPOTHESIS_MIXTURE = Method(

@@ -126,6 +126,6 @@ def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(
     assert browsers.shell() is None
     monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: ""))
     assert browsers.shell() == there
-    assert browsers.shell(given=there) is None
+    assert browsers.shell(browser_path=there) is None
     monkeypatch.setenv("CHROMIUM", str(there))
     assert browsers.shell() is None
