@@ -13,6 +13,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
+from solvers.core.rotations import angle
 
 
 def rre(pose: Pose, truth: Pose) -> FloatArray:
@@ -46,8 +47,7 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     np.float64(20.0)
     """
     _one_space(pose, truth)
-    relative = Pose.trusted(pose.R @ truth.R.swapaxes(-1, -2), np.zeros(pose.dim))
-    error: FloatArray = np.abs(relative.angle)
+    error: FloatArray = np.abs(angle(pose.R @ truth.R.swapaxes(-1, -2)))
     return error
 
 

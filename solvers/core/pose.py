@@ -109,8 +109,7 @@ class Pose:
 
     def _fill(self, R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> None:
         """Bring the three to one batch shape, as arrays that cannot be written to."""
-        for name, value in zip(("R", "t", "scale"), of_one_batch(R, t, scale), strict=True):
-            object.__setattr__(self, name, value)
+        self.__dict__["R"], self.__dict__["t"], self.__dict__["scale"] = of_one_batch(R, t, scale)
 
     @classmethod
     def identity(cls, d: int = 2, batch: tuple[int, ...] = ()) -> Pose:
@@ -326,8 +325,8 @@ class Pose:
             raise ValueError(f"first: moves points in {first.dim} dimensions, this pose in {self.dim}")
         fits(first.batch, self.batch, "first")
         s = np.asarray(self.scale)
-        turned = (self.R @ first.t[..., None])[..., 0]
-        return Pose.trusted(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
+        rotated = (self.R @ first.t[..., None])[..., 0]
+        return Pose.trusted(self.R @ first.R, s[..., None] * rotated + self.t, s * first.scale)
 
     def inverse(self) -> Pose:
         """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.

@@ -53,45 +53,46 @@ def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
     """The moments of clouds (..., n, d) and weights (..., n) of one batch shape, not looked
     at here.
     """
-    counted = w > 0.0
+    weighted = w > 0.0
     most = w.max(axis=-1)
     ew, factor = _power(most)
     w = w * factor[..., None]
-    p, ep, big_p = _divided(p, counted)
-    q, eq, big_q = _divided(q, counted)
+    both = np.empty((2, *p.shape))  # np.stack keeps a shared cloud's strides, and its sums then round differently
+    both[0], both[1] = p, q
+    both, exponents, big = _divided(both, weighted)
     total = w.sum(axis=-1)
     safe = np.where(total > 0.0, total, 1.0)
-    share = w / safe[..., None]
-    mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (p, q))
-    p, q = (_by_column(np.subtract, x, mean[..., None, :]) for x, mean in ((p, mean_p), (q, mean_q)))
+    means = ((w / safe[..., None])[..., None, :] @ both)[..., 0, :]
+    both = _by_column(np.subtract, both, means[..., None, :])
+    p, q = both
     H = _by_column(np.multiply, p, w[..., None]).swapaxes(-1, -2) @ q
-    square_p, square_q = (np.einsum("...n,...nd,...nd->...", w, x, x) for x in (p, q))
+    squares = np.einsum("...n,...nd,...nd->...", w, both, both)
 
     # Coordinates carry rounding of half a unit in the last place of the largest, so a
     # spread below a few of these is none; the same rounding, relative to the spread, is
     # what H cannot resolve.
-    spread_p, spread_q = np.sqrt(square_p / safe), np.sqrt(square_q / safe)
-    blur_p, blur_q = ROUNDING * big_p, ROUNDING * big_q
-    still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
-    blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
-    tolerance = blur * np.sqrt(square_p * square_q)
+    spread, blur = np.sqrt(squares / safe), ROUNDING * big
+    still = spread <= blur
+    blurred = blur / np.where(still, 1.0, spread)
+    tolerance = (blurred[0] + blurred[1]) * np.sqrt(squares[0] * squares[1])
     return Moments(
-        (ep, eq, ew), mean_p, mean_q, p, q, w, H, square_p, still_p, still_q, most == 0.0, tolerance
-    )
+        (exponents[0], exponents[1], ew), means[0], means[1], p, q, w, H, squares[0], still[0], still[1],
+        most == 0.0, tolerance,
+    )  # fmt: skip
 
 
-def _divided(x: FloatArray, counted: BoolArray) -> tuple[FloatArray, AnyArray, FloatArray]:
+def _divided(x: FloatArray, weighted: BoolArray) -> tuple[FloatArray, AnyArray, FloatArray]:
     """The points (..., n, d) over a power of two, its exponent (...), and the largest
     coordinate of what counts, divided too.
     """
     size = np.abs(x[..., 0])
     for k in range(1, x.shape[-1]):
         size = np.maximum(size, np.abs(x[..., k]))
-    big = np.where(counted, size, 0.0).max(axis=-1)
+    big = np.where(weighted, size, 0.0).max(axis=-1)
     # A point without weight counts for nothing, however far away it lies: what is near
     # is multiplied by its zero, what is not is left out.
     if not (size.max(axis=-1) <= _FAR * big).all():
-        x = np.where(counted[..., None], x, 0.0)
+        x = np.where(weighted[..., None], x, 0.0)
     exponent, factor = _power(big)
     return x * factor[..., None, None], exponent, big * factor
 

@@ -227,11 +227,11 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         R, turn = _turn(H)
         return R, turn, turn
     V, values, Ut, sign = _signed_svd(H)
-    signed = values.copy()
-    signed[..., -1] *= sign
+    signed_values = values.copy()
+    signed_values[..., -1] *= sign
     D = np.ones_like(values)
     D[..., -1] = sign
-    return (V * D[..., None, :]) @ Ut, signed.sum(axis=-1), values[..., -2] + signed[..., -1]
+    return (V * D[..., None, :]) @ Ut, signed_values.sum(axis=-1), values[..., -2] + signed_values[..., -1]
 
 
 def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -307,17 +307,17 @@ def _spatial(m: Moments, proper: bool) -> Turned:
     # good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
-    signed = values.copy()
-    signed[..., -1] *= flip
+    signed_values = values.copy()
+    signed_values[..., -1] *= flip
     D = np.ones_like(values)
     D[..., -1] = flip
     R = (V * D[..., None, :]) @ Ut
     gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
-    return R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap
+    return R, signed_values.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap
 
 
 def _posed(
-    m: Moments, R: FloatArray, turned: FloatArray, gap: FloatArray, scale: bool
+    m: Moments, R: FloatArray, trace: FloatArray, gap: FloatArray, scale: bool
 ) -> tuple[Pose, BoolArray]:
     """From the rotation to the pose, and where it is undefined."""
     ep, eq, _ = m.exponents
@@ -329,14 +329,14 @@ def _posed(
         # The ratio of the divided clouds, multiplied back; a ratio that is not a float64
         # is not a scale either.
         with np.errstate(over="ignore", under="ignore"):
-            s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
+            s = np.ldexp(np.where(bad, 1.0, trace / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
     return Pose.trusted(R, mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0], s), bad
 
 
 def _condition(values: FloatArray, gap: FloatArray, bad: BoolArray) -> FloatArray:
     with np.errstate(over="ignore", under="ignore"):
-        return np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
+        return np.where(bad, np.inf, np.sqrt((values * values).sum(axis=-1)) / np.where(bad, 1.0, gap))
 
 
 def _reasons(m: Moments, bad: BoolArray) -> ReasonArray:
@@ -350,13 +350,13 @@ def _fit(
     pairs: tuple[FloatArray, FloatArray, FloatArray], m: Moments, rotation: Turned, scale: bool
 ) -> Fit:
     """All of the answer."""
-    R, turned, values, sign, gap = rotation
-    pose, bad = _posed(m, R, turned, gap, scale)
+    R, trace, values, sign, gap = rotation
+    pose, bad = _posed(m, R, trace, gap, scale)
     with np.errstate(over="ignore", under="ignore"):
         cost = pair_cost(pose, *pairs)
         ep, eq, ew = m.exponents
         singular = np.ldexp(values, (ep + eq + ew)[..., None])
     status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
     condition = _condition(values, gap, bad)
-    stopped = status if status.ndim else Status(int(status))
-    return Fit(pose, stopped, _reasons(m, bad)[()], singular, sign[()], cost[()], condition[()])
+    outcome = status if status.ndim else Status(int(status))
+    return Fit(pose, outcome, _reasons(m, bad)[()], singular, sign[()], cost[()], condition[()])
