@@ -28,6 +28,8 @@ ROLES = (
 COLOURS = {role: colours()[role][0] for role in ROLES}
 _ROLE = {colour: role for role, colour in COLOURS.items()}
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+COMMAND = re.compile(r"([MLCQZz])([^MLCQZz]*)")  # those that matplotlib writes
+POINTS = {"M": 1, "L": 1, "C": 3, "Q": 2}  # of each
 DRAWN = ("path", "use", "text", "tspan")
 PLAIN = (
     *("opacity", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray", "stroke-dashoffset"),
@@ -85,14 +87,14 @@ def draw(fill: Callable[[Any], None], size: tuple[int, int], prefix: str) -> str
     import matplotlib
     from matplotlib.figure import Figure
 
-    written = io.StringIO()
+    buffer = io.StringIO()
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(SETTINGS)
         figure = Figure(figsize=(size[0] / 72, size[1] / 72), dpi=72)
         fill(figure)
-        figure.savefig(written, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    return clean(written.getvalue(), size, prefix)
+        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    return clean(buffer.getvalue(), size, prefix)
 
 
 def clean(source: str, size: tuple[int, int], prefix: str) -> str:
@@ -141,60 +143,96 @@ def _element(
     if kind == "defs" and not inside:
         return
     text = escape(each.text or "") if kind in ("text", "tspan") else ""
-    written = "".join(f' {name}="{escape(value)}"' for name, value in attributes.items())
+    attrs = "".join(f' {name}="{escape(value)}"' for name, value in attributes.items())
     holds = f"{text}{''.join(inside)}"
-    out.append(f"<{kind}{written}>{holds}</{kind}>" if holds else f"<{kind}{written}/>")
+    out.append(f"<{kind}{attrs}>{holds}</{kind}>" if holds else f"<{kind}{attrs}/>")
 
 
 def _attributes(each: ElementTree.Element, names: dict[str, str]) -> dict[str, str]:
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     classes: list[str] = []
     for raw, value in each.items():
         name = raw.removeprefix(LINK)
         if name == "style":
             for declaration in filter(None, map(str.strip, value.split(";"))):
-                key, _, said = declaration.partition(":")
-                _declared(key.strip(), said.strip(), found, classes)
+                key, _, setting = declaration.partition(":")
+                _declared(key.strip(), setting.strip(), result, classes)
         elif name == "id":
             if value in names:
-                found["id"] = names[value]
+                result["id"] = names[value]
         elif name == "href":
-            found["href"] = f"#{names[value[1:]]}"
+            result["href"] = f"#{names[value[1:]]}"
         elif name == "clip-path":
-            found["clip-path"] = re.sub(r"#([^)]+)", lambda match: f"#{names[match[1]]}", value)
+            result["clip-path"] = re.sub(r"#([^)]+)", lambda match: f"#{names[match[1]]}", value)
         elif name == "d":
-            found["d"] = _path(value)
+            result["d"] = _path(value)
         elif name == "transform":
             if not value.startswith("rotate(-0 "):
-                found["transform"] = NUMBER.sub(lambda match: _short(match[0]), value)
+                result["transform"] = NUMBER.sub(lambda match: _short(match[0]), value)
         elif name in ("x", "y", "width", "height"):
-            found[name] = _short(value)
-    return ({"class": " ".join(classes)} if classes else {}) | found
+            result[name] = _short(value)
+    return ({"class": " ".join(classes)} if classes else {}) | result
 
 
-def _declared(name: str, value: str, found: dict[str, str], classes: list[str]) -> None:
+def _declared(name: str, value: str, result: dict[str, str], classes: list[str]) -> None:
     if name in ("fill", "stroke"):
         if value == "none":
-            found[name] = "none"
+            result[name] = "none"
         elif value in _ROLE:
             classes.append(f"{name[0]}-{_ROLE[value]}")
         else:
             raise ValueError(f"the colour {value} is none of the site's: take one of matplotlib_svg.COLOURS")
     elif name in PLAIN:
-        found[name] = NUMBER.sub(lambda match: _short(match[0]), value.removesuffix("px"))
+        result[name] = NUMBER.sub(lambda match: _short(match[0]), value.removesuffix("px"))
     elif name not in LEFT_OUT:
         raise ValueError(f"what becomes of the style {name!r} in a page?")
 
 
 def _path(value: str) -> str:
-    """A tenth of a px is enough for what is drawn, and a page has many of its numbers."""
-    short = NUMBER.sub(lambda match: _short(match[0], 1), " ".join(value.split()))
-    return re.sub(r" ?([MLCQZz]) ?", r"\1", short)
+    """The path relative to its own points, to a tenth of a px: enough for what is drawn, and short.
+
+    Every point is rounded where it lies, so that no rounding adds up along a line.
+    """
+    parts: list[str] = []
+    begin = at = (0, 0)  # of the subpath, and of the pen
+    for command, numbers in COMMAND.findall(value):
+        if command in "zZ":
+            parts.append("z")
+            at = begin
+            continue
+        tenths = [round(10 * float(number)) for number in numbers.split()]
+        points = list(zip(tenths[::2], tenths[1::2], strict=True))
+        step = POINTS[command]
+        for k in range(0, len(points), step):
+            parts.append(_move(command, at, points[k : k + step]) if parts else f"M{_pair(*points[0])}")
+            at = points[k + step - 1]
+            begin = at if command == "M" else begin
+    return "".join(parts)
 
 
-def _short(number: str, decimals: int = 2) -> str:
-    """A number with few decimals, in px."""
-    return f"{round(float(number), decimals) + 0.0:.10g}"
+def _move(command: str, at: tuple[int, int], points: list[tuple[int, int]]) -> str:
+    """One command, relative to where the pen is."""
+    steps = [(x - at[0], y - at[1]) for x, y in points]
+    if command == "L" and 0 in steps[0]:
+        across, down = steps[0]
+        return f"h{_tenths(across)}" if down == 0 else f"v{_tenths(down)}"
+    return command.lower() + " ".join(_pair(*step) for step in steps).replace(" -", "-")
+
+
+def _pair(x: int, y: int) -> str:
+    return f"{_tenths(x)} {_tenths(y)}".replace(" -", "-")
+
+
+def _tenths(value: int) -> str:
+    """A number of tenths, as short as a path may have it."""
+    whole, part = divmod(abs(value), 10)
+    sign = "-" if value < 0 else ""
+    return f"{sign}{whole or ''}.{part}" if part else f"{sign}{whole}"
+
+
+def _short(number: str) -> str:
+    """A number with two decimals at most, in px."""
+    return f"{round(float(number), 2) + 0.0:.10g}"
 
 
 __all__ = ["COLOURS", "TOKENS", "clean", "draw"]
