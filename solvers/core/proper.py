@@ -37,8 +37,9 @@ def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArr
 
 
 def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    # Broadcasting costs more than the copy, and is seldom needed.
-    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64)
+    # Broadcasting costs more than the copy, and is seldom needed. In C order, whatever the order of what was given: a
+    # product of the same numbers in another order of memory can round differently.
+    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64, order="C")
     out.flags.writeable = False
     return out
 

@@ -309,7 +309,8 @@ def _step(state: MmdState) -> MmdState:
         step = -along[rows] / (values[rows] + (damping * top)[rows, None])
         step = (V[rows] @ step[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1)
-        trial = take(state, rows)
+        whole = rows.size == b  # as the only problem of a batch always is: nothing to copy
+        trial = state if whole else take(state, rows)
         with np.errstate(over="ignore"):
             per_radius = np.minimum(trial.length / trial.radius, 1e300)
         # No farther than the length scale reaches, and about no axis by more than a
@@ -321,7 +322,7 @@ def _step(state: MmdState) -> MmdState:
         motion = cap * size * per_radius
         better = trial.objective < state.objective[rows]
         winners, losers = rows[better], rows[~better]
-        after = put(after, winners, take(trial, better))
+        after = trial if whole and better.all() else put(after, winners, take(trial, better))
         change[winners] = motion[better]
         damping[winners] = np.maximum(0.2 * damping[winners], 1e-9)
         damping[losers] *= 8.0

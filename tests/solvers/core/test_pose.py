@@ -311,3 +311,15 @@ def test_a_batch_has_the_length_of_its_first_axis_and_a_single_pose_none():
     with pytest.raises(TypeError, match="a single pose has no rows"):
         len(Pose.identity())
     assert bool(Pose.identity())
+
+
+def test_the_order_in_memory_of_what_it_is_made_of_changes_no_bit(rng):
+    """A product of the same numbers in another order of memory can round differently: a pose has one order."""
+    R = Pose.from_angle(rng.uniform(-3, 3, 40)).R
+    other = np.asfortranarray(R)
+    assert not other.flags.c_contiguous
+    one = Pose(R, rng.normal(size=(40, 2)))
+    two = Pose(other, np.asfortranarray(one.t))
+    assert all(getattr(two, name).flags.c_contiguous for name in ("R", "t", "scale"))
+    points = rng.normal(size=(40, 30, 2))
+    np.testing.assert_array_equal(one.apply(points), two.apply(points))
