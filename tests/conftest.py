@@ -34,7 +34,7 @@ class Report:
     warnings: tuple = ()
     sources: tuple = (("content/page.md", "index.html"),)
 
-def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, kept=None):
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, memory=None):
     text = (root / "content" / "page.md").read_text("utf-8")
     if "wrong" in text:
         raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])

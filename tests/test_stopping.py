@@ -45,7 +45,7 @@ def counting(root, name):
     say(root, name)
     hashlib.pbkdf2_hmac("sha256", b"", b"", (1 << 31) - 1)  # no signal is heard before this ends, in ten minutes
 
-def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, kept=None):
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, memory=None):
     stage = (root / "content" / "page.md").read_text()
     say(root, "build")
     if stage in ("writing", "counting"):

@@ -65,8 +65,8 @@ def bundled(
     store = Store(cache, "bundles")
     made_by = f"{FORMAT} {pins.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
     keys = {entry.path: entry.key(made_by) for entry in entries}
-    kept = {path: store.find(key) for path, key in keys.items()}
-    new = [entry for entry in entries if kept[entry.path] is None]
+    cached = {path: store.find(key) for path, key in keys.items()}
+    new = [entry for entry in entries if cached[entry.path] is None]
     answers = dict(zip((entry.path for entry in new), _run(new, cache, progress), strict=True)) if new else {}
     for entry in new:
         answer = answers[entry.path]
@@ -74,10 +74,10 @@ def bundled(
             problems.add(Place(message["path"] or entry.path, message["line"], message["column"]), message["text"])
         if not answer["messages"]:
             store.put(keys[entry.path], json.dumps([answer["code"], answer["map"]]).encode())
-    found = {path: json.loads(data) for path, data in kept.items() if data is not None}
+    bundles = {path: json.loads(data) for path, data in cached.items() if data is not None}
     for path, answer in answers.items():
-        found[path] = ["", ""] if answer["messages"] else [answer["code"], answer["map"]]
-    return [Bundle(*found[entry.path]) for entry in entries]
+        bundles[path] = ["", ""] if answer["messages"] else [answer["code"], answer["map"]]
+    return [Bundle(*bundles[entry.path]) for entry in entries]
 
 
 def _run(entries: Sequence[Entry], cache: Path, progress: Progress) -> list[Any]:

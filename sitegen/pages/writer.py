@@ -70,13 +70,13 @@ class Inside:
 
 @dataclass(frozen=True)
 class Writer:
-    """Fills the templates of one build. kept: insides of pages that an earlier build filled. has_search: whether pages
-    can be searched. download: the name of the zip of the whole site; "" where there is none."""
+    """Fills the templates of one build. memory: insides of pages that an earlier build filled. has_search: whether
+    pages can be searched. download: the name of the zip of the whole site; "" where there is none."""
 
     templates: Environment
     site: Site
     chapters: Sequence[Chapter]
-    kept: Memory
+    memory: Memory
     has_docs: bool = False
     has_search: bool = False
     download: str = ""
@@ -102,7 +102,7 @@ class Writer:
         def fill() -> str:
             return held(self.templates.get_template(template).render(context))
 
-        return Inside(page, Markup(self.kept.answer(("inside", page.name), made_of, fill)))
+        return Inside(page, Markup(self.memory.answer(("inside", page.name), made_of, fill)))
 
     def framed(self, inside: Inside, assets: Assets) -> bytes:
         """The whole page with the files that it loads."""
@@ -114,7 +114,7 @@ class Writer:
             html = hosted(inside.html, size)
             return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=bare, inside=html).encode()
 
-        return self.kept.answer(("page", inside.page.name, bool(size)), (inside, bare, self.site), whole)
+        return self.memory.answer(("page", inside.page.name, bool(size)), (inside, bare, self.site), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""

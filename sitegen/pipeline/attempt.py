@@ -63,17 +63,17 @@ def attempt(
     drafts: bool = False,
     pack: bool = True,
     progress: Progress = quiet,
-    kept: Memory | None = None,
+    memory: Memory | None = None,
 ) -> Outcome:
     """Build the checkout `root` into `dest`, with drafts or without, packed for hosts or not, and say how it went.
 
-    kept: see build().
+    memory: see build().
     """
     began = time.monotonic()
     try:
         from sitegen.pipeline.build import build
 
-        report = build(root, dest, strict=strict, drafts=drafts, pack=pack, progress=progress, kept=kept)
+        report = build(root, dest, strict=strict, drafts=drafts, pack=pack, progress=progress, memory=memory)
     except BuildFailed as failed:
         return Outcome(problems=failed.problems, seconds=time.monotonic() - began)
     except OutsideError as error:

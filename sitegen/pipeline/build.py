@@ -85,14 +85,15 @@ def build(
     progress: Progress | None = None,
     cache: Path | None = None,
     parts: Parts = STANDARD,
-    kept: Memory | None = None,
+    memory: Memory | None = None,
 ) -> Report:
     """Build the site of the checkout at `root` into `dest`, which changes only when all went well; see `BuildContext`.
 
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
     clear(dest)
-    context = BuildContext(root, cache or cache_dir(), progress or quiet, kept or Memory(), parts, strict, drafts, pack)
+    cache, progress, memory = cache or cache_dir(), progress or quiet, memory or Memory()
+    context = BuildContext(root, cache, progress, memory, parts, strict, drafts, pack)
     with pool.threads(spared=1) as beside:
         return _build(context, dest, beside)
 
@@ -100,7 +101,7 @@ def build(
 def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
     """The build; what can wait is done `beside` it, while the work on pages keeps one core busy."""
     problems = Problems()
-    context.kept.begin((context.root, context.cache, context.parts, state(context.root)))
+    context.memory.begin((context.root, context.cache, context.parts, state(context.root)))
     manuscript = _read(context, problems)
     media = _draw(context, manuscript, problems, beside)
     content = _render(context, manuscript, media, problems)
@@ -109,13 +110,13 @@ def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
         raise BuildFailed(problems.found)
     publish(files, media.started, dest, context.pack, context.cache, context.progress)
     prune(context.cache)
-    told = [*problems.warnings, *(problems.notes if context.strict else [])]
+    warnings = [*problems.warnings, *(problems.notes if context.strict else [])]
     if full := unwritable(context.cache):
         says = f"nothing can be kept in this cache: {full}; every build makes it all anew"
-        told.append(Problem(str(context.cache), 0, 0, says))
+        warnings.append(Problem(str(context.cache), 0, 0, says))
     return Report(
         tuple(sorted(name for name in files if name.endswith(".html"))),
-        tuple(sorted(told)),
+        tuple(sorted(warnings)),
         len(files),
         sum(map(len, files.values())),
         {chapter.source.path: chapter.page for chapter in manuscript.written},
@@ -135,12 +136,12 @@ class _Manuscript:
 
 
 def _read(context: BuildContext, problems: Problems) -> _Manuscript:
-    root, kept = context.root, context.kept
+    root, memory = context.root, context.memory
     site = read_site(root, problems)
-    chapters, left_out = read_chapters(root, site, problems, context.drafts, kept)
-    references = read_references(root, problems, kept)
-    terms = read_glossary(root, chapters, left_out, problems, kept)
-    docs = read_docs(root, problems, kept)
+    chapters, left_out = read_chapters(root, site, problems, context.drafts, memory)
+    references = read_references(root, problems, memory)
+    terms = read_glossary(root, chapters, left_out, problems, memory)
+    docs = read_docs(root, problems, memory)
     check_names([*docs, *chapters], problems)  # a page of the docs has its name from its file, a chapter may change its
     return _Manuscript(site, chapters, left_out, [*chapters, *docs], references, terms)
 
@@ -161,25 +162,27 @@ class _Media:
 
 def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, beside: Executor) -> _Media:
     """Formulas, figures and plots, and the runtime that brings figures alive."""
-    cache, kept, parts, progress = context.cache, context.kept, context.parts, context.progress
-    placeable = kept.told("widgets", (), problems, partial(sound, parts.widgets))
-    surveys = [
-        kept.told(("survey", one.source.path), (one, placeable), problems, partial(survey, one, placeable, parts.plots))
-        for one in manuscript.written
-    ]
+    cache, memory, parts, progress = context.cache, context.memory, context.parts, context.progress
+    placeable = memory.told("widgets", (), problems, partial(sound, parts.widgets))
+
+    def surveyed(one: Chapter) -> Survey:
+        look = partial(survey, one, placeable, parts.plots)
+        return memory.told(("survey", one.source.path), (one, placeable), problems, look)
+
+    surveys = [surveyed(one) for one in manuscript.written]
     formulas = [formula for one in surveys for formula in one.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
-    mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, kept)
+    mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, memory)
     templates = environment(context.root, cache)
     broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
-    started = None if broken else kept.answer("runtime", (), partial(_runtime, context))
+    started = None if broken else memory.answer("runtime", (), partial(_runtime, context))
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
-    values = Values(cache, kept.answer("codes", (), _codes), gallery)
-    unmade = [one for one in surveys if not kept.has_told(("tapes", one.chapter.source.path), one, problems)]
+    values = Values(cache, memory.answer("codes", (), _codes), gallery)
+    unmade = [one for one in surveys if not memory.has_told(("tapes", one.chapter.source.path), one, problems)]
     pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
-    tapes = record_tapes(surveys, bakery, problems, progress, kept)
+    tapes = record_tapes(surveys, bakery, problems, progress, memory)
     early = {**contents(started), **{tape.name: tape.script for tape in tapes.values()}}
     for name, data in early.items() if context.pack else ():
         beside.submit(packed, name, data, cache)  # for publish and archive, which find the copies in the cache
@@ -190,7 +193,7 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
 
 def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, problems: Problems) -> Content:
     """What the pages are written from; BuildFailed where anything is wrong with it."""
-    root, cache, kept, parts = context.root, context.cache, context.kept, context.parts
+    root, cache, memory, parts = context.root, context.cache, context.memory, context.parts
     drafts = outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in manuscript.left_out)
     known = Known(
         root=root,
@@ -199,8 +202,8 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         pages={},
         references=manuscript.references,
         terms=manuscript.terms,
-        tests=tests_for(root, manuscript.written, cache, kept),
-        results=read_results(root, kept),
+        tests=tests_for(root, manuscript.written, cache, memory),
+        results=read_results(root, memory),
         mathematics=media.mathematics,
         values=media.values,
         frames=partial(frames_of, media.bakery, problems, {}),
@@ -210,7 +213,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         picture_html=lambda panels, words, caption: Markup(""),
         problems=problems,
     )
-    known, texts = write(media.surveys, known, Pen(media.templates, media.tapes, media.bakery, media.gallery), kept)
+    known, texts = write(media.surveys, known, Pen(media.templates, media.tapes, media.bakery, media.gallery), memory)
     media.values.keep()
     count = len(manuscript.chapters)
     surveys, written = media.surveys[:count], [(text.chapter, text.body) for text in texts]
@@ -239,10 +242,10 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         references=manuscript.references,
         cited=cited,
         known=known,
-        licences=kept.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
-        notebooks=notebooks(surveys, plain, shown, cache, kept),
+        licences=memory.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
+        notebooks=notebooks(surveys, plain, shown, cache, memory),
         made=about.made(root, surveys, plain, media.started.size if media.started else 0),
-        sources=kept.answer("tests as code", tests, partial(_sources, tests, cache)),
+        sources=memory.answer("tests as code", tests, partial(_sources, tests, cache)),
     )
 
 

@@ -40,14 +40,14 @@ class BuildContext:
     """A build of the checkout at `root`.
 
     strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files,
-    and the whole site in a zip to take away; who only looks at pages needs neither. kept: what an earlier build in this
-    process left there is not made again; the site is the same without.
+    and the whole site in a zip to take away; who only looks at pages needs neither. memory: what an earlier build in
+    this process left there is not made again; the site is the same without.
     """
 
     root: Path
     cache: Path
     progress: Progress
-    kept: Memory
+    memory: Memory
     parts: Parts = STANDARD
     strict: bool = False
     drafts: bool = False

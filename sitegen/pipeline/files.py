@@ -57,13 +57,13 @@ class Content:
 
 def site_files(context: BuildContext, content: Content, problems: Problems) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and what is packed."""
-    parts, kept, cache = context.parts, context.kept, context.cache
+    parts, memory, cache = context.parts, context.memory, context.cache
     templates, started = content.templates, content.started
     scripts = {tape.name: tape.script for tape in content.tapes.values()}
     # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
     zipped = folder_name(content.site.title) + ".zip" if context.pack else ""
     writer = Writer(
-        templates, content.site, content.chapters, kept, bool(content.docs), parts.search is not None, zipped
+        templates, content.site, content.chapters, memory, bool(content.docs), parts.search is not None, zipped
     )
     insides = _insides(content, writer)
     assets = _assets(context, content, insides, scripts, problems)
@@ -92,7 +92,7 @@ def _assets(
     problems: Problems,
 ) -> Assets:
     """Styles, scripts, typefaces and icons, and what the search looks through."""
-    parts, kept, cache = context.parts, context.kept, context.cache
+    parts, memory, cache = context.parts, context.memory, context.cache
     fontset = _fonts(context, insides, scripts)
     if fontset and fontset.missing:
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
@@ -110,11 +110,11 @@ def _assets(
     if started := content.started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     if parts.search is not None:
-        library = kept.answer("search", (), partial(parts.search, cache))
+        library = memory.answer("search", (), partial(parts.search, cache))
         assets.search_library = assets.add("minisearch.js", library)
         hidden = {doc.page for doc, _ in content.docs if doc.hidden}
         seen = {name: str(one.html) for name, one in insides.items() if name not in hidden}
-        assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, kept))
+        assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, memory))
     if webmanifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, colours()["paper"]
         made = webmanifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
@@ -134,9 +134,9 @@ def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mappin
     """The typefaces with the letters that pages and figures need."""
     if context.parts.cut_fonts is None:
         return None
-    letters = characters({name: one.html for name, one in insides.items()}, scripts, context.cache, context.kept)
+    letters = characters({name: one.html for name, one in insides.items()}, scripts, context.cache, context.memory)
     cut = partial(context.parts.cut_fonts, *letters, url="fonts/", cache=context.cache, progress=context.progress)
-    return context.kept.answer("fonts", letters, cut)
+    return context.memory.answer("fonts", letters, cut)
 
 
 def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
@@ -146,7 +146,7 @@ def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapp
     site = content.site
     emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem and site.url}
     says = site.title, site.description, fontset, emblems
-    return context.kept.answer("emblem", says, partial(context.parts.draw_emblem, *says, cache=context.cache))
+    return context.memory.answer("emblem", says, partial(context.parts.draw_emblem, *says, cache=context.cache))
 
 
 def _for_hosts(

@@ -16,13 +16,13 @@ from sitegen.progress import Progress
 
 
 def record_tapes(
-    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress, kept: Memory
+    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress, memory: Memory
 ) -> dict[tuple[str, str], Tape]:
     """The tape of every figure, by page and figure."""
     tapes: dict[tuple[str, str], Tape] = {}
     for i, one in enumerate(surveys):
         progress("drawing figures", i, len(surveys))
-        tapes |= kept.told(("tapes", one.chapter.source.path), one, problems, partial(_tapes, one, bakery))
+        tapes |= memory.told(("tapes", one.chapter.source.path), one, problems, partial(_tapes, one, bakery))
     progress("drawing figures", len(surveys), len(surveys))
     return tapes
 

@@ -41,7 +41,7 @@ def build(root: str, dest: str, state: dict[str, Any]) -> dict[str, Any]:
 
         with shown() as progress:
             memory = state.setdefault("memory", Memory())
-            report = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, kept=memory)
+            report = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, memory=memory)
         outcome = report.plain()
     except Exception:  # the very modules that tell of problems may be what is being edited
         outcome = {"trouble": traceback.format_exc()}

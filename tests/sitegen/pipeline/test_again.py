@@ -59,7 +59,7 @@ class Again:
 
     def _built(self, memory: Memory, site: Path) -> Found:
         try:
-            report = build(self.root, site, pack=False, cache=self._cache, parts=self._parts, kept=memory)
+            report = build(self.root, site, pack=False, cache=self._cache, parts=self._parts, memory=memory)
         except BuildFailed as failed:
             return [str(problem) for problem in failed.problems]
         return {**contents(site), "warnings": "\n".join(map(str, report.warnings)).encode()}
