@@ -30,7 +30,6 @@ ABOVE = 10.0  # px from the window's top up to the baseline of that name
 WIDTH = 320.0  # px, that of a chart in a column
 LINE = 16.0  # px between the baselines of two names
 LETTER = 7.0  # px across, roughly
-NAME = 100.0  # px across within which two names may meet
 DECADES = 6  # labelled at most
 
 
@@ -62,8 +61,8 @@ class Axis:
 
     def placed(self, values: ArrayLike) -> Array:
         """Where along the axis values are drawn."""
-        given = np.asarray(values, dtype=float)
-        return np.log10(np.clip(given, self.low, self.high)) if self.log else given
+        raw = np.asarray(values, dtype=float)
+        return np.log10(np.clip(raw, self.low, self.high)) if self.log else raw
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -102,11 +101,11 @@ def chart(
     for one in series:
         xy = np.stack([x.placed(one.x), y.placed(one.y)], axis=1)
         marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
-        known = xy[~np.isnan(xy).any(axis=1)]
-        if one.dots and len(known):
-            marks.append(Points(known, one.role, radius=2.5))
-        if one.name and len(known):
-            ends.append((one, known[-1]))
+        finite = xy[~np.isnan(xy).any(axis=1)]
+        if one.dots and len(finite):
+            marks.append(Points(finite, one.role, radius=2.5))
+        if one.name and len(finite):
+            ends.append((one, finite[-1]))
     marks += _end_names(view, ends, PAD[0] + LETTER * len(y.label))
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
 
@@ -129,28 +128,30 @@ def _unbroken(xy: Array) -> list[Array]:
 
 @dataclass(frozen=True)
 class _EndName:
-    """A name at a line's end: how far across in px, and the baseline that it wants and the highest that it may have."""
+    """A name at a line's end: from where to where across in px, the baseline that it wants, the highest it may have."""
 
     label: Label
-    x: float
+    left: float
+    right: float
     height: float
     top: float
 
 
-def _end_names(view: View, ends: list[tuple[Series, Array]], taken: float) -> list[Mark]:
-    """Each line's name above its last value, inwards of it, and a line higher wherever two would meet.
+def _end_names(view: View, ends: list[tuple[Series, Array]], label_end: float) -> list[Mark]:
+    """Each line's name above its last value, right of it where there is room, and a line higher where two would meet.
 
-    taken: how far across the name of the y axis reaches; a name that would meet that one stands below its value.
+    label_end: how far across the name of the y axis reaches; a name that would meet that one stands below its value.
     """
     names = []
     for one, xy in ends:
         x, y = (float(v) for v in view.px(xy)[0])
-        anchor: Anchor = "end" if x > view.width / 2 else "start"
-        begins = x - LETTER * len(one.name) if anchor == "end" else x
-        top = LINE if begins > taken else PAD[1] - ABOVE + LINE
+        across = LETTER * len(one.name)
+        anchor: Anchor = "end" if x + 4 + across > view.width else "start"
+        begins = x - across if anchor == "end" else x
+        top = LINE if begins > label_end else PAD[1] - ABOVE + LINE
         height = y - 7 if y - 7 >= top else y + LINE
         label = Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=-y)
-        names.append(_EndName(label, x, height, top))
+        names.append(_EndName(label, begins, begins + across, height, top))
     names.sort(key=lambda name: -name.height)
     heights = _apart(names)
     return [replace(name.label, dy=name.label.dy + height) for name, height in zip(names, heights, strict=True)]
@@ -162,7 +163,9 @@ def _apart(names: Sequence[_EndName]) -> list[float]:
     What would be above its top is moved down again, with all that is under it.
     """
     spread = [name.height for name in names]
-    near = [[j for j, other in enumerate(names) if abs(one.x - other.x) < NAME] for one in names]
+    near = [
+        [j for j, other in enumerate(names) if one.left < other.right and other.left < one.right] for one in names
+    ]
     for i in range(len(names)):
         spread[i] = min([spread[i], *(spread[j] - LINE for j in near[i] if j < i)])
     for i in reversed(range(len(names))):

@@ -319,8 +319,8 @@ def small(value: float) -> str:
 
 def degrees(radians: float, decimals: int = 0) -> str:
     """An angle in (−180°, 180°], as text; half a turn is always 180, whichever side rounding puts it on."""
-    turned = 180.0 - (180.0 - float(np.degrees(radians)) + 1e-6) % 360.0
-    return number(turned + 1e-6, decimals)
+    wrapped = 180.0 - (180.0 - float(np.degrees(radians)) + 1e-6) % 360.0
+    return number(wrapped + 1e-6, decimals)
 
 
 def move_keys(x: float, y: float, step: float = 0.05, leap: float = 0.5) -> dict[str, tuple[float, float]]:
@@ -349,8 +349,8 @@ def turn_keys(
     """Arrow keys for a handle that turns about `centre` at distance `reach`: left and up turn anticlockwise."""
     x, y = rows(centre)[0].tolist()
 
-    def at(turned: float) -> tuple[float, float]:
-        return x + reach * float(np.cos(turned)), y + reach * float(np.sin(turned))
+    def at(heading: float) -> tuple[float, float]:
+        return x + reach * float(np.cos(heading)), y + reach * float(np.sin(heading))
 
     ways = {"ArrowLeft": 1, "ArrowUp": 1, "ArrowRight": -1, "ArrowDown": -1}
     return {

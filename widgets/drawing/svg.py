@@ -58,12 +58,12 @@ def snap(values: Any) -> list[Any]:
 
     Raises ValueError for NaN.
     """
-    placed = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
-    if np.isnan(placed).any():
+    units = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
+    if np.isnan(units).any():
         raise ValueError("a mark has a coordinate that is not a number")
-    placed *= UNIT
-    placed += HALF
-    return np.floor(placed, out=placed).astype(np.int64).tolist()  # type: ignore[no-any-return]
+    units *= UNIT
+    units += HALF
+    return np.floor(units, out=units).astype(np.int64).tolist()  # type: ignore[no-any-return]
 
 
 def _whole(px: float) -> int:
@@ -173,11 +173,12 @@ def _segments(mark: Segments, view: View, prefix: str) -> str:
 
 
 def _lines(ends: Iterable[Sequence[int]]) -> str:
-    """A line between each two ends, each relative to where the one before ended."""
+    """A line between each two ends, each relative to where the one before ended, and its continuation if it begins
+    there."""
     parts: list[str] = []
     at_x = at_y = 0
     for x, y, u, v in ends:
-        begin = f"m{x - at_x} {y - at_y}" if parts else f"M{x} {y}"
+        begin = f"M{x} {y}" if not parts else "" if x == at_x and y == at_y else f"m{x - at_x} {y - at_y}"
         parts.append(f"{begin}h{u - x}" if v == y else f"{begin}v{v - y}" if u == x else f"{begin}l{u - x} {v - y}")
         at_x, at_y = u, v
     return "".join(parts)
@@ -207,9 +208,13 @@ def _ellipses(mark: Ellipses, view: View, prefix: str) -> str:
     trace = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2) + 2 * area, 1e-300))
     root = mark.sigmas * (covariance + area[:, None, None] * np.eye(2)) / trace[:, None, None]
     rim = rows(mark.centre)[:, None, :] + CIRCLE @ root
-    places = snap(view.px(rim).reshape(-1, 2 * len(CIRCLE)))
+    places = np.array(snap(view.px(rim.reshape(-1, 2))), dtype=np.int64).reshape(-1, len(CIRCLE), 2)
+    # Each quarter relative to its beginning: opposite ones differ in sign alone, and pack well.
+    quarters = places[:, 1:].reshape(len(places), 4, 3, 2) - places[:, :-1:3, None]
     classes = " ".join(["line", mark.role, *(["filled"] if mark.filled else []), *(["dashed"] if mark.dashed else [])])
-    return _path(classes, "".join(f"M{x} {y}C" + " ".join(map(str, rest)) + "z" for x, y, *rest in places))
+    begins, curves = places[:, 0].tolist(), quarters.reshape(len(places), 24).tolist()
+    pairs = zip(begins, curves, strict=True)
+    return _path(classes, "".join(f"M{x} {y}c" + " ".join(map(str, curve)) + "z" for (x, y), curve in pairs))
 
 
 def _ticks(mark: Ticks, view: View, prefix: str) -> str:
@@ -240,8 +245,8 @@ def _heat(mark: Heat, view: View, prefix: str) -> str:
     level = np.where(
         np.isnan(values), -1, np.minimum(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), HEAT_LEVELS - 1)
     )
-    drawn = _rectangles(level.astype(np.int64), mark.window, view, HEAT_LEVELS)
-    return '<g class="heat">' + "".join(_path(f"h{i}", d) for i, d in enumerate(drawn)) + "</g>"
+    paths = _rectangles(level.astype(np.int64), mark.window, view, HEAT_LEVELS)
+    return '<g class="heat">' + "".join(_path(f"h{i}", d) for i, d in enumerate(paths)) + "</g>"
 
 
 def _tiles(mark: Tiles, view: View, prefix: str) -> str:

@@ -258,8 +258,8 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
     if not isinstance(controls, Mapping):
         raise ValueError("controls: not a mapping of names to values")
     start = preset(widget, plain.get("preset", "default"), controls)
-    known = _known(widget)
-    actions = tuple(_action(widget, known, e) for e in log)
+    names = _known(widget)
+    actions = tuple(_action(widget, names, e) for e in log)
     return Record(widget.name, start.preset, start.controls, seed, actions, _given(widget, plain.get("given", {})))
 
 
@@ -271,13 +271,13 @@ def action(widget: Widget, entry: Any) -> Action:
     return _action(widget, _known(widget), entry)
 
 
-def _given(widget: Widget, given: Any) -> tuple[tuple[str, str], ...]:
-    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given.values()):
+def _given(widget: Widget, plain: Any) -> tuple[tuple[str, str], ...]:
+    if not isinstance(plain, Mapping) or not all(isinstance(key, str) for key in plain.values()):
         raise ValueError("given: not a mapping of places to fingerprints")
-    for place in given:
+    for place in plain:
         if place not in widget.takes:
             raise ValueError(f"given: {widget.name} takes nothing called {clip(place)}")
-    return tuple((place, given[place]) for place in widget.takes if place in given)
+    return tuple((place, plain[place]) for place in widget.takes if place in plain)
 
 
 def _known(widget: Widget) -> Mapping[str, set[str]]:
@@ -290,15 +290,15 @@ def _known(widget: Widget) -> Mapping[str, set[str]]:
     }
 
 
-def _action(widget: Widget, known: Mapping[str, set[str]], entry: Any) -> Action:
+def _action(widget: Widget, names: Mapping[str, set[str]], entry: Any) -> Action:
     if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
         raise ValueError(f"log: {clip(entry)} is not an action")
-    if entry[0] not in known:
-        raise ValueError(f"log: no kind of action {clip(entry[0])}{nearest(entry[0], known)}")
+    if entry[0] not in names:
+        raise ValueError(f"log: no kind of action {clip(entry[0])}{nearest(entry[0], names)}")
     kind, name, *place = entry
-    if name not in known[kind]:
+    if name not in names[kind]:
         raise ValueError(
-            f"log: {widget.name} has nothing to {kind} called {clip(name)}{nearest(name, sorted(known[kind]))}"
+            f"log: {widget.name} has nothing to {kind} called {clip(name)}{nearest(name, sorted(names[kind]))}"
         )
     if kind == "press" and not place:
         return Action("press", name)

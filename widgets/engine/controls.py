@@ -98,8 +98,8 @@ def values(controls: Any) -> dict[str, Value]:
 
 def nearest(name: Any, names: Any) -> str:
     """'; did you mean …?' for the closest of `names`, or a list of them all where none is close."""
-    given = name if isinstance(name, str) else clip(name)
-    close = get_close_matches(given[:60], [str(n) for n in names], n=1)
+    text = name if isinstance(name, str) else clip(name)
+    close = get_close_matches(text[:60], [str(n) for n in names], n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(map(str, names))}"
 
 
@@ -119,13 +119,13 @@ def validated(controls: type, given: Mapping[str, Any]) -> Any:
 
     Raises ValueError that names the control, says what is wrong with the value and what was expected.
     """
-    known = specs(controls)
+    by_name = specs(controls)
     for name in given:
-        if name not in known:
-            raise ValueError(f"no control {clip(name)}{nearest(name, known)}")
-    chosen = {name: _value(name, known[name], raw) for name, raw in given.items()}
-    brought = {k: v for name, value in chosen.items() for k, v in known[name].sets.get(str(value), {}).items()}
-    return controls(**{**brought, **chosen})
+        if name not in by_name:
+            raise ValueError(f"no control {clip(name)}{nearest(name, by_name)}")
+    settings = {name: _value(name, by_name[name], raw) for name, raw in given.items()}
+    brought = {k: v for name, value in settings.items() for k, v in by_name[name].sets.get(str(value), {}).items()}
+    return controls(**{**brought, **settings})
 
 
 def finite(raw: Any, limit: float) -> bool:

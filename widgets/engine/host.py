@@ -49,9 +49,9 @@ class _Replay:
 
     def towards(self, log: tuple[Action, ...]) -> _Replay:
         """What is known along another log, to go on from."""
-        shared, reached = self.shared(log), len(self.states) - 1
-        same = shared == reached and log[reached : reached + 1] == self.log[reached : reached + 1]
-        return _Replay(self.key, self.states[: shared + 1], log, self.pieces if same else None)
+        common, last = self.shared(log), len(self.states) - 1
+        same = common == last and log[last : last + 1] == self.log[last : last + 1]
+        return _Replay(self.key, self.states[: common + 1], log, self.pieces if same else None)
 
     @property
     def whole(self) -> bool:
@@ -92,9 +92,9 @@ class _Markup:
         draw = partial(self._mark, before)
         for panel in panels:
             prefix = f"{figure}-{panel.name}"
-            known = old.get(prefix)
-            same = known is not None and known[0] is panel
-            self.panels[prefix] = known if known and same else (panel, panel_svg(panel, prefix, draw))
+            cached = old.get(prefix)
+            same = cached is not None and cached[0] is panel
+            self.panels[prefix] = cached if cached and same else (panel, panel_svg(panel, prefix, draw))
         return [svg for _, svg in self.panels.values()]
 
     def _mark(self, before: _Marks, mark: Mark, view: View, prefix: str) -> str:
@@ -102,9 +102,9 @@ class _Markup:
         if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
             return group_svg(mark, view, prefix, partial(self._mark, before))
         key = id(mark), id(view)
-        known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
-        self.marks[key] = known
-        return known[2]
+        cached = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
+        self.marks[key] = cached
+        return cached[2]
 
 
 class Host:
@@ -125,12 +125,12 @@ class Host:
         With "slices": true, a replay that takes long is answered by how far it has come, {"replayed": actions,
         "of": all of them}, and goes on when the same is asked again. Raises ValueError for a record that is none.
         """
-        asked = _read(request)
-        figure, (widget, record) = asked["figure"], self._asked(asked["record"])
-        due = self._now() + SLICE if asked.get("slices") is True else np.inf
+        query = _read(request)
+        figure, (widget, record) = query["figure"], self._asked(query["record"])
+        due = self._now() + SLICE if query.get("slices") is True else np.inf
         replay = self._replay(figure, widget, record, due)
         if replay.whole:
-            answer = self._drawn(figure, widget, record, replay.states, asked.get("detail"))
+            answer = self._drawn(figure, widget, record, replay.states, query.get("detail"))
         else:
             answer = {"replayed": len(replay.states) - 1, "of": len(replay.log)}
         return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
@@ -151,10 +151,10 @@ class Host:
         it, whether it is done, and the result, or null where there is no new one (widgets.engine.jobs). Raises
         ValueError for a record or a job that is none, and for a job that is not under way.
         """
-        asked = _read(request)
-        widget, record = self._asked(asked["record"])
+        query = _read(request)
+        widget, record = self._asked(query["record"])
         jobs = {job.name: job for job in widget.jobs}
-        name, do, figure = asked.get("job"), asked.get("do"), asked["figure"]
+        name, do, figure = query.get("job"), query.get("do"), query["figure"]
         if not isinstance(name, str) or name not in jobs:
             raise ValueError(f"job: {widget.name} has no {clip(name)}{nearest(name, jobs)}")
         if do == "stop":
@@ -171,10 +171,10 @@ class Host:
 
         Raises ValueError for what the widget cannot read.
         """
-        asked = json.loads(request)
-        name, widget = str(asked["name"]), self._widgets.get(asked["widget"])
+        query = json.loads(request)
+        name, widget = str(query["name"]), self._widgets.get(query["widget"])
         if widget is None or widget.reads is None:
-            raise ValueError(f"{asked['widget']!r:.60}: no widget that takes anything")
+            raise ValueError(f"{query['widget']!r:.60}: no widget that takes anything")
         key = _fingerprint(name.encode("utf-8", "replace") + b"\0" + data)
         if key not in self._given:
             self._given[key] = widget.reads(name, data)
@@ -189,10 +189,10 @@ class Host:
     ) -> dict[str, Any]:
         level = _level(widget, states[-1], detail)
         picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
-        moved = motions(widget.motion(states[-2], states[-1])) if len(states) > 1 else ()
-        drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
-        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
-        frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
+        animations = motions(widget.motion(states[-2], states[-1])) if len(states) > 1 else ()
+        svgs = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
+        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, svgs, strict=True)]
+        frame = _frame(figure, record, picture, panels, animations, headed(widget.python(states[-1]), widget.title))
         files = dict(widget.files(states[-1]))
         return {**frame, "detail": level, **({"files": files} if files else {})}
 
@@ -208,12 +208,12 @@ class Host:
         here = tuple(key in self._given for _, key in record.given)
         key = (widget.name, record.controls, record.seed, record.given, here)
         # A replay that raises half way is not kept, and one that is given up leaves the last frame's states alone.
-        known = [one for one in (self._begun.pop(figure, None), self._replays.get(figure)) if one and one.key == key]
-        if known:
-            replay = max(known, key=lambda one: one.shared(record.log)).towards(record.log)
+        replays = [one for one in (self._begun.pop(figure, None), self._replays.get(figure)) if one and one.key == key]
+        if replays:
+            replay = max(replays, key=lambda one: one.shared(record.log)).towards(record.log)
         else:
             replay = _Replay(key, [self._started(widget, record)], record.log)
-        moved = not known
+        moved = not replays
         while not replay.whole:
             if moved and self._now() > due:
                 self._begun[figure] = replay
@@ -227,8 +227,8 @@ class Host:
         if not widget.takes:
             return widget.start(record.controls, record.seed)
         # A link names what its writer brought and does not hold it: the state is then as if nothing was given.
-        given = {place: self._given[key] for place, key in record.given if key in self._given}
-        return widget.start(record.controls, record.seed, given)
+        uploads = {place: self._given[key] for place, key in record.given if key in self._given}
+        return widget.start(record.controls, record.seed, uploads)
 
 
 def _fingerprint(data: bytes) -> str:
@@ -242,33 +242,38 @@ def _read(request: str) -> Mapping[str, Any]:
     Raises ValueError for what is no such request.
     """
     try:
-        asked = json.loads(request)
+        query = json.loads(request)
     except RecursionError:
         raise ValueError("request: nested too deeply") from None
-    if not isinstance(asked, Mapping) or not isinstance(asked.get("figure"), str) or "record" not in asked:
-        raise ValueError(f"request: {clip(asked)} does not name a figure and a record")
-    return asked
+    if not isinstance(query, Mapping) or not isinstance(query.get("figure"), str) or "record" not in query:
+        raise ValueError(f"request: {clip(query)} does not name a figure and a record")
+    return query
 
 
-def _level(widget: Widget, state: Any, asked: int | None) -> int:
+def _level(widget: Widget, state: Any, detail: int | None) -> int:
     """The level of detail to draw at.
 
     Raises ValueError where the widget has no such level.
     """
-    if asked is None:
+    if detail is None:
         return widget.details - 1
-    if isinstance(asked, bool) or not isinstance(asked, int) or not 0 <= asked < widget.details:
-        raise ValueError(f"detail: {clip(asked)} is not a whole number from 0 to {widget.details - 1}")
-    return max(asked, widget.known(state))
+    if isinstance(detail, bool) or not isinstance(detail, int) or not 0 <= detail < widget.details:
+        raise ValueError(f"detail: {clip(detail)} is not a whole number from 0 to {widget.details - 1}")
+    return max(detail, widget.known(state))
 
 
 def _frame(
-    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Iterable[Animation], python: str
+    figure: str,
+    record: Record,
+    picture: Picture,
+    drawings: list[dict[str, Any]],
+    animations: Iterable[Animation],
+    python: str,
 ) -> dict[str, Any]:
     """A picture, its panels drawn, as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
-        "panels": drawn,
+        "panels": drawings,
         "readouts": [
             {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
             for r in picture.readouts
@@ -277,7 +282,7 @@ def _frame(
         "description": picture.description,
         "note": picture.note,
         "disabled": sorted(picture.disabled),
-        "motions": [_motion(figure, one, panels[one.panel]) for one in moved],
+        "motions": [_motion(figure, one, panels[one.panel]) for one in animations],
         "controls": values(record.controls),
         "python": python,
     }
@@ -331,15 +336,15 @@ def _rounded(value: float, decimals: int) -> float:
     return round(float(value) + 1e-9, decimals) + 0.0
 
 
-def _motion(figure: str, moved: Animation, panel: Panel) -> dict[str, Any]:
+def _motion(figure: str, motion: Animation, panel: Panel) -> dict[str, Any]:
     """The motion in SVG user units and degrees, y down, as the page's transform wants it; a trace, which moves none."""
-    if isinstance(moved, Trace):
-        return {"group": f"{figure}-{panel.name}-{moved.group}", "trace": True}
-    (about,) = panel.view.px([moved.about])
+    if isinstance(motion, Trace):
+        return {"group": f"{figure}-{panel.name}-{motion.group}", "trace": True}
+    (about,) = panel.view.px([motion.about])
     scale = panel.view.scale
     return {
-        "group": f"{figure}-{panel.name}-{moved.group}",
-        "turn": _rounded(-np.degrees(moved.turn), 3),
+        "group": f"{figure}-{panel.name}-{motion.group}",
+        "turn": _rounded(-np.degrees(motion.turn), 3),
         "about": [_rounded(v * UNIT, 1) for v in about],
-        "shift": [_rounded(moved.shift[0] * scale * UNIT, 1), _rounded(-moved.shift[1] * scale * UNIT, 1)],
+        "shift": [_rounded(motion.shift[0] * scale * UNIT, 1), _rounded(-motion.shift[1] * scale * UNIT, 1)],
     }

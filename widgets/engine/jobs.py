@@ -116,8 +116,8 @@ class Running:
         done = progress.part >= 1
         if done:
             self.works.pop(key)
-        shown = None if result is None else plain(result, f"{figure}-{job.name}")
-        return {"part": round(progress.part, 4), "words": progress.words, "done": done, "result": shown}
+        payload = None if result is None else plain(result, f"{figure}-{job.name}")
+        return {"part": round(progress.part, 4), "words": progress.words, "done": done, "result": payload}
 
 
 def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:

@@ -141,7 +141,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """The dial, the ring unrolled, the numbers and the words."""
     dial, full = state.dial, detail > 0
     arrived = dial.arrivals(max(0, detail - 1) if state.every else 0)
-    shown: tuple[Mark, ...] = (
+    layers: tuple[Mark, ...] = (
         marks.rim(),
         *marks.ring(dial, full),
         *([marks.valley_ticks(dial)] if full else []),
@@ -155,7 +155,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     count = len(valleys(dial.ring)) if full and not dial.rung.flat else None
     some = int(arrived.sum()) if len(arrived) == STARTS else None
     return Picture(
-        (Panel("main", label, VIEW, shown, grid=False), _unrolled(state, full)),
+        (Panel("main", label, VIEW, layers, grid=False), _unrolled(state, full)),
         _readouts(state, count, some),
         _description(state, count, some),
         (_handle(state),),
@@ -173,22 +173,23 @@ def _handle(state: State) -> Handle:
 
 def _unrolled(state: State, full: bool) -> Panel:
     """The ring as a chart."""
-    dial = state.dial
+    dial, flat = state.dial, state.dial.rung.flat
+    label = "A flow has no objective to draw" if flat else "Objective, from its lowest to its highest"
     turns = np.degrees(headings()[:: 1 if full else COARSE])
     share = (marks.heights(dial, full) - marks.INNER) / (marks.OUTER - marks.INNER)
     panel = chart(
         "unrolled",
         "The ring unrolled: the objective over the heading",
-        [Series(np.append(turns, 180.0), np.append(share, share[0]), "accent")],
+        [] if flat else [Series(np.append(turns, 180.0), np.append(share, share[0]), "accent")],
         Axis("heading, ° from the truth", -180.0, 180.0, tuple((t, number(t, 0)) for t in QUARTERS)),
         # "low" keeps clear of the first heading below it, the highest tick of what is above.
-        Axis("Objective, from its lowest to its highest", -0.12, 1.15, ((0.0, "low"), (1.0, "high"))),
+        Axis(label, -0.12, 1.15, ((0.0, "–"),) if flat else ((0.0, "low"), (1.0, "high"))),
         size=(480.0, 220.0),
     )
 
     def spot(turn: float) -> list[float]:
-        value = np.interp(np.degrees(turn), turns, share, period=360.0)
-        return [float(np.degrees(turn)), float(value)]
+        at = 180.0 - (180.0 - float(np.degrees(turn))) % 360.0  # half a turn at the right end, clear of the axis' words
+        return [at, float(np.interp(at, turns, share, period=360.0))]
 
     if full:
         x, y = np.array([spot(turn) for turn in headings()[valleys(dial.ring)]]).reshape(-1, 2).T
@@ -196,9 +197,9 @@ def _unrolled(state: State, full: bool) -> Panel:
         panel = with_marks(panel, Segments(near, far, "ink"))
     if state.course is None:
         return with_marks(panel, Points(spot(state.heading), "source", radius=5.5))
-    ended = spot(float(state.course.headings[-1]))
+    end = spot(float(state.course.headings[-1]))
     return with_marks(
-        panel, Points(spot(state.heading), "ghost", "ring", radius=5.5), Points(ended, "source", radius=5.5)
+        panel, Points(spot(state.heading), "ghost", "ring", radius=5.5), Points(end, "source", radius=5.5)
     )
 
 
@@ -213,8 +214,10 @@ def _readouts(state: State, count: int | None, some: int | None) -> tuple[Readou
         Readout("translation_error", "Translation error at the end", number(course.translation) if course else "–",
                 "u" if course else "", "source"),
         Readout("steps", "Steps", str(len(course.headings) - 1) if course else "–"),
-        Readout("objective_start", "Objective at the start", _objective(state.value), state.dial.rung.unit, "ghost"),
+        Readout("objective_start", "Objective at the start", "–" if flat else _objective(state.value),
+                state.dial.rung.unit, "ghost"),
         Readout("apart", "RMS distance to nearest points", number(state.apart, 3), "u"),
+        Readout("points", "Points of the source", str(len(state.dial.clouds.source))),
         Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
                 "–" if flat else "…" if count is None else str(count)),
         Readout("arrive", f"Starts that end at the truth, of\u00a0{STARTS}", waits if some is None else str(some)),
@@ -254,9 +257,10 @@ def _description(state: State, count: int | None, some: int | None) -> str:
     if count is not None:
         words.append(f"The ring has {count} {'valley' if count == 1 else 'valleys'}.")
     if course:
+        steps = len(course.headings) - 1
         words.append(
-            f"The run {ENDS[course.status]} after {len(course.headings) - 1} steps, {number(course.rotation, 1)}° and"
-            f" {number(course.translation)} u from the truth."
+            f"The run {ENDS[course.status]} after {steps} step{'' if steps == 1 else 's'},"
+            f" {number(course.rotation, 1)}° and {number(course.translation)} u from the truth."
         )
     if some is not None:
         words.append(
@@ -321,11 +325,12 @@ def _run_in_python(state: State) -> list[str]:
 def _printed_in_python(state: State) -> list[str]:
     lines = [
         'print("rotation_start", abs(np.degrees(heading)))',
-        'print("objective_start", run(heading, max_steps=0).objective[0])',
         'print("apart", np.sqrt(squares.mean()))',
+        'print("points", len(source))',
     ]
     if not state.dial.rung.flat:
         lines += [
+            'print("objective_start", run(heading, max_steps=0).objective[0])',
             f"ring = run(np.radians(np.arange({HEADINGS}) * {360.0 / HEADINGS!r} - 180.0), max_steps=0).objective",
             "steps = np.round((ring - ring.min()) / np.ptp(ring), 6)",
             "steps = steps[steps != np.roll(steps, 1)]  # of equal neighbours one",

@@ -97,8 +97,8 @@ def act(state: State, action: Action) -> State:
     """Solve, or put the source elsewhere."""
     if action.kind == "press":
         return _solved(state)
-    placed = PLACING.act(state.pose, state.centroid, action)
-    return replace(state, pose=placed, start=placed, solved=False)
+    pose = PLACING.act(state.pose, state.centroid, action)
+    return replace(state, pose=pose, start=pose, solved=False)
 
 
 def _solved(state: State) -> State:
@@ -129,14 +129,14 @@ def motion(before: State, after: State) -> Motion | None:
 
 def draw(state: State) -> Picture:
     """The panel, the readouts and the words."""
-    scene, said = state.scene, _numbers(state)
+    scene, stats = state.scene, _numbers(state)
     moved, wrong = state.pose.apply(scene.source), scene.target_outlier
     names: tuple[Mark, ...] = ()  # last, so that nothing is drawn across them
     marks: list[Mark] = [
         *(path for pose in state.starts[-GHOSTS:] for path in _outline(scene, pose, "ghost")),
         *_outline(scene, scene.truth, "truth"),
     ]
-    if state.solved and said.det < 0 and not state.mirrored:
+    if state.solved and stats.det < 0 and not state.mirrored:
         marks += _outline(scene, state.free.pose, "ghost", dashed=True)
         names = (_reflection_label(state),)
     marks += [
@@ -156,10 +156,10 @@ def draw(state: State) -> Picture:
     ]
     return Picture(
         (Panel("main", "Source and target in the target’s coordinates", VIEW, tuple(marks)),),
-        _readouts(state, said),
-        _description(state, said),
+        _readouts(state, stats),
+        _description(state, stats),
         PLACING.handles(state.pose, state.centroid),
-        _note(state, said),
+        _note(state, stats),
         frozenset({"solve"} if state.solved else ()),
     )
 
@@ -199,25 +199,25 @@ def _numbers(state: State) -> _Numbers:
     return _Numbers(before, now, truth, free, turn, shift, int(state.free.determinant))
 
 
-def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     mirrored, compared = state.mirrored, len(state.solutions) > 1
     return (
-        Readout("rms_before", "RMS residual at the start", number(said.before, 3), "u", "ghost"),
-        Readout("rms", "RMS residual now", number(said.now, 3), "u", "source"),
-        Readout("rms_truth", "RMS residual at the truth", number(said.truth, 3), "u", "truth"),
+        Readout("rms_before", "RMS residual at the start", number(stats.before, 3), "u", "ghost"),
+        Readout("rms", "RMS residual now", number(stats.now, 3), "u", "source"),
+        Readout("rms_truth", "RMS residual at the truth", number(stats.truth, 3), "u", "truth"),
         Readout(
             "rotation_error",
             "Rotation error",
-            "not a rotation" if mirrored else number(said.turn, 1),
+            "not a rotation" if mirrored else number(stats.turn, 1),
             "" if mirrored else "°",
         ),
         Readout(
             "translation_error",
             "Translation error",
-            "–" if mirrored else number(said.shift),
+            "–" if mirrored else number(stats.shift),
             "" if mirrored else "u",
         ),
-        Readout("determinant", "det VUᵀ", {1: "+1", -1: "−1", 0: "0"}[said.det]),
+        Readout("determinant", "det VUᵀ", {1: "+1", -1: "−1", 0: "0"}[stats.det]),
         Readout(
             "spread",
             "Largest difference between solutions",
@@ -227,44 +227,46 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
     )
 
 
-def _note(state: State, said: _Numbers) -> str:
+def _note(state: State, stats: _Numbers) -> str:
     if not state.solved:
         return ""
-    residual = f"residual {number(said.before, 3)} → {number(said.now, 3)} u"  # a note is two lines on a phone at most
+    # A note is two lines on a phone at most.
+    residual = f"residual {number(stats.before, 3)} → {number(stats.now, 3)} u"
     if state.mirrored:
         return f"Solved uncorrected: {residual}, by a reflection, not a motion."
-    if said.det < 0:
-        return f"Solved in closed form: {residual}. A reflection would leave {number(said.now - said.free, 4)} u less."
+    if stats.det < 0:
+        less = number(stats.now - stats.free, 4)
+        return f"Solved in closed form: {residual}. A reflection would leave {less} u less."
     return f"Solved in closed form: {residual}; the start played no part."
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     scene = state.scene
     n, wrong = len(scene.source), int(scene.target_outlier.sum())
     (x, y), heading = place(state.pose, state.centroid)
     figure = "a mast with a pennant" if scene.name == "would-reflect" else "a bird"
     lies = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
-    turned = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"
+    orientation = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"
     noise = f"noise of σ = {number(state.controls.noise)} u" if state.controls.noise else "no noise"
     partners = {0: "no partner is wrong", 1: "one partner is wrong"}.get(wrong, f"{wrong} partners are wrong")
     words = [
-        f"{n} source points on the outline of {figure} lie {lies}, {turned}; a line joins each to its target point."
-        f" The targets have {noise} and {partners}."
+        f"{n} source points on the outline of {figure} lie {lies}, {orientation}; a line joins each to its target"
+        f" point. The targets have {noise} and {partners}."
     ]
-    error = "" if state.mirrored else f", {number(said.turn, 1)}° and {number(said.shift)} u from the true pose"
+    error = "" if state.mirrored else f", {number(stats.turn, 1)}° and {number(stats.shift)} u from the true pose"
     if not state.solved:
-        words.append(f"The residual is {number(said.now, 3)} u RMS{error}.")
+        words.append(f"The residual is {number(stats.now, 3)} u RMS{error}.")
     else:
         words.append(
-            f"Solve took the residual from {number(said.before, 3)} to {number(said.now, 3)} u RMS{error};"
-            f" at the truth it is {number(said.truth, 3)} u."
+            f"Solve took the residual from {number(stats.before, 3)} to {number(stats.now, 3)} u RMS{error};"
+            f" at the truth it is {number(stats.truth, 3)} u."
         )
     if state.mirrored:
         words.append("The source is now its mirror image: the answer is a reflection, not a rotation.")
-    elif state.solved and said.det < 0:
+    elif state.solved and stats.det < 0:
         words.append(
             f"A dashed grey outline shows the unconstrained optimum, a mirror image with a residual of"
-            f" {number(said.free, 3)} u."
+            f" {number(stats.free, 3)} u."
         )
     if len(state.solutions) > 1:
         words.append(

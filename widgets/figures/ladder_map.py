@@ -92,7 +92,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
 def _panel(state: State, k: int, full: bool, course: Course | None) -> Panel:
     dial = state.dials[k]
     pose = course.pose if course else Pose.from_angle(state.heading)
-    shown: tuple[Mark, ...] = (
+    layers: tuple[Mark, ...] = (
         marks.rim(),
         *marks.ring(dial, full),
         *([marks.valley_ticks(dial)] if full else []),
@@ -102,7 +102,7 @@ def _panel(state: State, k: int, full: bool, course: Course | None) -> Panel:
         *marks.ball(dial, full, state.heading, course),
     )
     label = NAMES[dial.rung.name]
-    return Panel(dial.rung.name, label, VIEW, shown, grid=False, caption=label)
+    return Panel(dial.rung.name, label, VIEW, layers, grid=False, caption=label)
 
 
 def _arrived(courses: tuple[Course, ...]) -> int:
@@ -135,10 +135,10 @@ def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[s
 def _note(courses: tuple[Course, ...] | None) -> str:
     if courses is None:
         return ""
-    said, beside = f"{_arrived(courses)} of {len(RUNGS)} end at the truth", _beside(courses)
+    summary, beside = f"{_arrived(courses)} of {len(RUNGS)} end at the truth", _beside(courses)
     if not beside:
-        return f"{said}."
-    return f"{said}; {beside} more {'faces' if beside == 1 else 'face'} the right way, in the wrong place."
+        return f"{summary}."
+    return f"{summary}; {beside} more {'faces' if beside == 1 else 'face'} the right way, in the wrong place."
 
 
 def _description(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> str:

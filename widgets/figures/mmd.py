@@ -126,9 +126,9 @@ def _begun(
     backdrop: tuple[Mark, ...],
 ) -> State:
     method = METHODS["mmd"]
-    asked: Problem = replace(problem(scene, began), seed=np.array([_seed(scene, draws)]))
-    batch = begin(method, asked, method.options(lengths=lengths(c), count=round(c.count)), STEPS)
-    unit = unit_frequencies(asked.seed, MOST, 2)[0]
+    instance: Problem = replace(problem(scene, began), seed=np.array([_seed(scene, draws)]))
+    batch = begin(method, instance, method.options(lengths=lengths(c), count=round(c.count)), STEPS)
+    unit = unit_frequencies(instance.seed, MOST, 2)[0]
     return State(c, scene, draws, unit, began, batch, (errors(began, scene.truth),), fixed, backdrop)
 
 
@@ -191,11 +191,11 @@ def draw(state: State) -> Picture:
     """The room under one wave, that wave's phases, all waves, and the estimate as D grows."""
     c, pose = state.controls, state.pose
     moved = pose.apply(state.scene.source)
-    said = _numbers(state, moved)
-    frequency = state.unit[said.wave] / state.length
+    stats = _numbers(state, moved)
+    frequency = state.unit[stats.wave] / state.length
     count = round(c.count)
     sizes = np.hypot(*state.unit[:count].T)
-    running = np.cumsum(np.square(said.apart)) / np.arange(1, MOST + 1)
+    running = np.cumsum(np.square(stats.apart)) / np.arange(1, MOST + 1)
     ghost = outline(state.scene, state.began, "ghost") if len(state.course) > 1 else ()
     marks = (crests(MAP, frequency), *ghost, *state.backdrop, source(state.scene, pose, placing=PLACED))
     rotation, translation = zip(*state.course, strict=True)
@@ -203,50 +203,50 @@ def draw(state: State) -> Picture:
         (
             Panel("main", "The two scans in the target’s coordinates, under the crests of one wave", MAP, marks),
             phases(moved, state.scene.target, frequency),
-            waves(sizes, said.apart[:count], said.wave),
-            convergence(running, said.exact, said.at_truth, count),
+            waves(sizes, stats.apart[:count], stats.wave),
+            convergence(running, stats.exact, stats.at_truth, count),
             error_chart(rotation, translation, STEPS),
         ),
-        _readouts(state, said),
-        _description(state, said),
+        _readouts(state, stats),
+        _description(state, stats),
         PLACED.handles(pose, ANCHOR),
-        _note(state, said),
+        _note(state, stats),
         frozenset({"step", "finish"} if state.batch.done else ()),
     )
 
 
-def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     rotation, translation = state.course[-1]
     status, steps = Status(int(state.now.status[0])), len(state.course) - 1
     return (
-        Readout("estimate", "MMD² estimated from D waves", number(said.estimate, 4)),
-        Readout("exact", "MMD², exact", number(said.exact, 4), role="source"),
-        Readout("exact_truth", "MMD² at the truth, exact", number(said.at_truth, 4), role="truth"),
+        Readout("estimate", "MMD² estimated from D waves", number(stats.estimate, 4)),
+        Readout("exact", "MMD², exact", number(stats.exact, 4), role="source"),
+        Readout("exact_truth", "MMD² at the truth, exact", number(stats.at_truth, 4), role="truth"),
         Readout("length", "ℓ", number(state.length), "u"),
-        Readout("wave", "Means apart, wave shown", number(float(said.apart[said.wave]), 3), role="accent"),
+        Readout("wave", "Means apart, wave shown", number(float(stats.apart[stats.wave]), 3), role="accent"),
         Readout("rotation_error", "Rotation error", number(rotation, 1), "°"),
         Readout("translation_error", "Translation error", number(translation), "u"),
         Readout("stop", "Stopped", f"{status.label}, step {steps}" if state.batch.done else "no"),
     )
 
 
-def _note(state: State, said: _Numbers) -> str:
+def _note(state: State, stats: _Numbers) -> str:
     steps = len(state.course) - 1
     if state.batch.done:
         return f"Stopped at step {steps}: {state.now.reason[0]}."
     if steps:
-        return f"Step {steps} at ℓ = {number(state.length)} u: the estimate is {number(said.estimate, 4)}."
+        return f"Step {steps} at ℓ = {number(state.length)} u: the estimate is {number(stats.estimate, 4)}."
     if round(state.controls.wave) > round(state.controls.count):
         return f"Only {number(state.controls.count, 0)} waves are used; the last is shown."
     return f"Draw {state.draws + 1} of the frequencies." if state.draws else ""
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     c, scene, steps = state.controls, state.scene, len(state.course) - 1
     (x, y), heading = place(state.pose, ANCHOR)
-    frequency = state.unit[said.wave] / state.length
+    frequency = state.unit[stats.wave] / state.length
     rotation, translation = state.course[-1]
-    apart = number(float(said.apart[said.wave]), 3)
+    apart = number(float(stats.apart[stats.wave]), 3)
     crest = number(2 * np.pi / float(np.hypot(*frequency)))
     words = [
         f"{len(scene.source)} source points and {len(scene.target)} target points of one room,"
@@ -255,10 +255,10 @@ def _description(state: State, said: _Numbers) -> str:
         " densely as usual.",
         f"After {steps} step{'' if steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its origin"
         f" at ({number(x)}, {number(y)}) u.",
-        f"Thin lines are the crests of wave {said.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
+        f"Thin lines are the crests of wave {stats.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
         f" each point is at its phase, and the two means are {apart} apart.",
-        f"With ℓ = {number(state.length)} u the waves together estimate MMD² as {number(said.estimate, 4)}; exactly it"
-        f" is {number(said.exact, 4)}, and {number(said.at_truth, 4)} at the true pose.",
+        f"With ℓ = {number(state.length)} u the waves together estimate MMD² as {number(stats.estimate, 4)}; exactly it"
+        f" is {number(stats.exact, 4)}, and {number(stats.at_truth, 4)} at the true pose.",
         f"The pose is {number(rotation, 1)}° and {number(translation)} u from the truth.",
     ]
     if state.batch.done:

@@ -68,8 +68,8 @@ class State:
     @property
     def row(self) -> int:
         """The number of the chosen cell in the map, −1 where it holds no point."""
-        found = np.flatnonzero((_numbered(self.cells) == self.chosen).all(axis=1))
-        return int(found[0]) if len(found) else -1
+        rows = np.flatnonzero((_numbered(self.cells) == self.chosen).all(axis=1))
+        return int(rows[0]) if len(rows) else -1
 
 
 def start(controls: Controls, seed: int) -> State:
@@ -148,11 +148,11 @@ def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple
         Path(SQUARE, "accent", closed=True, thick=True),
         Points(near[seen & ~own], "ghost", "square", radius=2.0),
     ]
-    found = np.flatnonzero((_numbered(cells) == chosen).all(axis=1))
-    kept = bool(len(found) and cells.kept[0, found[0]])
+    rows = np.flatnonzero((_numbered(cells) == chosen).all(axis=1))
+    kept = bool(len(rows) and cells.kept[0, rows[0]])
     marks.append(Points(near[own], "target" if kept else "outlier", "square", radius=3.0))
     if kept:
-        mean, spread = (cells.mean[0, found[0]] - corner) / h, floored(cells.covariance[0, found[0]]) / h**2
+        mean, spread = (cells.mean[0, rows[0]] - corner) / h, floored(cells.covariance[0, rows[0]]) / h**2
         marks += [Ellipses(mean, spread, "normal", sigmas=s) for s in (1.0, 2.0)]
         marks.append(Points(mean, "normal", "diamond", radius=4.0))
     name = "Close-up of the chosen cell, with the score of a single point at each place"
@@ -242,7 +242,7 @@ def _many(count: int, thing: str) -> str:
 def _description(state: State) -> str:
     c, cell = state.controls, _chosen(state)
     kept, discarded, covered = _counts(state)
-    held = _many(int(cell.count), "point")
+    count = _many(int(cell.count), "point")
     words = (
         f"A scan of {len(state.points)} points along the walls of a room with a notch and a pillar, with noise of σ ="
         f" {number(c.noise)} u, lies under a grid of {number(c.size)} u cells shifted by ({number(c.nudge_x)},"
@@ -252,10 +252,10 @@ def _description(state: State) -> str:
     if cell.status == "empty":
         return words + " The chosen cell is empty."
     if not cell.kept:
-        return words + f" The chosen cell holds {held} and is discarded: {_why(state)}."
+        return words + f" The chosen cell holds {count} and is discarded: {_why(state)}."
     x, y = cell.mean.tolist()
     return (
-        words + f" The chosen cell holds {held}; its mean is ({number(x)}, {number(y)}) u, its eigenvalues"
+        words + f" The chosen cell holds {count}; its mean is ({number(x)}, {number(y)}) u, its eigenvalues"
         f" are {small(cell.high)} and {small(cell.low)} u², and its long axis lies at {number(cell.angle, 0)}°."
     ).replace("< ", "less than ")
 

@@ -29,7 +29,7 @@ from widgets.drawing.picture import (
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
-from widgets.parts.field import PAD, Field, axis_marks, scale_marks
+from widgets.parts.field import PAD, Field, axis_marks, scale_marks, within
 
 REACH = 1.5
 WINDOW = (-REACH, REACH, -REACH, REACH)
@@ -132,17 +132,17 @@ def _numbers(state: State, detail: int) -> _Numbers:
 
 def draw(state: State, detail: int = BANDS) -> Picture:
     """The field with the climb on it, and the scan over the map where the climb has come to."""
-    said = _numbers(state, detail)
+    stats = _numbers(state, detail)
     return Picture(
-        (_map(state, said, detail), _room(state)),
-        _readouts(said),
-        _description(state, said),
-        note=_note(state, said),
+        (_map(state, stats, detail), _room(state)),
+        _readouts(stats),
+        _description(state, stats),
+        note=_note(state, stats),
         disabled=frozenset({"climb"} if state.climbed else ()),
     )
 
 
-def _map(state: State, said: _Numbers, detail: int) -> Panel:
+def _map(state: State, stats: _Numbers, detail: int) -> Panel:
     coarse = float(state.field.values(0).max())
     top = next((t for t in TOPS if coarse <= t), TOPS[-1])
     name = "The score over translations, with the climb from the start"
@@ -151,23 +151,36 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
         *scale_marks(MAP, (0.0, top), "score", 2 if top < 0.4 else 1, roots=True),
         Ring([0.0, 0.0], "truth", radius=10.0),
-        Points([said.best], "ink", "diamond", radius=4.0),
+        Points([stats.best], "ink", "diamond", radius=4.0),
         *_steps(state.path),
     )
     return Panel("map", name, MAP, marks, grid=False, caption=f"Score at {number(state.controls.rotation, 0)}°")
 
 
 def _steps(path: Climb) -> tuple[Mark, ...]:
-    """Accepted steps as a line through dots; each rejected try as a dashed line to a cross."""
+    """Accepted steps as a line through dots; each rejected try as a dashed line to a cross. What leaves the map is cut
+    at its border: beyond it is the scale."""
     last = np.maximum.accumulate(np.where(path.accepted, np.arange(len(path.tried)), 0))
     origin = path.tried[np.concatenate([[0], last[:-1]])]
-    lost = ~path.accepted
+    rejected = ~path.accepted
     marks: list[Mark] = []
-    if lost.any():
-        marks.append(Segments(origin[lost], path.tried[lost], "outlier", dashed=True))
-        marks.append(Points(path.tried[lost], "outlier", "cross", radius=3.5))
-    marks += [Path(path.places, "source", thick=True), Points(path.places[1:], "source", radius=2.5)]
-    return (*marks, Ring(path.places[0], "source", radius=7.0), Points(path.places[-1], "source", radius=5.5))
+    if rejected.any():
+        ways = [within(way, WINDOW) for way in np.stack([origin[rejected], path.tried[rejected]], axis=1)]
+        ends = np.array([part for parts in ways for part in parts]).reshape(-1, 2, 2)
+        marks.append(Segments(ends[:, 0], ends[:, 1], "outlier", dashed=True))
+        marks.append(Points(_on_map(path.tried[rejected]), "outlier", "cross", radius=3.5))
+    marks += [Path(part, "source", thick=True) for part in within(path.places, WINDOW)]
+    marks.append(Points(_on_map(path.places[1:]), "source", radius=2.5))
+    return (
+        *marks,
+        Ring(path.places[0], "source", radius=7.0),
+        Points(_on_map(path.places[-1:]), "source", radius=5.5),
+    )
+
+
+def _on_map(places: Array) -> Array:
+    """Those of the places (n, 2) that the map shows."""
+    return np.asarray(places[np.abs(places).max(axis=1) <= REACH])
 
 
 def _room(state: State) -> Panel:
@@ -182,15 +195,15 @@ def _room(state: State) -> Panel:
     return Panel("room", name, ROOM, marks, caption=f"The scan over the map, {where}")
 
 
-def _readouts(said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(stats: _Numbers) -> tuple[Readout, ...]:
     return (
-        Readout("begin", "Score at the start", number(said.begin, 3), "", "ghost"),
-        Readout("score", "Score reached", number(said.end, 3), "", "source"),
-        Readout("truth", "Score at the truth", number(said.truth, 3), "", "truth"),
-        Readout("away", "Translation error reached", number(said.away, 3), "u"),
-        Readout("turn", "Rotation error, fixed", number(said.turn, 0), "°"),
-        Readout("best", "Highest tile, from the truth", number(float(np.hypot(*said.best))), "u"),
-        Readout("steps", "Steps taken · rejected", f"{said.steps} · {said.rejected}"),
+        Readout("begin", "Score at the start", number(stats.begin, 3), "", "ghost"),
+        Readout("score", "Score reached", number(stats.end, 3), "", "source"),
+        Readout("truth", "Score at the truth", number(stats.truth, 3), "", "truth"),
+        Readout("away", "Translation error reached", number(stats.away, 3), "u"),
+        Readout("turn", "Rotation error, fixed", number(stats.turn, 0), "°"),
+        Readout("best", "Highest tile, from the truth", number(float(np.hypot(*stats.best))), "u"),
+        Readout("steps", "Steps taken · rejected", f"{stats.steps} · {stats.rejected}"),
     )
 
 
@@ -202,24 +215,26 @@ ENDS = {
 }
 
 
-def _note(state: State, said: _Numbers) -> str:
+def _note(state: State, stats: _Numbers) -> str:
     if state.path.status is Status.DEGENERATE:
         return "No point of the scan lies in a cell of the map here: nothing to climb."
     if not state.climbed:
         return ""
-    where = f"{number(said.away, 2)} u from the truth"
-    tries = f"{said.rejected} {'try' if said.rejected == 1 else 'tries'} rejected"
-    return f"{said.steps} steps, {tries}; it {ENDS[state.path.status]}, {where}."
+    off = "" if len(_on_map(state.path.places[-1:])) else "off the map, "
+    where = f"{off}{number(stats.away, 2)} u from the truth"
+    tries = f"{stats.rejected} {'try' if stats.rejected == 1 else 'tries'} rejected"
+    return f"{stats.steps} step{'' if stats.steps == 1 else 's'}, {tries}; it {ENDS[state.path.status]}, {where}."
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     c, path = state.controls, state.path
     (x, y), (u, v) = path.places[0].tolist(), path.places[-1].tolist()
-    p, q = said.best.tolist()
+    p, q = stats.best.tolist()
     grids = "one grid" if c.grids == "one" else "four grids"
     course = (
-        f"took {said.steps} steps, rejected {said.rejected} tries and {ENDS[path.status]}, at"
-        f" ({number(u)}, {number(v)}) u with a score of {number(said.end, 3)}"
+        f"took {stats.steps} step{'' if stats.steps == 1 else 's'}, rejected {stats.rejected}"
+        f" {'try' if stats.rejected == 1 else 'tries'} and {ENDS[path.status]}, at"
+        f" ({number(u)}, {number(v)}) u with a score of {number(stats.end, 3)}"
         if state.climbed
         else "has not begun"
     )
@@ -228,8 +243,8 @@ def _description(state: State, said: _Numbers) -> str:
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
         f" {number(c.noise)} u and {number(100 * c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
         f" u along each axis. The highest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
-        f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
-        f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, {course}."
+        f" centre and scores {number(stats.truth, 3)} a point. A climb by translations alone from"
+        f" ({number(x)}, {number(y)}) u, where the score is {number(stats.begin, 3)}, {course}."
     )
 
 

@@ -134,7 +134,7 @@ def _numbers(state: State) -> _Numbers:
 
 def draw(state: State) -> Picture:
     """The map, the readouts and the words."""
-    said = _numbers(state)
+    stats = _numbers(state)
     poses, edges = state.run.poses, state.edges
     marks: list[Mark] = [Path(ROOM, "truth", closed=True, thick=True)]
     marks += [Path(poses[k].apply(TRUTH[k].inverse().apply(SEEN[k])), "source") for k in range(4)]
@@ -150,10 +150,10 @@ def draw(state: State) -> Picture:
     marks += [_chi2(state, edge) for edge in range(len(edges))]
     return Picture(
         (Panel("main", "Four poses, the edges between them and the walls seen", VIEW, tuple(marks)),),
-        _readouts(state, said),
-        _description(state, said),
+        _readouts(state, stats),
+        _description(state, stats),
         handles,
-        _note(state, said),
+        _note(state, stats),
         frozenset({"solve", "step"} if state.run.done else ()),
     )
 
@@ -215,21 +215,21 @@ def _handles(state: State) -> tuple[Handle, ...]:
     poses = state.run.poses
     nodes = [(name, k, f"Move pose {k + 1}", poses.t[k]) for k, name in enumerate(POSES, 1)]
     nodes.append(("loop", 0, "Move where the loop’s edge puts pose 1", _put(state, LOOP).t))
-    found = []
+    handles = []
     for name, node, label, at in nodes:
         x, y = _within(at, node).tolist()
         keys = {key: tuple(_within(np.array(to), node).tolist()) for key, to in move_keys(x, y).items()}
-        found.append(Handle(name, label, (x, y), f"x {number(x)}, y {number(y)} u", keys))
-    return tuple(found)
+        handles.append(Handle(name, label, (x, y), f"x {number(x)}, y {number(y)} u", keys))
+    return tuple(handles)
 
 
-def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     run = state.run
     false = len(run.chi2) > FALSE
     return (
         Readout("objective", "What is minimised", number(run.objective, 1)),
-        Readout("gap", "Gap of the loop", number(said.gap), "u", "accent"),
-        Readout("apart", "RMS distance from the true poses", number(said.apart), "u", "source"),
+        Readout("gap", "Gap of the loop", number(stats.gap), "u", "accent"),
+        Readout("apart", "RMS distance from the true poses", number(stats.apart), "u", "source"),
         Readout("largest", "Largest χ² of an edge", number(float(run.chi2.max()), 1)),
         Readout("weight_loop", "Weight of the loop’s edge", number(float(run.weights[LOOP]), 2), "", "accent"),
         Readout(
@@ -241,18 +241,18 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
     )  # fmt: skip
 
 
-def _note(state: State, said: _Numbers) -> str:
+def _note(state: State, stats: _Numbers) -> str:
     run = state.run
     if not run.steps:
         return "Already solved: no step lowers the sum." if run.done else ""
     steps = "1 step" if run.steps == 1 else f"{run.steps} steps"
-    words = f"After {steps} the sum is {number(run.objective, 1)}, from {number(said.before, 1)}."
+    words = f"After {steps} the sum is {number(run.objective, 1)}, from {number(stats.before, 1)}."
     if len(run.weights) > FALSE and run.weights[FALSE] < 0.5:
         words += f" The wrong loop has a weight of {number(float(run.weights[FALSE]), 3)}."
     return words
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     run, c = state.run, state.controls
     chi2 = ", ".join(number(float(value), 1) for value in run.chi2[:FALSE])
     words = [
@@ -270,7 +270,7 @@ def _description(state: State, said: _Numbers) -> str:
     stands = "has not begun" if not run.steps and not run.done else f"is {run.status.label} after {run.steps}"
     words.append(
         f"The optimisation {stands}{'' if stands.endswith('begun') else ' steps' if run.steps != 1 else ' step'}."
-        f" The loop’s gap is {number(said.gap)} u, and the poses are {number(said.apart)} u RMS from the true ones."
+        f" The loop’s gap is {number(stats.gap)} u, and the poses are {number(stats.apart)} u RMS from the true ones."
     )
     return " ".join(words)
 

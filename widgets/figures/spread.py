@@ -32,9 +32,11 @@ from widgets.drawing.picture import (
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
+from widgets.parts.field import within
 
 PLAN = View(-6.4, 6.4, -2.75, 2.75, width=480.0)
-CLOSE = View(-1.0, 1.0, -0.43, 0.43, width=480.0)
+WINDOW = (-1.0, 1.0, -0.43, 0.43)
+CLOSE = View(*WINDOW, width=480.0)
 FINE = 0.01  # u: half the width of the close view is a multiple of it, as the closed forms' ellipses need
 NEEDLE = np.array([2.1, 0.14])  # u: the same for a needle, which is drawn shorter so that it fits, and still lies flat
 SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # times those ellipses, across and upwards: the dots reach farther
@@ -120,48 +122,50 @@ def _scans(ask: Ask, count: int) -> tuple[Redrawn, Pose]:
 
 def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
     """The draws from `first` to before `last`, of `count` that are made."""
-    scans, begun = _scans(ask, count)
+    scans, start_poses = _scans(ask, count)
     part = slice(first, last)
     some = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
-    found = register(some.source, some.target, ask.method, start=begun[part], weights=some.weights, gate=GATE)
-    return Runs(some, begun[part], (ask.heading, ask.shift), ask.noise, found, {"gate": GATE})
+    result = register(some.source, some.target, ask.method, start=start_poses[part], weights=some.weights, gate=GATE)
+    return Runs(some, start_poses[part], (ask.heading, ask.shift), ask.noise, result, {"gate": GATE})
 
 
 @lru_cache(maxsize=64)
 def _block(ask: Ask, k: int) -> Block:
-    made = _runs(ask, k * PRESS, (k + 1) * PRESS, DRAWS)
-    held = [regions(made, way).covers(made.scans.truth) for way in ("hessian", "censi")]
-    return Block(made.result.pose, np.asarray(held[0]), np.asarray(held[1]))
+    draws = _runs(ask, k * PRESS, (k + 1) * PRESS, DRAWS)
+    hits = [regions(draws, way).covers(draws.scans.truth) for way in ("hessian", "censi")]
+    return Block(draws.result.pose, np.asarray(hits[0]), np.asarray(hits[1]))
 
 
 @lru_cache(maxsize=16)
 def _expected(ask: Ask) -> tuple[Covariance, Covariance]:
     """What the closed forms make of the first pair of scans, laid about the truth."""
-    made = _runs(ask, 0, 1, 1)
-    truth = made.scans.truth
-    found = [replace(regions(made, way)[0].to("source"), mean=truth).to("target") for way in ("hessian", "censi")]
-    return found[0], found[1]
+    draws = _runs(ask, 0, 1, 1)
+    truth = draws.scans.truth
+    hessian, censi = (
+        replace(regions(draws, way)[0].to("source"), mean=truth).to("target") for way in ("hessian", "censi")
+    )
+    return hessian, censi
 
 
 @lru_cache(maxsize=16)
-def _ends(ask: Ask, drawn: int) -> tuple[Spread, int, int]:
+def _ends(ask: Ask, count: int) -> tuple[Spread, int, int]:
     """The spread of the ends, and in how many draws the two closed forms' regions hold the truth."""
-    blocks = [_block(ask, k) for k in range(drawn // PRESS)]
+    blocks = [_block(ask, k) for k in range(count // PRESS)]
     poses = Pose(np.concatenate([b.poses.R for b in blocks]), np.concatenate([b.poses.t for b in blocks]))
-    made = _runs(ask, 0, 1, 1)
-    spread = ends_of(replace(made, result=replace(made.result, pose=poses)))
+    draws = _runs(ask, 0, 1, 1)
+    spread = ends_of(replace(draws, result=replace(draws.result, pose=poses)))
     return spread, sum(int(b.hessian.sum()) for b in blocks), sum(int(b.censi.sum()) for b in blocks)
 
 
 def draw(state: State) -> Picture:
     """The place from above, and the ends close to the true one."""
-    said = _numbers(state)
+    stats = _numbers(state)
     return Picture(
         (_plan(state), _close(state)),
-        _readouts(state, said),
-        _description(state, said),
+        _readouts(state, stats),
+        _description(state, stats),
         (_handle(state.controls.wall),),
-        note=_note(state, said),
+        note=_note(state, stats),
         disabled=frozenset({"more", "finish"} if state.drawn == DRAWS else ()),
     )
 
@@ -180,9 +184,9 @@ def _places(pose: Pose, stand: Pose) -> Array:
 def _plan(state: State) -> Panel:
     scans, _ = _scans(state.ask, 1)
     first, stand = (STANDS[state.ask.place][k] for k in (0, 1))
-    seen = scans.target[0][np.abs(scans.target[0]).max(axis=1) < NO_ECHO]
+    echoes = scans.target[0][np.abs(scans.target[0]).max(axis=1) < NO_ECHO]
     marks: list[Mark] = [Path(wall, "ink") for wall in scans.walls]
-    marks += [Points(stand.apply(seen), "target", "square", radius=2.0), *_robot(stand, "target")]
+    marks += [Points(stand.apply(echoes), "target", "square", radius=2.0), *_robot(stand, "target")]
     marks += _robot(first, "truth")
     if state.drawn:
         spread, _, _ = _ends(state.ask, state.drawn)
@@ -219,16 +223,16 @@ def _close(state: State) -> Panel:
     half = NEEDLE if needle else np.full(2, FINE * np.ceil(SPARE * reach / FINE).max())
 
     def near(places: Array) -> Array:
-        moved: Array = (places - true.t) / half
-        return moved
+        return np.asarray((places - true.t) / half)
 
     bars = [max(bar for bar in BARS if bar <= 0.4 * each) for each in half.tolist()]
     ends = np.array([-0.94, -0.36]) + np.diag(bars / half)
-    marks: list[Mark] = [
+    bar: list[Mark] = [
         Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
         Label(ends[0], f"{bars[0]:g} u", "ink", dx=6, dy=4),
         Label(ends[1], f"{bars[1]:g} u", "ink", dx=6, dy=6),
     ]
+    marks: list[Mark] = []
     if state.drawn:
         spread, _, _ = _ends(state.ask, state.drawn)
         mode = _true_mode(spread, stand.inverse().compose(true))
@@ -238,32 +242,33 @@ def _close(state: State) -> Panel:
             marks.append(Path(near(stand.apply(spread.modes[mode].ellipse())), "source"))
     hessian, censi = map(near, expected)
     marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
-    marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
     times = [number(PLAN.x1 / each, 0) for each in half]
-    scale = f"{times[1]} times" + (f" upwards and {times[0]} times sideways" if needle else "")
-    label = "The ends about the true position, enlarged"
-    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true position, enlarged {scale}")
+    caption = f"About the truth, enlarged {times[1]} times" + (f" up and {times[0]} across" if needle else "")
+    if not within(hessian, WINDOW) + within(censi, WINDOW):
+        caption = "About the truth: the expected regions lie outside"
+    marks += [Points([(0.0, 0.0)], "truth", "cross", radius=6.0), *bar]
+    return Panel("close", "The ends about the true position", CLOSE, tuple(marks), grid=False, caption=caption)
 
 
 @dataclass(frozen=True)
 class _Numbers:
-    """places: largest and smallest σ of the ends' places in the true cluster. claimed: that of Hessian and Censi."""
+    """places: largest and smallest σ of the ends' places in the true cluster. claimed: the closed forms’, as text."""
 
     widest: float
     narrowest: float
-    claimed: tuple[float, float]
+    claimed: tuple[str, str]
     held: tuple[int, int]
     modes: int
     share: float
 
 
 def _numbers(state: State) -> _Numbers:
-    hessian, censi = (_sizes(one)[1] for one in _expected(state.ask))
+    hessian, censi = (number(s, 3 if s < 10.0 else 0) for s in (_sizes(one)[1] for one in _expected(state.ask)))
     if not state.drawn:
         return _Numbers(0.0, 0.0, (hessian, censi), (0, 0), 0, 0.0)
-    spread, held, more = _ends(state.ask, state.drawn)
+    spread, hits, more = _ends(state.ask, state.drawn)
     narrow, wide = _sizes(spread.modes[0])
-    return _Numbers(wide, narrow, (hessian, censi), (held, more), len(spread.modes), float(spread.shares[0]))
+    return _Numbers(wide, narrow, (hessian, censi), (hits, more), len(spread.modes), float(spread.shares[0]))
 
 
 def _sizes(spread: Covariance) -> tuple[float, float]:
@@ -272,63 +277,60 @@ def _sizes(spread: Covariance) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     n, unit = state.drawn, "u" if state.drawn else ""
 
     def later(value: str) -> str:
         return value if n else "–"
 
-    def counted(name: str, label: str, held: int, role: Role) -> Readout:
-        return Readout(name, label, later(str(held)), f"of {n}" if n else "", role)
+    def counted(name: str, label: str, count: int, role: Role) -> Readout:
+        return Readout(name, label, later(str(count)), f"of {n}" if n else "", role)
 
     return (
-        counted("hessian", "Hessian: regions containing the truth", said.held[0], "accent"),
-        counted("censi", "Censi: regions containing the truth", said.held[1], "inlier"),
-        Readout("widest", "Ends: largest σ of the position", later(number(said.widest, 3)), unit, "source"),
-        Readout("narrowest", "Ends: smallest σ of the position", later(number(said.narrowest, 3)), unit, "source"),
-        Readout("claimed", "Hessian: largest σ of the position", number(said.claimed[0], 3), "u", "accent"),
-        Readout("carried", "Censi: largest σ of the position", number(said.claimed[1], 3), "u", "inlier"),
-        Readout("modes", "Clusters of ends", later(str(said.modes))),
+        counted("hessian", "Hessian: truth in its region", stats.held[0], "accent"),
+        counted("censi", "Censi: truth in its region", stats.held[1], "inlier"),
+        Readout("widest", "Ends: largest σ of the position", later(number(stats.widest, 3)), unit, "source"),
+        Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
+        Readout("claimed", "Hessian: largest σ of the position", stats.claimed[0], "u", "accent"),
+        Readout("carried", "Censi: largest σ of the position", stats.claimed[1], "u", "inlier"),
+        Readout("modes", "Clusters of ends", later(str(stats.modes))),
         Readout("drawn", "Scans redrawn", str(n)),
     )
 
 
-def _note(state: State, said: _Numbers) -> str:
+def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    most = round(said.share * state.drawn)
-    clusters = "" if said.modes == 1 else f" {said.modes} clusters, {most} ends in the largest."
-    sigma = f"{number(said.narrowest, 3)} to {number(said.widest, 3)} u"
+    most = round(stats.share * state.drawn)
+    clusters = "" if stats.modes == 1 else f" {stats.modes} clusters, {most} ends in the largest."
+    sigma = f"{number(stats.narrowest, 3)} to {number(stats.widest, 3)} u"
     return f"{state.drawn} draws: σ of the position {sigma}.{clusters}"
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     c = state.controls
     words = [
         f"A robot scans a {c.scene} with end walls {number(c.wall, 1)} u from the middle, from two places, with range"
         f" noise of σ = {number(c.noise)} u. {METHODS[c.method]} registers the two scans, from starts with"
         f" σ = {number(c.heading, 0)}° and {number(c.shift)} u. From one pair of scans the Hessian expects a largest σ"
-        f" of the position of {number(said.claimed[0], 3)} u, Censi’s formula {number(said.claimed[1], 3)} u."
+        f" of the position of {stats.claimed[0]} u, Censi’s formula {stats.claimed[1]} u."
     ]
     if not state.drawn:
-        words.append("No scans have been redrawn yet.")
-        return " ".join(words)
+        return f"{words[0]} No scans have been redrawn yet."
     words.append(
-        f"Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by {number(said.narrowest, 3)} u one"
-        f" way and {number(said.widest, 3)} u the other. The truth lies in {said.held[0]} of the Hessian’s 95 % regions"
-        f" and in {said.held[1]} of Censi’s."
+        f"Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by {number(stats.narrowest, 3)} u"
+        f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
+        f" regions and in {stats.held[1]} of Censi’s."
     )
-    if said.modes > 1:
-        words.append(
-            f"The ends form {said.modes} clusters, the largest with {round(said.share * state.drawn)} of them."
-        )
+    if stats.modes > 1:
+        words.append(f"The ends form {stats.modes} clusters, {round(stats.share * state.drawn)} in the largest.")
     return " ".join(words)
 
 
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     a = state.ask
-    given = (
+    arguments = (
         f'"{a.place}", "{a.method}", {{count}}, seed={a.seed}, end={a.end!r}, noise={a.noise!r},'
         f" heading={a.heading!r}, shift={a.shift!r}"
     )
@@ -339,7 +341,7 @@ def python(state: State) -> str:
         "def sizes(spread):  # the standard deviations of the scanner's place, u",
         f"    return np.sqrt(np.linalg.eigvalsh(spread.point_covariance(reach={FAR_OUT!r})))",
         "",
-        f"one = runs({given.format(count=1)})",
+        f"one = runs({arguments.format(count=1)})",
         'print("claimed", sizes(regions(one, "hessian")[0])[1])',
         'print("carried", sizes(regions(one, "censi")[0])[1])',
         f'print("drawn", {state.drawn})',
@@ -347,7 +349,7 @@ def python(state: State) -> str:
     if state.drawn:
         lines += [
             "",
-            f"made = runs({given.format(count=state.drawn)})",
+            f"made = runs({arguments.format(count=state.drawn)})",
             "ends = ends_of(made)",
             'print("hessian", regions(made, "hessian").covers(made.scans.truth).sum())',
             'print("censi", regions(made, "censi").covers(made.scans.truth).sum())',
@@ -359,7 +361,6 @@ def python(state: State) -> str:
 
 
 PRESSES = ("more",) * (DRAWS // PRESS)
-SCENES: tuple[dict[str, str], ...] = ({}, {"scene": "corridor"}, {"scene": "hall"})
 
 WIDGET = Widget(
     name="spread",
@@ -391,7 +392,7 @@ WIDGET = Widget(
         Key("ink", "walls", "line"),
     ),
     tape=(
-        *((scene, presses) for scene in SCENES for presses in (PRESSES, ("finish",))),
+        *(({"scene": scene}, presses) for scene in PLACES for presses in (PRESSES, ("finish",))),
         ({"method": "point"}, ("finish",)),
     ),
     python=python,

@@ -68,8 +68,8 @@ def start(controls: Controls, seed: int) -> State:
     """The scene from the start that the two numbers give."""
     c = controls
     scene = scene_of(c.scene, seed, c.noise, c.outliers / 100.0)
-    known = kept(Ask(c.residual, c.weight, c.trim / 100.0), scene)
-    return State(c, anew(known, room_start(c.turn, c.offset)), fixed(known))
+    run = kept(Ask(c.residual, c.weight, c.trim / 100.0), scene)
+    return State(c, anew(run, room_start(c.turn, c.offset)), fixed(run))
 
 
 def act(state: State, action: Action) -> State:

@@ -64,8 +64,8 @@ def start(controls: Controls, seed: int) -> State:
     """One scene and one start for all three."""
     c = controls
     scene, pose = scene_of(c.scene, seed, c.noise, c.outliers / 100.0), room_start(c.turn, c.offset)
-    known = {name: kept(Ask(name, c.weight, 0.0), scene) for name in NAMES}
-    return State(c, _from(known, pose), {name: fixed(run) for name, run in known.items()})
+    runs = {name: kept(Ask(name, c.weight, 0.0), scene) for name in NAMES}
+    return State(c, _from(runs, pose), {name: fixed(run) for name, run in runs.items()})
 
 
 def _from(runs: dict[str, Run], pose: Pose) -> dict[str, Run]:
@@ -131,9 +131,9 @@ def _handles(name: str, both: tuple[Handle, ...]) -> tuple[Handle, ...]:
 def _key() -> list[Mark]:
     """The names of the lines in a corner that they hardly ever reach: at their ends they would lie on each other."""
     marks: list[Mark] = []
-    for y, (name, said) in zip(KEY, NAMES.items(), strict=True):
+    for y, (name, label) in zip(KEY, NAMES.items(), strict=True):
         marks.append(Segments([28.6, y], [30.4, y], ROLES[name], dashed=name == "gicp"))
-        marks.append(Label([STEPS - 0.4, y], said, ROLES[name], "end", dy=4))
+        marks.append(Label([STEPS - 0.4, y], label, ROLES[name], "end", dy=4))
     return marks
 
 

@@ -147,12 +147,12 @@ def _aligned(pose: Pose, truth: Pose) -> bool:
 
 
 def _world(scans: TwoScans) -> Panel:
-    seen: list[tuple[Pose, Array, Role]] = [
+    views: list[tuple[Pose, Array, Role]] = [
         (scans.target_pose, scans.target, "target"),
         (scans.source_pose, scans.source, "source"),
     ]
     marks: list[Mark] = []
-    for pose, cloud, role in seen:
+    for pose, cloud, role in views:
         hits = pose.apply(cloud[::2])
         marks.append(Segments(np.broadcast_to(pose.t, hits.shape), hits, role, weight=np.full(len(hits), 0.2)))
     marks += [Path(wall, "ink") for wall in scans.walls]
@@ -161,9 +161,9 @@ def _world(scans: TwoScans) -> Panel:
     if length > 1.2:
         gap = way / length * 0.55
         marks.append(Arrow(scans.source_pose.t + gap, scans.target_pose.t - gap, "guide"))
-    for pose, cloud, role in seen:
+    for pose, cloud, role in views:
         marks.append(Points(pose.apply(cloud), role, "square" if role == "target" else "dot", radius=2.5))
-    for pose, _, role in seen:
+    for pose, _, role in views:
         marks += _glyph(pose, role)
     name = "The room from above, with the robot at its two poses"
     return Panel("world", name, WORLD, tuple(marks), caption="The room")

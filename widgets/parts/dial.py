@@ -119,10 +119,10 @@ def clouds(name: str, seed: int, noise: float) -> Clouds:
     rng = np.random.default_rng(seed)
     spots = room("clean", seed=seed, noise=0.0).source[::EVERY]
     target = spots + noise * rng.standard_normal(spots.shape)
-    mixed = rng.permutation(len(source))[: round(WRONG * len(source))]
+    rows = rng.permutation(len(source))[: round(WRONG * len(source))]
     if rung.name == "corrupted":
-        wrong[mixed] = True
-        target[mixed] = target[np.roll(mixed, 1)]
+        wrong[rows] = True
+        target[rows] = target[np.roll(rows, 1)]
     return Clouds(scene, source, target, wrong)
 
 

@@ -104,13 +104,13 @@ def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple
     began = at(dial, full, np.array([heading]))
     if course is None:
         return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
-    ended = at(dial, full, course.headings[-1:])
+    end = at(dial, full, course.headings[-1:])
     marks: list[Mark] = [Segments(place(heading, NOSE), place(heading, HAND), "guide", dashed=True)]
     if dial.rung.searches or dial.rung.flat or len(course.headings) < 3:
-        marks.append(Path(np.concatenate([began, ended]), "ghost", dotted=True))
+        marks.append(Path(np.concatenate([began, end]), "ghost", dotted=True))
     else:
         marks.append(Path(at(dial, full, _between(course.headings)), "source", thick=True))
-    ball = _ball(ended, "truth") if course.arrived else (Points(ended, "source", "ring", radius=BALL),)
+    ball = _ball(end, "truth") if course.arrived else (Points(end, "source", "ring", radius=BALL),)
     return (*marks, Points(began, "ghost", "ring", radius=7.0), *ball)
 
 
@@ -122,8 +122,8 @@ def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:
     """The headings passed on the shorter way from each of `turns` to the next, no more than a step apart."""
     along = np.unwrap(turns)
     parts = [np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step)) + 1)) for a, b in pairwise(along.tolist())]
-    passed = np.concatenate(parts)
-    return np.asarray((passed + np.pi) % (2.0 * np.pi) - np.pi)
+    angles = np.concatenate(parts)
+    return np.asarray((angles + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def arrivals(arrived: BoolArray) -> tuple[Mark, ...]:

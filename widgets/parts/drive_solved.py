@@ -38,18 +38,18 @@ def made() -> bytes:
     loops = verified(scans, chain.poses, *candidates(chain.poses))
     used = loops.believed
     edges, robust = edges_of(chain, loops)
-    closed, kept = [], []
+    pose_sets, weights = [], []
     for kernel, wrong in product(KERNELS, (False, True)):
         if wrong:
-            found = optimise(chain.poses, with_wrong(edges, loops), kernel=kernel, robust=np.append(robust, True))
-            kept.append(found.weights[-1])
+            result = optimise(chain.poses, with_wrong(edges, loops), kernel=kernel, robust=np.append(robust, True))
+            weights.append(result.weights[-1])
         else:
-            found = close(chain, loops, kernel=kernel)
-        closed.append(found.poses)
-    rows = [_rows(chain.poses), *map(_rows, closed)]
-    measured = np.column_stack([loops.source[used], loops.target[used], _rows(loops.pose[used])])
-    head = np.array([len(scans), used.sum(), *kept])
-    return b"".join(part.astype("<f4").tobytes() for part in (head, *rows, measured))
+            result = close(chain, loops, kernel=kernel)
+        pose_sets.append(result.poses)
+    rows = [_rows(chain.poses), *map(_rows, pose_sets)]
+    loop_rows = np.column_stack([loops.source[used], loops.target[used], _rows(loops.pose[used])])
+    head = np.array([len(scans), used.sum(), *weights])
+    return b"".join(part.astype("<f4").tobytes() for part in (head, *rows, loop_rows))
 
 
 def write() -> None:

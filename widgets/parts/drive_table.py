@@ -65,13 +65,13 @@ def read(data: bytes) -> Table:
     for _ in range(1 + 2 * len(KERNELS)):
         poses.append(_pose(numbers[at : at + 3 * n].reshape(n, 3)))
         at += 3 * n
-    measured = numbers[at:].reshape(c, 5)
+    loop_rows = numbers[at:].reshape(c, 5)
     ways = {("odometry", "", False): chained(telecom_loop().motion), ("matched", "", False): poses[0]}
     for (kernel, wrong), way in zip(product(KERNELS, (False, True)), poses[1:], strict=True):
         ways["closed", kernel, wrong] = way
-    later, earlier = (measured[:, k].astype(np.int64) for k in (0, 1))
-    kept = dict(zip(KERNELS, numbers[2 : 2 + len(KERNELS)].tolist(), strict=True))
-    return Table(ways, later, earlier, _pose(measured[:, 2:]), kept)
+    later, earlier = (loop_rows[:, k].astype(np.int64) for k in (0, 1))
+    weights = dict(zip(KERNELS, numbers[2 : 2 + len(KERNELS)].tolist(), strict=True))
+    return Table(ways, later, earlier, _pose(loop_rows[:, 2:]), weights)
 
 
 def _pose(rows: Array) -> Pose:

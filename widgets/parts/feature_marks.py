@@ -30,9 +30,9 @@ def crests(view: View, frequency: Array) -> Segments:
     k = np.arange(max(first, -MOST), min(last, MOST) + 1)
     foot = along * (k[:, None] * TURN / size)
     ends = [_clipped(view, f, across, reach) for f in foot]
-    kept = [pair for pair in ends if pair is not None]
-    a, b = (np.array([pair[i] for pair in kept]).reshape(-1, 2) for i in range(2))
-    return Segments(a, b, "accent", weight=np.full(len(kept), 0.6))
+    segments = [pair for pair in ends if pair is not None]
+    a, b = (np.array([pair[i] for pair in segments]).reshape(-1, 2) for i in range(2))
+    return Segments(a, b, "accent", weight=np.full(len(segments), 0.6))
 
 
 def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
@@ -50,13 +50,13 @@ def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, 
 
 def phases(source: Array, target: Array, frequency: Array) -> Panel:
     """Each point of the moved source (m, 2) and of the target (n, 2) at its phase on a circle, and both means."""
-    turned, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
-    means = turned.mean(axis=0), still.mean(axis=0)
+    moving, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
+    means = moving.mean(axis=0), still.mean(axis=0)
     marks: list[Mark] = [
         Ring([0.0, 0.0], "guide", reach=1.0),
         Ring([0.0, 0.0], "guide", reach=INNER),
         Points(INNER * still, "target", "square", radius=2.5),
-        Points(turned, "source", radius=2.5),
+        Points(moving, "source", radius=2.5),
         Path(np.stack(means), "accent", thick=True),
         Arrow([0.0, 0.0], means[1], "target"),
         Arrow([0.0, 0.0], means[0], "source"),

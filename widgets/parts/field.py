@@ -68,10 +68,10 @@ class Field:
         coarse = self._values[middle, middle]
         if level == 0:
             return coarse.copy()
-        shown = coarse.repeat(STRIDE, axis=0).repeat(STRIDE, axis=1)
+        values = coarse.repeat(STRIDE, axis=0).repeat(STRIDE, axis=1)
         fine = self._edge(level)
-        shown[fine:] = self._values[fine:]
-        return shown
+        values[fine:] = self._values[fine:]
+        return values
 
     def highest(self, level: int) -> tuple[Array, float]:
         """The place (2,) of the highest of a level's values, and that value. NaN counts as lowest."""
@@ -168,3 +168,21 @@ def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
         Label([view.x1, view.y0], x_label, "guide", "end", dy=44),
         Label([view.x0, view.y1], y_label, "guide", dy=-10),
     )
+
+
+def within(way: Array, window: tuple[float, float, float, float]) -> list[Array]:
+    """The parts of a polyline (n, 2) that lie in the window, cut at its border, each (k, 2) with k ≥ 2."""
+    low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
+    a, step = way[:-1], np.diff(way, axis=0)
+    safe = np.where(step == 0.0, 1.0, step)
+    to = np.stack([(low - a) / safe, (high - a) / safe])
+    still = step == 0.0
+    held = still & (a >= low) & (a <= high)
+    enter = np.where(still, np.where(held, 0.0, 2.0), to.min(axis=0)).max(axis=1).clip(0.0, None)
+    leave = np.where(still, 1.0, to.max(axis=0)).min(axis=1).clip(None, 1.0)
+    parts: list[list[Array]] = []
+    for k in np.flatnonzero(enter < leave):
+        if not parts or enter[k] > 0.0 or not np.array_equal(parts[-1][-1], a[k]):
+            parts.append([a[k] + enter[k] * step[k]])
+        parts[-1].append(a[k] + leave[k] * step[k] if leave[k] < 1.0 else way[k + 1])
+    return [np.array(part) for part in parts]

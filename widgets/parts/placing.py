@@ -35,8 +35,8 @@ class Placing:
             centre = np.clip(to, np.negative(self.limit), self.limit)
         elif np.hypot(*(to - centre)) > 1e-9:
             heading = float(np.arctan2(*(to - centre)[::-1]))
-        turned = Pose.from_angle(heading)
-        return Pose(turned.R, centre - turned.R @ anchor)
+        rotation = Pose.from_angle(heading)
+        return Pose(rotation.R, centre - rotation.R @ anchor)
 
     def held(self, pose: Pose, anchor: Array) -> tuple[Array, float]:
         """Where a cloud at `pose` can be taken hold of, at the limit for one that a run or a start put beyond it, and
@@ -69,10 +69,10 @@ class Placing:
         x, y = centre.tolist()
         u, v = self.grip(centre, heading).tolist()
         where = f"x {number(x)}, y {number(y)} u"
-        keys, turned, angle = turn_keys(centre, self.reach, heading), f"{degrees(heading)}°", float(np.degrees(heading))
+        keys, text, angle = turn_keys(centre, self.reach, heading), f"{degrees(heading)}°", float(np.degrees(heading))
         return (
             Handle("source", "Move the source", (x, y), where, move_keys(x, y), "move", self.panel),
-            Handle("turn", "Turn the source", (u, v), turned, keys, "turn", self.panel, angle=angle),
+            Handle("turn", "Turn the source", (u, v), text, keys, "turn", self.panel, angle=angle),
         )
 
 

@@ -75,9 +75,9 @@ def surfaces(run: Run) -> tuple[Mark, ...]:
         known = ~state.normals.flagged[0]
         return (Ticks(state.index.points[0, known], state.normals.vectors[0, known], "normal", length=13.0),)
     if run.ask.residual == "gicp":
-        chosen = slice(None, None, EVERY)
-        covariance = state.covariances[1][0, chosen]
-        return (Ellipses(state.index.points[0, chosen], covariance, "normal", SIGMAS, filled=True),)
+        every = slice(None, None, EVERY)
+        covariance = state.covariances[1][0, every]
+        return (Ellipses(state.index.points[0, every], covariance, "normal", SIGMAS, filled=True),)
     return ()
 
 
@@ -85,9 +85,9 @@ def own_surfaces(run: Run) -> tuple[Mark, ...]:
     """Some of the source's covariances where the source lies, which turn with it."""
     if run.ask.residual != "gicp":
         return ()
-    chosen, R = slice(EVERY // 2, None, EVERY), run.pose.R
-    covariance = R @ run.state.covariances[0][0, chosen] @ R.T
-    return (Ellipses(run.moved[chosen], covariance, "source", SIGMAS, filled=True),)
+    every, R = slice(EVERY // 2, None, EVERY), run.pose.R
+    covariance = R @ run.state.covariances[0][0, every] @ R.T
+    return (Ellipses(run.moved[every], covariance, "source", SIGMAS, filled=True),)
 
 
 Carried = tuple[tuple[Mark, ...], tuple[Mark, ...]]
@@ -183,8 +183,8 @@ def weak_label(run: Run, view: View) -> Label:
 def weak_words(run: Run) -> str:
     """The weak direction, and the condition number: 'weakest: slide, condition 6.3'."""
     how = "free" if run.system.free[0, 0] else "weakest"
-    said = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
-    return f"{said}, condition {condition(run)}"
+    words = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
+    return f"{words}, condition {condition(run)}"
 
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:
@@ -228,8 +228,8 @@ def _rug(run: Run) -> list[Mark]:
         (wrong & ~used, "ghost", -0.32, -0.56),
     )
     marks: list[Mark] = []
-    for chosen, role, top, bottom in kinds:
-        at = x[chosen & inside]
+    for rows, role, top, bottom in kinds:
+        at = x[rows & inside]
         ends = [np.stack([at, np.full_like(at, y)], axis=1) for y in (top, bottom)]
         marks.append(Segments(ends[0], ends[1], role))
     beyond = int((~inside).sum())

@@ -46,10 +46,10 @@ class Ask:
     @property
     def options(self) -> dict[str, Any]:
         """Those of the solver that differ from its own."""
-        named: dict[str, Any] = {"weight": self.weight} if self.weight != "none" else {}
+        settings: dict[str, Any] = {"weight": self.weight} if self.weight != "none" else {}
         if self.trim > 0.0:
-            named["trim"] = self.trim
-        return {**named, "free_below": FREE_BELOW} if self.residual == "plane" else named
+            settings["trim"] = self.trim
+        return {**settings, "free_below": FREE_BELOW} if self.residual == "plane" else settings
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Run:
 
     def _batch(self) -> Batch[Any]:
         now = self.state
-        method = replace(METHODS[METHOD[self.ask.residual]], start=lambda asked, options: now)
+        method = replace(METHODS[METHOD[self.ask.residual]], start=lambda instance, options: now)
         return begin(method, now.problem, now.options, STEPS)
 
     def finish(self) -> Run:
@@ -176,11 +176,11 @@ def anew(run: Run, start: Pose, beside: Run | None = None) -> Run:
 
     beside: a run that has just begun there, whose errors are the same.
     """
-    asked, now = problem(run.scene, start), run.state
+    instance, now = problem(run.scene, start), run.state
     if run.ask.residual == "point":
-        state = METHODS[METHOD["point"]].start(asked, now.options)
+        state = METHODS[METHOD["point"]].start(instance, now.options)
     else:
-        state = surface_icp.start(asked, now.options, now.index, now.normals, now.covariances)
+        state = surface_icp.start(instance, now.options, now.index, now.normals, now.covariances)
     return _begun(run.ask, run.scene, start, state, beside)
 
 

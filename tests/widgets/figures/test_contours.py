@@ -7,7 +7,8 @@ import pytest
 
 from widgets.drawing.picture import Array
 from widgets.figures.landscape.contours import contours
-from widgets.figures.landscape.terrain import minima, places, within
+from widgets.figures.landscape.terrain import minima, places
+from widgets.parts.field import within
 
 X, Y = np.linspace(-1.0, 1.0, 81), np.linspace(-1.2, 1.2, 97)
 
@@ -28,6 +29,32 @@ def test_lines_are_closed_or_end_at_the_border(rng_field: Array) -> None:
     border = (np.abs(ends[:, 0]) > 1.0 - 1e-9) | (np.abs(ends[:, 1]) > 1.2 - 1e-9)
     assert len(a) > 500
     assert (count[~border] == 2).all()
+
+
+def test_the_pieces_of_a_line_are_in_a_row(rng_field: Array) -> None:
+    """A line goes on until it is closed or at the border, higher ground to its right, and no other continues it."""
+    bowl = np.hypot(X[None, :], Y[:, None])
+    a, b = contours(bowl, X, Y, [0.3, 0.85])
+    assert np.count_nonzero(np.any(b[:-1] != a[1:], axis=1)) == 1
+    a, b = contours(rng_field, X, Y, [0.4])
+    breaks = np.flatnonzero(np.any(b[:-1] != a[1:], axis=1)) + 1
+    lines = np.split(np.arange(len(a)), breaks)
+    assert 10 < len(lines) < len(a) / 5
+    for line in lines:
+        begin, end = a[line[0]], b[line[-1]]
+        at_border = [np.any(np.abs(place) >= (1.0, 1.2)) for place in (begin, end)]
+        assert np.array_equal(begin, end) or all(at_border)
+    along, middle = b - a, (a + b) / 2
+    right = 1e-6 * np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+    assert (bilinear(rng_field, middle + right) > bilinear(rng_field, middle - right)).all()
+
+
+def bilinear(values: Array, points: Array) -> Array:
+    """The field at points, from the four nodes about each."""
+    i, j = np.searchsorted(Y, points[:, 1]) - 1, np.searchsorted(X, points[:, 0]) - 1
+    u, v = (points[:, 0] - X[j]) / (X[1] - X[0]), (points[:, 1] - Y[i]) / (Y[1] - Y[0])
+    low, high = ((1 - u) * values[k, j] + u * values[k, j + 1] for k in (i, i + 1))
+    return np.asarray((1 - v) * low + v * high)
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ import pytest
 from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
-from widgets.drawing.picture import Label, Points, Segments
+from tests.widgets.states import frame_after, state_after
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import Action, preset
 from widgets.engine.controls import specs
 from widgets.engine.host import Host
@@ -81,6 +82,10 @@ def test_a_flow_has_no_objective() -> None:
     steps = np.diff(run(dial, 1.0).history.objective[1:])
     assert steps.min() < 0.0 < steps.max()
     assert np.ptp(marks.heights(dial, True)) == 0.0
+    assert shown("flow")["objective_start"] == "–"
+    _, chart = figure.draw(state_after(figure.WIDGET, name="flow")).panels
+    assert not [mark for mark in chart.marks if isinstance(mark, Path) and mark.role == "accent"]
+    assert any("no objective" in mark.text for mark in chart.marks if isinstance(mark, Label))
 
 
 @pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("default", "It came to rest ")])
@@ -90,6 +95,11 @@ def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> 
     off = shown(name, "roll")
     assert frame["note"].startswith(words)
     assert f"{off['rotation_error']}° and {off['translation_error']} u off: not the truth" in frame["note"]
+
+
+@pytest.mark.parametrize(("name", "steps"), [("pairs", "1 step, "), ("default", "13 steps, ")])
+def test_one_step_is_told_as_one(name: str, steps: str) -> None:
+    assert f"after {steps}" in frame_after(figure.WIDGET, ["press", "roll"], name=name)["description"]
 
 
 def test_a_slider_is_called_what_the_rung_calls_it() -> None:
@@ -278,6 +288,14 @@ def test_no_ball_or_ring_of_the_map_is_cut() -> None:
 
 def test_an_objective_of_thousands_has_a_comma() -> None:
     assert shown("pairs", turn=100.0)["objective_start"] == "1,680.558"
+
+
+@pytest.mark.parametrize("turn", [-180.0, 180.0])
+def test_half_a_turn_stands_clear_of_the_words_at_the_axis(turn: float) -> None:
+    """The ball of either sign is at the right end of the unrolled ring: at the left it would cover "high"."""
+    _, chart = figure.draw(state_after(figure.WIDGET, turn=turn)).panels
+    (ball,) = (mark for mark in chart.marks if isinstance(mark, Points))
+    assert np.reshape(ball.xy, -1)[0] == pytest.approx(180.0)
 
 
 def test_the_first_heading_and_the_lowest_place_are_written_apart() -> None:

@@ -109,6 +109,13 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
     assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
 
 
+@pytest.mark.parametrize("controls", [{"wrong": True}, {"kernel": "cauchy"}])
+@pytest.mark.parametrize(("poses", "told"), [("odometry", True), ("matched", True), ("closed", False)])
+def test_what_has_no_effect_says_so(controls: dict[str, object], poses: str, told: bool) -> None:
+    """Loops bend the closed poses only."""
+    assert ("only on closed poses" in draw(at_the_end(poses=poses, **controls)).note) == told
+
+
 @pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
 def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
     """As soon as there is one: odometry leaves them metres long."""

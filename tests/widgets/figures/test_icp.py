@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.widgets.states import readouts, state_after
-from widgets.drawing.picture import Label, Points
+from widgets.drawing.picture import Label, Path, Points
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion
@@ -40,6 +40,29 @@ def test_the_chart_goes_as_far_as_its_words_say() -> None:
         assert words == [span * part / 4 for part in range(5)]
         dots = np.concatenate([np.reshape(m.xy, (-1, 2)) for m in panel.marks if isinstance(m, Points)])
         assert dots[:, 0].max() * span == pytest.approx(state.run.steps)
+
+
+@pytest.mark.parametrize(
+    ("actions", "controls"),
+    [
+        ((), {}),
+        ((Action("drag", "source", 6.4, 4.6),), {}),
+        ((FINISH,), {"overlap": 30.0, "offset": 0.0}),
+        ((FINISH,), {"objective": "capped", "gate": 3.0, "overlap": 30.0}),
+    ],
+)
+def test_the_chart_of_the_rms_holds_all_of_it(actions: tuple[Action, ...], controls: dict[str, Any]) -> None:
+    """The last value and that at the truth stand where the numbers beside the axis say, however large they are."""
+    state = run(*actions, **controls)
+    (panel,) = (panel for panel in draw(state).panels if panel.name == "rms")
+    words = [mark for mark in panel.marks if isinstance(mark, Label) and mark.anchor == "end" and mark.dx == -6]
+    top = max(float(label.text) for label in words)
+    dots = np.concatenate([np.reshape(mark.xy, (-1, 2)) for mark in panel.marks if isinstance(mark, Points)])
+    last = dots[np.argmax(dots[:, 0])]
+    assert last[1] * top == pytest.approx(state.run.course[-1].rms)
+    (truth,) = (mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "truth")
+    assert np.asarray(truth.xy)[0, 1] * top == pytest.approx(float(state.run.truth.rms[0]))
+    assert np.asarray(truth.xy).max() <= 1.0
 
 
 @pytest.mark.parametrize("name", WIDGET.presets)

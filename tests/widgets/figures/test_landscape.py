@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.widgets.states import state_after
-from widgets.drawing.picture import Heat
+from widgets.drawing.picture import Heat, Label
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.landscape.figure import BANDS, FEW, MOST, NEAR, REACH, SIDE, WIDGET, State, act, draw
@@ -28,6 +28,19 @@ def click(x: float, y: float) -> Action:
 
 def shown(state: State, detail: int = BANDS) -> dict[str, str]:
     return {r.name: r.value for r in draw(state, detail).readouts}
+
+
+@pytest.mark.parametrize("length", [0.2, 0.5, 1.5, 3.0])
+@OBJECTIVES
+def test_the_colours_span_the_map(objective: str, length: float) -> None:
+    """At every length the highest value on the coarse map is beyond a third of the scale, and not above it; no two
+    numbers beside the scale are the same."""
+    state = run(objective=objective, length=length)
+    terrain = state.terrain
+    assert terrain.top / 3 < terrain.field.values(0).max() <= terrain.top
+    labels = [mark for mark in draw(state, 0).panels[0].marks if isinstance(mark, Label) and mark.dx == 7]
+    words = [label.text for label in labels]
+    assert len(set(words)) == len(words) >= 2
 
 
 @OBJECTIVES

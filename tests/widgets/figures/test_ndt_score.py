@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.engine.contract import preset
+from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.figures.ndt_score import WIDGET
+from widgets.figures.ndt_score import REACH, WIDGET, draw
 
 CLIMB, TRUTH = ["press", "climb"], ["press", "truth"]
 RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 0.6), "size": (0.4, 2.0)}
@@ -57,6 +58,24 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
             assert said["score"] >= said["begin"]
     said, _ = shown(TRUTH)
     assert said["begin"] == said["truth"]
+
+
+@pytest.mark.parametrize(("x", "y"), [(1.5, 1.5), (-1.5, -1.5), (-1.5, 1.5), (1.5, -1.5)])
+def test_a_climb_that_leaves_the_map_is_cut_at_its_border(x: float, y: float) -> None:
+    """Right of the map is the scale of colours; where the climb ended off the map, the note says so."""
+    state = WIDGET.act(WIDGET.start(preset(WIDGET).controls, 40), Action("click", "map", x, y))
+    drawn = draw(state)
+    marks = [mark for mark in drawn.panels[0].marks if getattr(mark, "role", "") in ("source", "outlier")]
+    parts = [getattr(mark, name) for mark in marks for name in ("xy", "a", "b") if hasattr(mark, name)]
+    places = [np.reshape(part, (-1, 2)) for part in parts]
+    assert np.abs(np.concatenate(places)).max() <= REACH + 1e-9
+    off = bool(np.abs(state.path.places[-1]).max() > REACH)
+    assert ("off the map" in drawn.note) == off
+
+
+def test_some_climb_leaves_the_map() -> None:
+    _, frame = shown(["click", "map", 1.5, 1.5])
+    assert "off the map" in frame["note"]
 
 
 def test_a_rotation_lowers_the_whole_map() -> None:

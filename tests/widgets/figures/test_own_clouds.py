@@ -18,6 +18,7 @@ from tests.widgets.test_any_sequence import check_any_frame
 from widgets.engine.contract import parsed, preset
 from widgets.engine.host import Host
 from widgets.figures.own_clouds.figure import WIDGET
+from widgets.figures.own_clouds.marks import tick
 from widgets.figures.own_clouds.methods import OWN
 
 FAR = np.array([431_200.0, 5_481_900.0])  # a corner of a national grid
@@ -110,6 +111,19 @@ def test_one_cloud_or_none_is_a_state_too() -> None:
     assert host.render("f", plain) == away.render("f", plain)
     host.forget(source)
     assert host.render("f", plain)["note"] == "Choose or draw a source first."
+
+
+def test_no_value_has_no_unit() -> None:
+    frame = Host().render("f", record())
+    assert [(r["value"], r["unit"]) for r in frame["readouts"] if r["name"] == "explained"] == [("–", "")]
+
+
+@pytest.mark.parametrize("value", [0.0, 3.02e-4, 0.002, 9.9994, 73.276, 374.879, 5210.44, 99999.6, 1.23e7])
+def test_the_numbers_beside_the_chart_fit_its_padding(value: float) -> None:
+    """Six characters or so, of each sign; three of them tell a value from its neighbours."""
+    assert len(tick(value)) <= 6
+    assert len(tick(-value)) <= 7
+    assert tick(value) != tick(1.5 * value) or value == 0.0
 
 
 def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:

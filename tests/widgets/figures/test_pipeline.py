@@ -67,6 +67,24 @@ def test_the_proposal_does_not_know_the_prediction() -> None:
     np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
 
 
+def test_where_nothing_is_explained_there_is_no_residual() -> None:
+    """Flung out of the picture no source point has a target point near it: no mean is told, and none is met by it."""
+    state = run(Action("drag", "source", -6.4, -4.6))
+    told = shown(state)
+    assert (told["share"], told["rms"], told["conditioning"]) == ("0", "–", "–")
+    by_name = {sign.name: sign for sign in state.judgement.signs}
+    assert (by_name["residual"].said, by_name["residual"].at) == ("–", None)
+    assert (by_name["conditioning"].said, by_name["conditioning"].met) == ("–", False)
+
+
+def test_a_conditioning_near_zero_keeps_a_digit() -> None:
+    """On a corridor the cross is not at the scale's end, and the number beside it is not 0.000."""
+    (sign,) = (sign for sign in run(FINISH, scene="corridor").judgement.signs if sign.name == "conditioning")
+    assert sign.at is not None
+    assert sign.at > 0.0
+    assert 0.0 < float(sign.said) < 0.001
+
+
 def test_a_small_budget_makes_a_worse_proposal() -> None:
     """Over six draws, one step of hypotheses leaves the source much farther from its place than seventy do."""
 

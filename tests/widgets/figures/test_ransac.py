@@ -17,7 +17,7 @@ from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.consensus import trials
 from solvers.methods.pairs.ransac import RANSAC, RansacOptions
 from tests.widgets.states import frame_after, readouts, state_after
-from widgets.drawing.picture import Path, Points, Segments
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action
 from widgets.figures.ransac.budget_chart import SHARES, TOP, budget_chart, curve
 from widgets.figures.ransac.figure import MOST, SEPARATION, STEPS, WIDGET, Controls, State, act, draw
@@ -85,6 +85,19 @@ def test_every_control_changes_what_it_names() -> None:
             assert readouts(after)[name] != readouts(before)[name], (change, name)
     assert frame(confidence="0.5")["panels"][1]["svg"] != frame()["panels"][1]["svg"]
     assert frame(epsilon=0.5)["panels"][0]["svg"] != frame()["panels"][0]["svg"]
+
+
+def test_one_trial_is_told_as_one() -> None:
+    """Where all pairs are right the budget is one; its name in the chart stands above the curve."""
+    right = draw(run(FINISH, outliers=0.0, noise=0.0))
+    assert "asks for 1 trial at" in right.description
+    (panel,) = (panel for panel in right.panels if panel.name == "budget")
+    (name,) = (mark for mark in panel.marks if isinstance(mark, Label) and mark.text == "N = 1")
+    spots = panel.view.px(np.column_stack([SHARES, np.log10(curve(0.99, 2))]))
+    x, y = panel.view.px([name.xy])[0] + (name.dx, name.dy)
+    beside = spots[(spots[:, 0] > x - 7.0 * len(name.text)) & (spots[:, 0] <= x)]
+    assert len(beside) > 3
+    assert (beside[:, 1] > y + 3.0).all()
 
 
 def test_a_step_lights_its_two_pairs_and_says_its_count() -> None:

@@ -178,6 +178,24 @@ def test_threads_have_six_weights_each_half_of_the_next() -> None:
     np.testing.assert_array_equal(weights, np.minimum(np.floor(np.log2(shares)) + 7, 6))
 
 
+@pytest.mark.parametrize("sigma", [0.3, 1.1, 2.0])
+def test_wide_overlaps_do_not_hide_the_clouds(sigma: float) -> None:
+    """At a point the threads' parts add up to one at most, and as σ is small each is its overlap."""
+    state = run(method="gmmreg", sigma=sigma)
+    found = links("gmmreg", state.run.now)
+    drawn = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, found)
+    strong = np.unique(np.asarray(drawn.a)[np.asarray(drawn.weight) > 5.5 / 6], axis=0, return_counts=True)[1]
+    assert strong.max(initial=0) <= 2  # above a half each
+
+
+def test_a_run_that_cannot_begin_says_why() -> None:
+    """Before any step the buttons are off; the note tells what for."""
+    controls = {"method": "filterreg", "width": "scheduled", "filter": "lattice", "sigma": 0.04, "clutter": 0.9}
+    shown = frame(**controls, turn=-180.0, offset=0.0, noise=0.0, junk=4.0)
+    assert "step" in shown["disabled"]
+    assert shown["note"].startswith("Stopped at step 0: ")
+
+
 @pytest.mark.parametrize("sigma", [0.3, 1.0])
 def test_circles_are_sigma_wide(sigma: float) -> None:
     """Their radius in the drawing is σ times the panel's scale, one for each component."""

@@ -115,9 +115,31 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     assert wall > SEEN or max(size[1] for size in ellipses) > 0.7 * (CLOSE.y1 - CLOSE.y0)
 
 
+@pytest.mark.parametrize(
+    ("controls", "told"),
+    [
+        ({}, False),
+        ({"wall": 6.0, "heading": 90.0, "noise": 0.1}, False),
+        ({"wall": 6.0, "heading": 90.0, "noise": 0.1, "shift": 0.3}, True),
+    ],
+)
+def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: bool) -> None:
+    """Where nothing of the closed forms' ellipses can be drawn, the caption says so; their σ is then in whole units."""
+    picture = draw(start(Controls(**controls), SEED))  # type: ignore[arg-type]
+    (panel,) = (panel for panel in picture.panels if panel.name == "close")
+    paths = [mark for mark in panel.marks if isinstance(mark, Path)]
+    ellipses = [np.asarray(path.xy) for path in paths if path.role in ("accent", "inlier")]
+    assert len(ellipses) == 2
+    assert all((np.abs(xy) > 1.0).any(axis=1).all() for xy in ellipses) == told
+    assert panel.caption.endswith("the expected regions lie outside") == told
+    for name in ("claimed", "carried"):
+        value = readouts(picture)[name]
+        assert value.isdigit() if told else len(value.split(".")[1]) == 3
+
+
 def test_the_scale_about_the_true_position_is_told() -> None:
     """The same both ways for a wall that is seen, less along the corridor whose end is not."""
-    for wall, said in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times upwards and 3 times sideways")):
+    for wall, said in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times up and 3 across")):
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
-        assert caption == f"About the true position, {said}"
+        assert caption == f"About the truth, {said}"

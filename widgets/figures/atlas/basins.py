@@ -129,21 +129,21 @@ class Runs:
     def _compute(self, which: BoolArray) -> None:
         rows, columns = np.nonzero(which)
         turn, offset = TURNS[columns], OFFSETS[rows]
-        found = register(
+        result = register(
             self.source, self.scene.target, self.ask.method, start=starts(turn, offset), **self.ask.options
         )
         R, t = self._pose.R.copy(), self._pose.t.copy()
-        R[rows, columns], t[rows, columns] = found.pose.R, found.pose.t
+        R[rows, columns], t[rows, columns] = result.pose.R, result.pose.t
         self._pose = Pose(R, t)
-        self._kind[rows, columns] = kinds(found.pose, self.scene.truth, found.status)
+        self._kind[rows, columns] = kinds(result.pose, self.scene.truth, result.status)
 
     def _track(self, start: Pose) -> Track:
-        found = register(self.source, self.scene.target, self.ask.method, start=start, **self.ask.options)
-        poses = found.history.poses
+        result = register(self.source, self.scene.target, self.ask.method, start=start, **self.ask.options)
+        poses = result.history.poses
         moved = poses.apply(self.source)
         squares = ((moved[:, :, None] - self.scene.target) ** 2).sum(axis=-1).min(axis=-1)
-        status, reason = Status(int(found.status)), str(found.reason)
-        kind = int(kinds(found.pose, self.scene.truth, status))
+        status, reason = Status(int(result.status)), str(result.reason)
+        kind = int(kinds(result.pose, self.scene.truth, status))
         return Track(poses, np.sqrt(squares.mean(axis=-1)), status, reason, kind)
 
 

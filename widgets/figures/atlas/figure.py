@@ -109,12 +109,12 @@ def motion(before: State, after: State) -> Motion | None:
 def draw(state: State, level: int = FINEST) -> Picture:
     """The map with the start that was picked, and the room with its run."""
     ends = state.atlas.ends(level)
-    said = basins.count(ends, level)
+    counts = basins.count(ends, level)
     done = state.taken is not None and state.ended
     return Picture(
         (_map(state, ends), _room(state)),
-        _readouts(state, said),
-        _description(state, said),
+        _readouts(state, counts),
+        _description(state, counts),
         note=_note(state),
         disabled=frozenset({"step", "finish"} if done else {"finish"} if state.taken is None else ()),
     )
@@ -191,17 +191,17 @@ def _steps(count: int) -> str:
     return f"{count} step{'' if count == 1 else 's'}"
 
 
-def _readouts(state: State, said: Count) -> tuple[Readout, ...]:
+def _readouts(state: State, counts: Count) -> tuple[Readout, ...]:
     track, (turn, away) = state.track, errors(state.pose, state.atlas.scene.truth)
     return (
-        Readout("reached", "Starts that reach the truth", number(said.reached, 1), "%", "truth"),
+        Readout("reached", "Starts that reach the truth", number(counts.reached, 1), "%", "truth"),
         Readout("end", "This run ends", basins.NAMES[track.kind] if state.ended else "–"),
         Readout("rms", "RMS to nearest", number(float(track.rms[state.steps]), 3), "u", "source"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°"),
         Readout("translation_error", "Translation error", number(away), "u"),
         Readout("steps", "Its steps", str(state.steps)),
         *(
-            Readout(name, label, number(100.0 * said.by_kind[kind] / said.starts, 1), "%")
+            Readout(name, label, number(100.0 * counts.by_kind[kind] / counts.starts, 1), "%")
             for kind, name, label in (
                 (basins.SHIFTED, "shifted", "Starts that end shifted"),
                 (basins.TURNED, "turned", "… turned"),
@@ -223,19 +223,21 @@ def _note(state: State) -> str:
     return ""
 
 
-def _description(state: State, said: Count) -> str:
+def _description(state: State, counts: Count) -> str:
     c, (row, column) = state.controls, state.tile
     turn, away = errors(state.pose, state.atlas.scene.truth)
     gate = "with no gate" if c.method == "ndt" or c.gate >= OPEN else f"with a gate of {number(c.gate, 1)} u"
     shares = ", ".join(
-        f"{number(100.0 * n / said.starts, 1)} % {words}" for n, words in zip(said.by_kind[1:], SAID, strict=True) if n
+        f"{number(100.0 * n / counts.starts, 1)} % {words}"
+        for n, words in zip(counts.by_kind[1:], SAID, strict=True)
+        if n
     )
     words = [
-        f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts:,} starts with {len(state.atlas.source)} source"
-        f" points: turned by −180° to 180° along x, and shifted by 0 to {number(basins.FARTHEST, 0)} u up and to the"
-        f" right along y. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
+        f"Runs of {basins.METHODS[c.method]}, {gate}, from {counts.starts:,} starts with {len(state.atlas.source)}"
+        f" source points: turned by −180° to 180° along x, and shifted by 0 to {number(basins.FARTHEST, 0)} u up and to"
+        f" the right along y. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers.",
-        f"{number(said.reached, 1)} % of the starts end within {number(CLOSE_DEGREES, 0)}° and"
+        f"{number(counts.reached, 1)} % of the starts end within {number(CLOSE_DEGREES, 0)}° and"
         f" {number(CLOSE_DISTANCE, 1)} u of the truth{'; ' if shares else ''}{shares}.",
         f"The chosen start is turned by {number(float(basins.TURNS[column]), 1)}° and moved by"
         f" {number(float(basins.OFFSETS[row]))} u.",

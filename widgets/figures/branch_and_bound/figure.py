@@ -82,8 +82,8 @@ class State:
     def floors(self) -> Floors:
         """What is left, and what the last step has ruled out."""
         ground, now = self.ground, self.now
-        root, boxes, gone = (ground.in_world(b) for b in (ground.root, now.boxes[0], now.discarded[0]))
-        return marks.floors(root, boxes, gone, self.held)
+        root, boxes, discarded = (ground.in_world(b) for b in (ground.root, now.boxes[0], now.discarded[0]))
+        return marks.floors(root, boxes, discarded, self.held)
 
     @cached_property
     def truth(self) -> float:
@@ -97,14 +97,14 @@ def start(controls: Controls, seed: int) -> State:
     """The scene with the source turned about its own middle, and one box that holds every pose."""
     scene = hall(seed=seed) if controls.scene == "hall" else room(controls.scene, seed=seed)
     mean = scene.source.mean(axis=0)
-    turned = Pose.from_angle(np.radians(TURNED))
-    begun = Pose(turned.R, mean - turned.R @ mean)
+    rotation = Pose.from_angle(np.radians(TURNED))
+    initial = Pose(rotation.R, mean - rotation.R @ mean)
     method = METHODS["branch-and-bound"]
     options = method.options(
         cap=controls.cap, gap=controls.gap, boxes=BOXES, shift=0.0 if controls.search == "turns" else None
     )
-    batch = begin(method, problem(scene, begun), options)
-    return State(controls, scene, begun, batch, (_values(batch),))
+    batch = begin(method, problem(scene, initial), options)
+    return State(controls, scene, initial, batch, (_values(batch),))
 
 
 def _values(batch: Batch[BranchAndBoundState]) -> tuple[float, float]:
@@ -151,7 +151,7 @@ def _main(state: State) -> Panel:
     scene, pose, ground, ceiling = state.scene, state.pose, state.ground, state.course[-1][0]
     root = ground.in_world(ground.root)
     middle = pose.apply(scene.source.mean(axis=0)[None])[0]
-    shown = (
+    layers = (
         *(() if state.held else marks.field(state.floors, root, ceiling)),
         *still(scene),
         *marks.ring(state.floors, ceiling, state.before),
@@ -165,7 +165,7 @@ def _main(state: State) -> Panel:
         *marks.pointers(float(pose.angle), middle),
     )
     label = "The scene at the best pose found, with remaining headings as a ring and remaining places as a field"
-    return Panel("main", label, VIEW, shown, grid=False)
+    return Panel("main", label, VIEW, layers, grid=False)
 
 
 def _chart(state: State) -> Panel:
@@ -173,13 +173,13 @@ def _chart(state: State) -> Panel:
     ceiling, last = state.course[-1][0], len(state.course) - 1
     end = float(AXIS * max(1, -(-last // AXIS)))
     floor = np.array([low for _, low in state.course]) / ceiling
-    allowed = max(0.0, 1.0 - state.controls.gap / ceiling)
+    goal = max(0.0, 1.0 - state.controls.gap / ceiling)
     return chart(
         "gap",
         "Floor over the steps, as a share of the ceiling",
         [
             Series([0.0, end], [1.0, 1.0], "source", dashed=True),
-            Series([0.0, end], [allowed, allowed], "guide"),
+            Series([0.0, end], [goal, goal], "guide"),
             Series(np.arange(last + 1), floor, "accent", dots=last < 30),
         ],
         Axis("step", 0.0, end),
@@ -217,8 +217,8 @@ def _note(state: State) -> str:
         return ""
     if state.now.status[0] == Status.PROVED:
         return f"Proved at step {steps}: no pose is better by more than {number(ceiling - floor, 4)} u²."
-    gone = number(100.0 * state.floors.share_gone, 0)
-    return f"Step {steps}: {gone} % of the headings are ruled out, {int(state.now.left[0]):,} boxes are left."
+    percent = number(100.0 * state.floors.share_gone, 0)
+    return f"Step {steps}: {percent} % of the headings are ruled out, {int(state.now.left[0]):,} boxes are left."
 
 
 _WORDS = {
@@ -238,7 +238,7 @@ def _ends(count: int) -> str:
 
 def _description(state: State) -> str:
     c, now, (ceiling, floor) = state.controls, state.now, state.course[-1]
-    steps, gone = len(state.course) - 1, state.floors.share_gone
+    steps, share = len(state.course) - 1, state.floors.share_gone
     error = number(float(np.degrees(rre(state.pose, state.scene.truth))), 1)
     words = [
         f"{_WORDS[c.scene]}: {len(state.scene.source)} source points and {len(state.scene.target)} target points, each"
@@ -259,7 +259,7 @@ def _description(state: State) -> str:
     )
     words.append(
         f"{int(now.examined[0]):,} boxes have been examined and {int(now.left[0]):,} are left;"
-        f" {number(100.0 * gone, 0)} % of the headings are ruled out."
+        f" {number(100.0 * share, 0)} % of the headings are ruled out."
     )
     if state.batch.done:
         words.append(f"The run has ended: {Status(int(now.status[0])).label}, {now.reason[0]}.")

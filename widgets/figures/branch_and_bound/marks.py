@@ -40,14 +40,14 @@ class Floors:
 
 def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
     """Of boxes in world units; `held` where there is but one place."""
-    turned = _along(root, boxes)
-    gone = np.isfinite(_along(root, discarded)) & np.isinf(turned)
+    headings = _along(root, boxes)
+    headings_gone = np.isfinite(_along(root, discarded)) & np.isinf(headings)
     nothing = np.full((TILES, TILES), np.inf)
     ends = _ends(boxes)
     if held:
-        return Floors(turned, nothing, gone, np.zeros_like(nothing, dtype=np.bool_), ends)
+        return Floors(headings, nothing, headings_gone, np.zeros_like(nothing, dtype=np.bool_), ends)
     there = _over(root, boxes)
-    return Floors(turned, there, gone, np.isfinite(_over(root, discarded)) & np.isinf(there), ends)
+    return Floors(headings, there, headings_gone, np.isfinite(_over(root, discarded)) & np.isinf(there), ends)
 
 
 def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:

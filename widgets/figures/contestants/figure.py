@@ -85,8 +85,8 @@ class State:
 
 def start(controls: Controls, seed: int) -> State:
     """The bird at the start that the two numbers give."""
-    scene, known = _known(seed)
-    return State(controls, scene, bird_start(controls.turn, controls.offset), known)
+    scene, cached = _known(seed)
+    return State(controls, scene, bird_start(controls.turn, controls.offset), cached)
 
 
 @lru_cache(maxsize=2)
@@ -105,28 +105,28 @@ def act(state: State, action: Action) -> State:
 
 def linked(state: State) -> dict[str, Linked]:
     """What each contestant links the point to, at the state's pose."""
-    asked = problem(state.scene, state.pose)
+    instance = problem(state.scene, state.pose)
     i = round(state.controls.point) - 1
-    return {c.method: LINKS[c.method](_at(c, asked, state.known[c.method]), i, VIEW) for c in CONTESTANTS}
+    return {c.method: LINKS[c.method](_at(c, instance, state.known[c.method]), i, VIEW) for c in CONTESTANTS}
 
 
-def _at(contestant: Contestant, asked: Problem, known: Any) -> Any:
+def _at(contestant: Contestant, instance: Problem, cached: Any) -> Any:
     """The contestant's state at the start of a problem; normals, covariances and maps are those already known."""
     if contestant.method in APART:
-        return replace(known, problem=asked)
-    if isinstance(known, SurfaceState):
-        return surface_icp.start(asked, known.options, known.index, known.normals, known.covariances)
-    if isinstance(known, NdtState):
-        moved, one = asked.start.apply(asked.source), np.zeros(1, dtype=np.int64)
-        at = evaluate(known.maps[0], moved, moved.mean(axis=1), one)
-        return replace(known, problem=asked, pose=asked.start, level=one, at=at)
+        return replace(cached, problem=instance)
+    if isinstance(cached, SurfaceState):
+        return surface_icp.start(instance, cached.options, cached.index, cached.normals, cached.covariances)
+    if isinstance(cached, NdtState):
+        moved, one = instance.start.apply(instance.source), np.zeros(1, dtype=np.int64)
+        at = evaluate(cached.maps[0], moved, moved.mean(axis=1), one)
+        return replace(cached, problem=instance, pose=instance.start, level=one, at=at)
     method = METHODS[contestant.method]
-    return method.start(asked, known.options)
+    return method.start(instance, cached.options)
 
 
 def draw(state: State) -> Picture:
     """Nine panels of the same two clouds."""
-    found = linked(state)
+    links = linked(state)
     scene, i = state.scene, round(state.controls.point) - 1
     moved = state.pose.apply(scene.source)
     under: tuple[Mark, ...] = (
@@ -141,17 +141,17 @@ def draw(state: State) -> Picture:
             c.method,
             f"{c.label}: what the chosen source point is linked to",
             VIEW,
-            (*under, *found[c.method].marks, *over),
+            (*under, *links[c.method].marks, *over),
             grid=False,
             caption=f"{c.label}\n{CAPTIONS[c.method]}",
         )
         for c in CONTESTANTS
     )
     readouts = tuple(
-        Readout(c.method.replace("-", "_"), c.label, found[c.method].value, found[c.method].unit) for c in CONTESTANTS
+        Readout(c.method.replace("-", "_"), c.label, links[c.method].value, links[c.method].unit) for c in CONTESTANTS
     )
     handle = PLACING.handles(state.pose, ANCHOR)[0]
-    return Picture(panels, readouts, _description(state, found), (handle,))
+    return Picture(panels, readouts, _description(state, links), (handle,))
 
 
 def _faint(line: Array, role: Role) -> Segments:
@@ -159,24 +159,24 @@ def _faint(line: Array, role: Role) -> Segments:
     return Segments(line[:-1], line[1:], role, weight=np.full(len(line) - 1, FAINT))
 
 
-def _description(state: State, found: dict[str, Linked]) -> str:
+def _description(state: State, links: dict[str, Linked]) -> str:
     (x, y), heading = place(state.pose, ANCHOR)
     off = float(np.degrees(rre(state.pose, state.scene.truth)))
-    said = "; ".join(f"{LABELS[name]}: {one.value} {one.unit}".strip() for name, one in found.items())
+    summary = "; ".join(f"{LABELS[name]}: {one.value} {one.unit}".strip() for name, one in links.items())
     return (
         f"Nine pictures of {len(state.scene.source)} source and {len(state.scene.target)} target points on the outline"
         f" of a bird, the source centred at ({number(x, 1)}, {number(y, 1)}) u, turned by {degrees(heading)}° and"
         f" {number(off, 1)}° from the truth. Each contestant, with the race’s options, links source point"
-        f" {round(state.controls.point)} to: {said}."
+        f" {round(state.controls.point)} to: {summary}."
     )
 
 
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c = state.controls
-    asked = problem(state.scene, state.pose)
+    instance = problem(state.scene, state.pose)
     (icp,) = (one for one in CONTESTANTS if one.method == FIRST)
-    near = _at(icp, asked, state.known[FIRST]).pairing.used[0, round(c.point) - 1]
+    near = _at(icp, instance, state.known[FIRST]).pairing.used[0, round(c.point) - 1]
     nearest = 'print("icp", at_start("icp").detail("pairing").distances[i])\n' if near else ""
     return f"""import numpy as np
 from solvers import Pose, register

@@ -90,17 +90,17 @@ def ransac(state: Any, i: int, view: View) -> Linked:
 def ndt(state: Any, i: int, view: View) -> Linked:
     """The Gaussians of the cells that the point is in, one a grid, each as strong as it counts."""
     cells, values = state.at.cells[0, :, i], state.at.values[0, :, i]
-    met = cells >= 0
+    inside = cells >= 0
     chart = state.maps[int(state.level[0])]
-    mean, covariance = chart.mean[0, cells[met]], chart.covariance[0, cells[met]]
+    mean, covariance = chart.mean[0, cells[inside]], chart.covariance[0, cells[inside]]
     x = state.pose[0].apply(state.problem.source[0][[i]])
     marks: tuple[Mark, ...] = ()
-    if met.any():
+    if inside.any():
         marks = (
             Ellipses(mean, covariance, "target", sigmas=2.0, filled=True),
-            Segments(np.broadcast_to(x, mean.shape), mean, "ink", weight=values[met]),
+            Segments(np.broadcast_to(x, mean.shape), mean, "ink", weight=values[inside]),
         )
-    return Linked(marks, f"{int(met.sum())} of {len(cells)}", "cells")
+    return Linked(marks, f"{int(inside.sum())} of {len(cells)}", "cells")
 
 
 def _threads(x: Array, target: Array, weights: Array, soft: Array) -> tuple[Mark, ...]:
@@ -134,9 +134,9 @@ def bp(state: Any, i: int, view: View) -> Linked:
 
 def hypotheses(state: Any, i: int, view: View) -> Linked:
     """The target points that the assignments give it, as strong as their number."""
-    given = state.assignments[0, :, i]
+    partners = state.assignments[0, :, i]
     n = state.problem.target.shape[1]
-    return _shared(state, i, np.bincount(given[given >= 0], minlength=n) / len(given))
+    return _shared(state, i, np.bincount(partners[partners >= 0], minlength=n) / len(partners))
 
 
 def mmd(state: Any, i: int, view: View) -> Linked:

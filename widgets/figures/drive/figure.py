@@ -86,11 +86,11 @@ def act(state: State, action: Action) -> State:
 def drawn_scans() -> tuple[int, ...]:
     """The scans whose echoes are drawn: those that lie apart, by the matched poses."""
     t = table().ways["matched", "", False].t
-    chosen = [0]
+    scans = [0]
     for k in range(1, SCANS):
-        if np.hypot(*(t[k] - t[chosen[-1]])) >= APART:
-            chosen.append(k)
-    return tuple(chosen)
+        if np.hypot(*(t[k] - t[scans[-1]])) >= APART:
+            scans.append(k)
+    return tuple(scans)
 
 
 @lru_cache(maxsize=SCANS)
@@ -138,10 +138,10 @@ ROBOT = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
 def loops(state: State) -> Segments:
     """A line between the two scans of each loop that both have been made; of those that odometry leaves open, one in
     three, faint, so that the map shows between them."""
-    known, way = table(), state.way
+    data, way = table(), state.way
     opened = state.controls.poses == "odometry"
-    some = np.flatnonzero(known.later < state.seen)[:: OPEN if opened else 1]
-    a, b = way.t[known.earlier[some]].reshape(-1, 2), way.t[known.later[some]].reshape(-1, 2)
+    some = np.flatnonzero(data.later < state.seen)[:: OPEN if opened else 1]
+    a, b = way.t[data.earlier[some]].reshape(-1, 2), way.t[data.later[some]].reshape(-1, 2)
     return Segments(a, b, "inlier", np.full(len(a), 0.64) if opened else None)
 
 
@@ -163,24 +163,26 @@ def draw(state: State) -> Picture:
     shift, turn = table().missed(state.way, n)
     bent = float(np.linalg.norm(state.way.t[:n] - plain(c.kernel).t[:n], axis=1).max())
     closed = c.poses == "closed"
-    known = len(shift) > 0
-    driven, turned = driven_so_far(state.way, n)
+    has_loops = len(shift) > 0
+    distance, angle = driven_so_far(state.way, n)
     readouts = (
         Readout("scans", "Scans so far", str(n)),
-        Readout("apart", "Median loop error", *_or_dash(float(np.median(shift)) if known else None, 3, "m")),
+        Readout("apart", "Median loop error", *_or_dash(float(np.median(shift)) if has_loops else None, 3, "m")),
         Readout("bent", "Largest shift by the wrong loop", *_or_dash(bent if closed else None, 2, "m")),
-        Readout("turn", "Median loop heading error", *_or_dash(float(np.median(turn)) if known else None, 2, "°")),
-        Readout("worst", "Largest loop error", *_or_dash(float(shift.max()) if known else None, 3, "m")),
+        Readout("turn", "Median loop heading error", *_or_dash(float(np.median(turn)) if has_loops else None, 2, "°")),
+        Readout("worst", "Largest loop error", *_or_dash(float(shift.max()) if has_loops else None, 3, "m")),
         Readout(
             "weight",
             "Weight left to the wrong loop",
             *_or_dash(table().kept[c.kernel] if closed and c.wrong else None, 3, ""),
         ),
-        Readout("driven", "Driven so far", number(driven, 1), "m"),
-        Readout("turned", "Turned so far", number(turned, 0), "°"),
+        Readout("driven", "Driven so far", number(distance, 1), "m"),
+        Readout("turned", "Turned so far", number(angle, 0), "°"),
     )
-    note = ""
-    if n == SCANS:
+    note, c = "", state.controls
+    if c.poses != "closed" and (c.wrong or c.kernel != "none"):
+        note = "A wrong loop and a kernel have an effect only on closed poses."
+    elif n == SCANS:
         note = f"Median error of the {len(shift)} loops: {number(float(np.median(shift)), 3)} m."
     label = "The map so far, seen from above, in metres"
     return Picture(
@@ -225,8 +227,8 @@ def _description(state: State, shift: Array) -> str:
     else:
         many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
         words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
-        drawn = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
-        words.append(f"A line joins the two scans of {drawn}.")
+        which = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
+        words.append(f"A line joins the two scans of {which}.")
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
         bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
@@ -281,11 +283,11 @@ def _poses_in_python(c: Controls) -> list[str]:
         return ["poses = chained(drive.motion)"]
     if c.poses == "matched":
         return ["poses = chain.poses"]
-    closed = f'poses = plain = close(chain, loops, kernel="{c.kernel}").poses'
+    line = f'poses = plain = close(chain, loops, kernel="{c.kernel}").poses'
     if not c.wrong:
-        return [closed]
+        return [line]
     return [
-        closed,
+        line,
         "edges, robust = edges_of(chain, loops)",
         "R = np.concatenate([edges.relative.R, np.eye(2)[None]])",
         "t = np.concatenate([edges.relative.t, np.zeros((1, 2))])",

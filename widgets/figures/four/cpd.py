@@ -31,7 +31,7 @@ def kept(look: Look) -> str:
 
 def _responsibilities(look: Look) -> Shown:
     scene, P = look.walk.scene, cpd.responsibilities(look.before)
-    lost = 1.0 - look.before.row[0]
+    clutter = 1.0 - look.before.row[0]
     some = np.arange(len(scene.target))[SOME]
     shares = P[PARTNERS][:, some]
     relative = shares / np.maximum(P[:, some].max(axis=0), 1e-300)
@@ -39,13 +39,13 @@ def _responsibilities(look: Look) -> Shown:
     marks: list[Mark] = [
         *fixed(scene),
         Segments(look.moved[PARTNERS][i], scene.target[some[j]], "pair", weight=relative[i, j]),
-        Points(scene.target, "outlier", "cross", radius=4.0, weight=lost),
+        Points(scene.target, "outlier", "cross", radius=4.0, weight=clutter),
         Points(scene.target[some], "target", "square", radius=4.5),
         cloud(look.moved),
     ]
     words = (
         f"{P.shape[0]} × {P.shape[1]} shares at σ = {number(float(look.before.sigma[0]))} u;"
-        f" clutter takes {number(float(lost.sum()), 1)} fixed points."
+        f" clutter takes {number(float(clutter.sum()), 1)} fixed points."
     )
     return Shown(tuple(marks), words)
 

@@ -48,8 +48,8 @@ def act(state: State, action: Action) -> State:
     """Another stage, another iteration, the end, or another start."""
     walk = state.walk
     if action.kind == "drag":
-        placed = PLACING.act(walk.start, ANCHOR, action)
-        return replace(state, walk=begun(walk.scene, placed, state.controls.project))
+        pose = PLACING.act(walk.start, ANCHOR, action)
+        return replace(state, walk=begun(walk.scene, pose, state.controls.project))
     if action.name.startswith("stage-"):
         return replace(state, walk=walk.at(int(action.name.removeprefix("stage-"))))
     does = {"next": walk.next, "iterate": walk.iterated, "finish": walk.finished}
@@ -62,14 +62,14 @@ def draw(state: State) -> Picture:
     looks = walk.looks()
     first = walk.iteration == 1 and walk.stage == 1
     panels = tuple(_panel(look) for look in looks)
-    unused = {f"stage-{walk.stage}"} | ({"next", "iterate", "finish"} if walk.ended else set())
+    disabled = {f"stage-{walk.stage}"} | ({"next", "iterate", "finish"} if walk.ended else set())
     return Picture(
         panels,
         _readouts(looks),
         _description(state, panels),
         _handles(walk.start, panels) if first else (),
         _note(walk, looks),
-        frozenset(unused),
+        frozenset(disabled),
     )
 
 
@@ -78,15 +78,15 @@ def _panel(look: Look) -> Panel:
     walk, part = look.walk, PARTS[look.track.name]
     at = min(walk.stage, len(part.STAGES))
     if look.track.rests:
-        stage, shown = "at rest", Shown(carried(look), f"Stopped after {look.steps} steps: {look.stopped}.")
+        stage, content = "at rest", Shown(carried(look), f"Stopped after {_count(look.steps, 'step')}: {look.stopped}.")
     else:
-        stage, shown = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
-    held = ", held" if walk.stage > at and not look.track.rests else ""
+        stage, content = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
+    suffix = ", held" if walk.stage > at and not look.track.rests else ""
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {_count(look.steps, 'step')}"
-    caption = "\n".join((f"{part.NAME}: {stage}{held}", shown.words, errors))
+    caption = "\n".join((f"{part.NAME}: {stage}{suffix}", content.words, errors))
     label = f"{part.NAME}, {stage}"
-    return Panel(look.track.name, label, VIEW, shown.marks, grid=shown.grid, caption=caption)
+    return Panel(look.track.name, label, VIEW, content.marks, grid=content.grid, caption=caption)
 
 
 def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:

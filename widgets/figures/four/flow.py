@@ -30,13 +30,13 @@ def kept(look: Look) -> str:
 
 def _encode(look: Look) -> Shown:
     state, scene = look.before, look.walk.scene
-    given, still = look.given[::EVERY], scene.target[::EVERY]
-    m, tokens = len(given), state.tokens.shape[1]
+    moving, still = look.given[::EVERY], scene.target[::EVERY]
+    m, tokens = len(moving), state.tokens.shape[1]
     present = _world(look, state.present[0, _sample(look)])
     marks = (
         *_present(present, m),
         Points(still, "target", "square", radius=4.0),
-        cloud(given, radius=4.0),
+        cloud(moving, radius=4.0),
     )
     t = float(state.time[0])
     part = "all noise" if t == 0.0 else f"{number(100 * (1 - t), 0)} % noise at t = {number(t, 1)}"

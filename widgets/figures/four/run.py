@@ -208,8 +208,8 @@ def cloud(points: Array, weight: Array | None = None, radius: float = 2.5) -> Po
 
 def arc(angle: float, first: float = 0.0, radius: float = 1.2, about: Sequence[float] = (0.0, 0.0)) -> Array:
     """A turn by `angle` from the direction `first`, as points (k, 2)."""
-    turned = first + np.linspace(0.0, angle, 25)
-    return np.asarray(about) + radius * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    angles = first + np.linspace(0.0, angle, 25)
+    return np.asarray(about) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def held(look: Look) -> Shown:

@@ -34,7 +34,7 @@ from widgets.parts.room import (
 
 STEPS = 40
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
-TOPS = (0.25, 0.5, 0.75, 1.25)  # u: the chart of the RMS goes up to the first of these that holds it, or to the last
+TOPS = (0.25, 0.5, 0.75, 1.25, 2.5, 5.0, 10.0)  # u: the chart of the RMS goes up to the first of these that holds it
 SPANS = (8, 16, STEPS)  # its chart goes to the first of these that holds the steps taken: the first falls are large
 
 
@@ -243,17 +243,17 @@ def _description(c: Controls, run: Run, gated: int) -> str:
     words += [
         f"The pose is {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
         _promise(run.rule),
-        f"So far the RMS rose at {len(run.rises)} of {run.steps} steps.",
+        f"So far the RMS rose at {len(run.rises)} of {run.steps} step{'' if run.steps == 1 else 's'}.",
     ]
     if run.done:
         words.append(f"The run has stopped: {run.reason}.")
     return " ".join(words)
 
 
-def _promise(chosen: Rule) -> str:
-    if chosen.rms_falls:
+def _promise(active: Rule) -> str:
+    if active.rms_falls:
         return "The number of pairs is fixed: neither the sum of squares nor the RMS can rise."
-    if chosen.objective_falls:
+    if active.objective_falls:
         return "The capped sum of squares cannot rise; the RMS over the pairs used can."
     return "With the gate the number of pairs varies: both the sum of squares and the RMS can rise."
 

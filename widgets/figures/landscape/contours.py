@@ -1,4 +1,4 @@
-"""Contour lines of a field on a lattice: where it crosses a level, one short line for each tile it passes through."""
+"""Contour lines of a field on a lattice: where it crosses a level, a piece in each tile, and the pieces in a row."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from solvers.core.arrays import IntArray
 from widgets.drawing.picture import Array
 
 # The sides of a tile that a line joins, by which of its corners lie above the level: 1 lower left, 2 lower right,
-# 4 upper right, 8 upper left. Sides: 0 below, 1 right, 2 above, 3 left.
+# 4 upper right, 8 upper left. Sides: 0 below, 1 right, 2 above, 3 left. The higher corners are to a line's right.
 _JOINS: dict[int, tuple[tuple[int, int], ...]] = {
     1: ((3, 0),), 2: ((0, 1),), 3: ((3, 1),), 4: ((1, 2),), 6: ((0, 2),), 7: ((3, 2),), 8: ((2, 3),), 9: ((2, 0),),
     11: ((2, 1),), 12: ((1, 3),), 13: ((1, 0),), 14: ((0, 3),),
     5: ((3, 0), (1, 2)), 10: ((0, 1), (2, 3)),  # two corners across from each other, the middle below the level
-    21: ((3, 2), (1, 0)), 26: ((3, 0), (1, 2)),  # the same, the middle above it
+    21: ((3, 2), (1, 0)), 26: ((0, 3), (2, 1)),  # the same, the middle above it
 }  # fmt: skip
+_NONE = (-1, -1)
+_FIRST, _SECOND = (np.array([(*_JOINS.get(code, ()), _NONE, _NONE)[k] for code in range(27)]) for k in range(2))
 
 
 def contours(values: Array, x: Array, y: Array, levels: Sequence[float]) -> tuple[Array, Array]:
-    """Both ends (k, 2) of the pieces of all lines on which a field has one of `levels`.
+    """Both ends (k, 2) of the pieces of all lines on which a field has one of `levels`, along each line in its order.
 
     values: (len(y), len(x)) at the lattice's nodes, finite; between two nodes it is taken to be linear, and in a tile
     with opposite corners above the level the middle, the mean of the four, decides which of them are joined.
@@ -32,12 +34,33 @@ def contours(values: Array, x: Array, y: Array, levels: Sequence[float]) -> tupl
         rows, columns = np.nonzero((code > 0) & (code < 15))
         at, code = corners[:, rows, columns], code[rows, columns]
         code = np.where(((code == 5) | (code == 10)) & (at.mean(axis=0) > level), code + 16, code)
-        sides = _crossings(at, x, y, rows, columns, level)
-        for kind, joins in _JOINS.items():
-            which = code == kind
-            for one, other in joins:
-                ends.append((sides[one][which], sides[other][which]))
+        tiles = np.concatenate([np.arange(len(code)), np.flatnonzero(_SECOND[code, 0] >= 0)])
+        begins, stops = np.concatenate([_FIRST[code], _SECOND[code[tiles[len(code) :]]]]).T
+        edges = _edges(rows, columns, values.shape)
+        order = _in_order(edges[begins, tiles].tolist(), edges[stops, tiles].tolist())
+        tiles, begins, stops = tiles[order], begins[order], stops[order]
+        sides = np.stack(_crossings(at, x, y, rows, columns, level))
+        ends.append((sides[begins, tiles], sides[stops, tiles]))
     return np.concatenate([a for a, _ in ends]), np.concatenate([b for _, b in ends])
+
+
+def _edges(rows: IntArray, columns: IntArray, shape: tuple[int, ...]) -> IntArray:
+    """The number of the lattice's edge at each side (4, k) of tiles: two tiles share the one between them."""
+    below, left = rows * shape[1] + columns, rows * shape[1] + columns + shape[0] * shape[1]
+    return np.stack([below, left + 1, below + shape[1], left])
+
+
+def _in_order(begins: list[int], stops: list[int]) -> list[int]:
+    """The pieces, each followed by the one that begins where it stops: lines that end at the border from their first
+    piece on, closed ones from any."""
+    at, inner = dict(zip(begins, range(len(begins)), strict=True)), set(stops)
+    order: list[int] = []
+    for edge in [*(edge for edge in begins if edge not in inner), *begins]:
+        while edge in at:
+            piece = at.pop(edge)
+            order.append(piece)
+            edge = stops[piece]
+    return order
 
 
 def _crossings(at: Array, x: Array, y: Array, rows: IntArray, columns: IntArray, level: float) -> list[Array]:

@@ -13,8 +13,8 @@ from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Trace, Widget
 from widgets.engine.controls import choice, slider
-from widgets.figures.landscape.terrain import Descent, Objective, Terrain, minima, places, within
-from widgets.parts.field import PAD, axis_marks, scale_marks
+from widgets.figures.landscape.terrain import Descent, Objective, Terrain, minima, places
+from widgets.parts.field import PAD, axis_marks, scale_marks, within
 from widgets.parts.room import BRINGS, SETTINGS
 
 REACH = 2.5
@@ -97,8 +97,8 @@ def _begun(state: State, starts: Array) -> State:
 
 def _unbegun(state: State, starts: Array) -> Array:
     """Those from which no descent has begun: the same one again would be counted twice."""
-    begun = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
-    return np.asarray(starts[~(starts[:, None] == begun).all(axis=2).any(axis=1)])
+    earlier = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
+    return np.asarray(starts[~(starts[:, None] == earlier).all(axis=2).any(axis=1)])
 
 
 def motion(before: State, after: State) -> Trace | None:
@@ -133,13 +133,13 @@ def _numbers(state: State, detail: int) -> _Numbers:
     if detail == 0 and state.count > FEW:
         return _Numbers(None, 0, 0.0, 0.0, truth, at, count, 0, None)
     ends = np.concatenate([np.zeros((0, 2)), *(run.ends for run in state.runs)])
-    reached = int((np.hypot(*ends.T) < NEAR).sum())
+    hits = int((np.hypot(*ends.T) < NEAR).sum())
     if not len(ends):
         return _Numbers(ends, 0, 0.0, 0.0, truth, at, count, 0, None)
     last = state.runs[-1].path
     return _Numbers(
         ends,
-        reached,
+        hits,
         float(last.objective[-1, -1]),
         float(np.hypot(*ends[-1])),
         truth,
@@ -152,12 +152,12 @@ def _numbers(state: State, detail: int) -> _Numbers:
 
 def draw(state: State, detail: int = BANDS) -> Picture:
     """The terrain with its descents, the scan where the last one ended, and a cut through the terrain there."""
-    said = _numbers(state, detail)
+    stats = _numbers(state, detail)
     return Picture(
-        (_map(state, said, detail), _room(state, said), _cut(state, said, detail)),
-        _readouts(state, said),
-        _description(state, said),
-        note=_note(state, said),
+        (_map(state, stats, detail), _room(state, stats), _cut(state, stats, detail)),
+        _readouts(state, stats),
+        _description(state, stats),
+        note=_note(state, stats),
         disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _sown(state) else ()),
     )
 
@@ -170,30 +170,30 @@ def _sown(state: State) -> bool:
 # The map
 
 
-def _map(state: State, said: _Numbers, detail: int) -> Panel:
+def _map(state: State, stats: _Numbers, detail: int) -> Panel:
     field, top = state.terrain.field, state.terrain.top
     what = "MMD²" if state.controls.objective == "mmd" else "Mean of min(d², τ²), u²,"
-    decimals = 2 if top < 0.4 else 1
+    decimals = 3 if top < 0.05 else 2 if top < 0.4 else 1
     marks: tuple[Mark, ...] = (
         field.heat(detail, 0.0, top, strong="low"),
         state.terrain.lines if detail == BANDS else state.terrain.coarse_lines,
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
         *scale_marks(MAP, (0.0, top), "strong is low", decimals, strong="low"),
         Ring([0.0, 0.0], "truth", radius=10.0),
-        *_ways(state, said),
+        *_ways(state, stats),
     )
     name = "The objective over translations at the true rotation, with the descents on it"
     return Panel("map", name, MAP, marks, grid=False, caption=f"{what} over translations")
 
 
-def _ways(state: State, said: _Numbers) -> list[Mark]:
+def _ways(state: State, stats: _Numbers) -> list[Mark]:
     """A line for each descent; a ring at the starts that lead to the truth, a cross at the others."""
-    if said.ends is None:
+    if stats.ends is None:
         return [Points(np.concatenate([run.starts for run in state.runs]), "source", radius=2.5)]
     marks = [mark for run in state.runs[:-1] for mark in _descents(run)]
     last = [mark for run in state.runs[-1:] for mark in _descents(run)]
-    if len(said.ends) and _inside(said.ends[-1:])[0]:
-        last.append(Points(said.ends[-1], "source", radius=5.5))
+    if len(stats.ends) and _inside(stats.ends[-1:])[0]:
+        last.append(Points(stats.ends[-1], "source", radius=5.5))
     return [*marks, Group("descents", tuple(last))]
 
 
@@ -215,27 +215,27 @@ def _inside(ends: Array) -> BoolArray:
 # Beside the map
 
 
-def _shown(said: _Numbers) -> Array:
+def _shown(stats: _Numbers) -> Array:
     """The shift that the other panels show: where the last descent ended, or the truth."""
-    return said.ends[-1] if said.ends is not None and len(said.ends) else np.zeros(2)
+    return stats.ends[-1] if stats.ends is not None and len(stats.ends) else np.zeros(2)
 
 
-def _room(state: State, said: _Numbers) -> Panel:
-    scene, at = state.scene, _shown(said)
+def _room(state: State, stats: _Numbers) -> Panel:
+    scene, at = state.scene, _shown(stats)
     marks: tuple[Mark, ...] = (
         *(Path(line, "truth", thick=True) for line in scene.outline),
         Points(scene.target, "target", "square", radius=2.0),
         Points(state.terrain.turned + at, "source", radius=2.0),
     )
     name = "The source over the target, where the last descent ended or at the truth"
-    ended = said.ends is not None and len(said.ends) > 0
+    ended = stats.ends is not None and len(stats.ends) > 0
     caption = "Where the last descent ended" if ended else "No descent yet: the source at the truth"
     return Panel("room", name, ROOM, marks, caption=caption)
 
 
-def _cut(state: State, said: _Numbers, detail: int) -> Panel:
+def _cut(state: State, stats: _Numbers, detail: int) -> Panel:
     """Both objectives along x through the end; the other one only when all else is drawn."""
-    at = _shown(said)
+    at = _shown(stats)
     x = np.linspace(-REACH, REACH, 121)
     line = np.stack([x, np.full_like(x, at[1])], axis=1)
     series = []
@@ -262,21 +262,21 @@ def _cut(state: State, said: _Numbers, detail: int) -> Panel:
 # Numbers and words
 
 
-def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     unit = "" if state.controls.objective == "mmd" else "u²"
-    some, later = said.status is not None, said.ends is None
-    value = (number(said.end_value, 4), unit) if some else ("…" if later else "–", "")
+    some, later = stats.status is not None, stats.ends is None
+    value = (number(stats.end_value, 4), unit) if some else ("…" if later else "–", "")
     empty = "…" if later else "–"
-    ends = "…" if said.ends is None else str(places(said.ends, 0.1)) if some else "–"
-    reached = f"{said.reached} of {state.count}" if some else empty
+    ends = "…" if stats.ends is None else str(places(stats.ends, 0.1)) if some else "–"
+    share = f"{stats.reached} of {state.count}" if some else empty
     return (
         Readout("value", "Objective at the last end", *value, "source"),
-        Readout("away", "Last end, from the truth", number(said.end_away, 3) if some else empty, "u" * some, "source"),
-        Readout("steps", "Its steps", f"{said.steps}" if some else empty),
-        Readout("truth", "Objective at the truth", number(said.truth, 4), unit, "truth"),
-        Readout("lowest", "Deepest tile, from the truth", number(float(np.hypot(*said.lowest))), "u"),
-        Readout("minima", "Local minima on the map", "…" if said.minima is None else str(said.minima)),
-        Readout("reached", "Starts that reach the truth", reached, "", "truth"),
+        Readout("away", "Last end, from the truth", number(stats.end_away, 3) if some else empty, "u" * some, "source"),
+        Readout("steps", "Its steps", f"{stats.steps}" if some else empty),
+        Readout("truth", "Objective at the truth", number(stats.truth, 4), unit, "truth"),
+        Readout("lowest", "Deepest tile, from the truth", number(float(np.hypot(*stats.lowest))), "u"),
+        Readout("minima", "Local minima on the map", "…" if stats.minima is None else str(stats.minima)),
+        Readout("reached", "Starts that reach the truth", share, "", "truth"),
         Readout("places", "Different ends", ends),
     )
 
@@ -289,16 +289,16 @@ ENDS = {
 }
 
 
-def _note(state: State, said: _Numbers) -> str:
-    if said.status is None:
+def _note(state: State, stats: _Numbers) -> str:
+    if stats.status is None:
         return ""
-    away = f"{number(said.end_away)} u from the truth"
+    away = f"{number(stats.end_away)} u from the truth"
     if state.count == 1:
-        return f"It {ENDS[said.status]} after {said.steps} steps, {away}."
-    return f"{said.reached} of {state.count} starts reach the truth; the last one {ENDS[said.status]} {away}."
+        return f"It {ENDS[stats.status]} after {stats.steps} steps, {away}."
+    return f"{stats.reached} of {state.count} starts reach the truth; the last one {ENDS[stats.status]} {away}."
 
 
-def _description(state: State, said: _Numbers) -> str:
+def _description(state: State, stats: _Numbers) -> str:
     c = state.controls
     if c.objective == "mmd":
         what = (
@@ -307,22 +307,22 @@ def _description(state: State, said: _Numbers) -> str:
         )
     else:
         what = f"The mean squared distance to the nearest target point, each capped at {number(c.cap, 1)} u,"
-    x, y = said.lowest.tolist()
+    x, y = stats.lowest.tolist()
     words = [
         f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
         f" strong colours are low. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
-        f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."
+        f" at the truth, a green ring at the centre, is {number(stats.truth, 4)}."
     ]
-    if said.minima is not None:
-        words.append(f"The map has {said.minima} local {'minimum' if said.minima == 1 else 'minima'}.")
-    if said.status is not None and said.ends is not None:
-        u, v = said.ends[-1].tolist()
+    if stats.minima is not None:
+        words.append(f"The map has {stats.minima} local {'minimum' if stats.minima == 1 else 'minima'}.")
+    if stats.status is not None and stats.ends is not None:
+        u, v = stats.ends[-1].tolist()
         words.append(
-            f"Of {state.count} descents {said.reached} end within {number(NEAR, 1)} u of the truth, and there are"
-            f" {places(said.ends, 0.1)} different ends. The last one {ENDS[said.status]} at"
-            f" ({number(u)}, {number(v)}) u, {number(said.end_away, 3)} u from the truth, with an objective of"
-            f" {number(said.end_value, 4)}."
+            f"Of {state.count} descents {stats.reached} end within {number(NEAR, 1)} u of the truth, and there are"
+            f" {places(stats.ends, 0.1)} different ends. The last one {ENDS[stats.status]} at"
+            f" ({number(u)}, {number(v)}) u, {number(stats.end_away, 3)} u from the truth, with an objective of"
+            f" {number(stats.end_value, 4)}."
         )
     return " ".join(words)
 

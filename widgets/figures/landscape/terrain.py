@@ -19,7 +19,7 @@ from widgets.parts.field import STRIDE, Field
 Objective = Literal["mmd", "capped"]
 SQUARES = 2**11  # of the capped field: made in a tenth of a frame, and queries hardly longer
 LINES = 8  # intervals between contour lines over the colour scale
-TOPS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
+TOPS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,24 +108,6 @@ class Descent:
         return np.asarray(self.path.points[: int(self.path.steps[i]) + 1, i])
 
 
-def within(way: Array, window: tuple[float, float, float, float]) -> list[Array]:
-    """The parts of a polyline (n, 2) that lie in the window, cut at its border, each (k, 2) with k ≥ 2."""
-    low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
-    a, step = way[:-1], np.diff(way, axis=0)
-    safe = np.where(step == 0.0, 1.0, step)
-    to = np.stack([(low - a) / safe, (high - a) / safe])
-    still = step == 0.0
-    held = still & (a >= low) & (a <= high)
-    enter = np.where(still, np.where(held, 0.0, 2.0), to.min(axis=0)).max(axis=1).clip(0.0, None)
-    leave = np.where(still, 1.0, to.max(axis=0)).min(axis=1).clip(None, 1.0)
-    parts: list[list[Array]] = []
-    for k in np.flatnonzero(enter < leave):
-        if not parts or enter[k] > 0.0 or not np.array_equal(parts[-1][-1], a[k]):
-            parts.append([a[k] + enter[k] * step[k]])
-        parts[-1].append(a[k] + leave[k] * step[k] if leave[k] < 1.0 else way[k + 1])
-    return [np.array(part) for part in parts]
-
-
 def minima(values: Array) -> int:
     """How many nodes of a lattice lie lower than all eight about them."""
     middle = values[1:-1, 1:-1]
@@ -140,8 +122,8 @@ def minima(values: Array) -> int:
 
 def places(ends: Array, apart: float) -> int:
     """How many places the ends (k, 2) are at, one taken for another's when nearer to it than `apart`."""
-    found: list[Array] = []
+    distinct: list[Array] = []
     for end in ends:
-        if all(np.hypot(*(end - other)) >= apart for other in found):
-            found.append(end)
-    return len(found)
+        if all(np.hypot(*(end - other)) >= apart for other in distinct):
+            distinct.append(end)
+    return len(distinct)

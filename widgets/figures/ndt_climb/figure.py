@@ -128,16 +128,16 @@ def draw(state: State) -> Picture:
 def _map(state: State, name: str) -> Panel:
     run = state.runs[name]
     level = run.levels[-1]
-    begun = state.placed.apply(state.scene.source[::2])
+    start_points = state.placed.apply(state.scene.source[::2])
     marks: list[Mark] = [run.gaussians[level]]
     if run.steps:
-        marks.append(Points(begun, "ghost", radius=2.0))
+        marks.append(Points(start_points, "ghost", radius=2.0))
     marks += [Ring(xy, "truth", radius=8.0) for xy in state.scene.truth.apply(TRACED)]
     marks.append(Points(run.pose.apply(state.scene.source), "source", radius=2.5))
     marks += _traces(run, ROLES[name])
     size = number(_cells(state.controls, name)[level], 1)
-    said = f"h = {size} u" if name == "one" else f"level {level + 1} of {len(COARSER)}: h = {size} u"
-    marks.append(Label((VIEW.x0, VIEW.y1), said, ROLES[name], dx=10, dy=20))
+    text = f"h = {size} u" if name == "one" else f"level {level + 1} of {len(COARSER)}: h = {size} u"
+    marks.append(Label((VIEW.x0, VIEW.y1), text, ROLES[name], dx=10, dy=20))
     label = f"{NAMES[name]}: the scan on the Gaussians of the target’s cells"
     return Panel(name, label, VIEW, tuple(marks), caption=NAMES[name])
 
@@ -165,7 +165,7 @@ def _charts(state: State) -> tuple[Panel, ...]:
     relative = {k: run.relative for k, run in state.runs.items()}
     score = _chart(state, "score", Axis("Score ÷ score at the truth", 0.0, 1.25), relative)
     level = Segments((0.0, 1.0), (MAX_STEPS, 1.0), "truth", dashed=True)
-    named = Label((MAX_STEPS, 1.0), "the truth", "truth", "end", dy=-6)
+    label = Label((MAX_STEPS, 1.0), "the truth", "truth", "end", dy=-6)
     gradient = _chart(
         state,
         "gradient",
@@ -178,7 +178,7 @@ def _charts(state: State) -> tuple[Panel, ...]:
         Axis("λ, score per u²; a gap: none needed", 1e1, 1e5, log=True),
         {k: np.where(run.damping > 0.0, run.damping, np.nan) for k, run in state.runs.items()},
     )
-    return replace(score, marks=(*score.marks, level, named)), gradient, damping
+    return replace(score, marks=(*score.marks, level, label)), gradient, damping
 
 
 def _chart(state: State, name: str, y: Axis, values: dict[str, Array]) -> Panel:
@@ -244,17 +244,17 @@ def _note(state: State) -> str:
             continue
         lam = float(run.now.damping[0])
         what = f"λ = {number(lam, 0)}" if lam > 0 else "no λ needed"
-        capped = f", {run.caps[-1]} capped" if run.caps[-1] else ""
+        cap = f", {run.caps[-1]} capped" if run.caps[-1] else ""
         times = run.halved[-1]
-        halved = f", halved {times} ×" if times else ""
-        parts.append(f"{NAMES[name]}: {what}{capped}{halved}.")
+        halving = f", halved {times} ×" if times else ""
+        parts.append(f"{NAMES[name]}: {what}{cap}{halving}.")
     return " ".join(parts)
 
 
 def _description(state: State) -> str:
     c, truth = state.controls, state.scene.truth
     at = f"{number(_turned(state.placed, truth), 1)}° and {number(_moved(state.placed, truth))} u"
-    reached = _reached(state)
+    scores = _reached(state)
     words = [
         f"A scan of {len(state.scene.source)} points lies on the Gaussians of a room’s cells, with noise of"
         f" σ = {number(c.noise)} u, and starts {at} from the true pose; {'four grids' if c.four else 'one grid'}."
@@ -264,7 +264,7 @@ def _description(state: State) -> str:
         error = f"{number(_turned(run.pose, truth), 1)}° and {number(_moved(run.pose, truth))} u from the truth"
         went = f"after {run.steps} steps, {error}," if run.steps else "at its start"
         words.append(
-            f"{NAMES[name]} ({sizes} u) is {run.status.label} {went} with a score of {number(reached[name], 1)} on"
+            f"{NAMES[name]} ({sizes} u) is {run.status.label} {went} with a score of {number(scores[name], 1)} on"
             f" cells of {number(c.cell, 1)} u; the true pose scores {number(run.truth[-1], 1)} there."
         )
         caps = [cap for cap in run.caps if cap]

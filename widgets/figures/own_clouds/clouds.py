@@ -106,12 +106,12 @@ def driven(scan: int, onto: int) -> Raw:
 @lru_cache(maxsize=4)
 def brought(source: Given | None, target: Given | None) -> Raw:
     """What a reader brought, one of the two or both."""
-    clouds = [given for given in (source, target) if given is not None]
+    clouds = [cloud for cloud in (source, target) if cloud is not None]
     return Raw(
         None if source is None else source.points,
         None if target is None else target.points,
         ("" if source is None else source.name, "" if target is None else target.name),
-        not any(given.name for given in clouds),
+        not any(cloud.name for cloud in clouds),
     )
 
 

@@ -53,7 +53,7 @@ def _told(value: Any) -> Any:
 def pose_json(run: Run) -> str:
     """The pose with what it came from."""
     raw, signs = run.clouds.raw, run.evidence
-    told: dict[str, Any] = {
+    document: dict[str, Any] = {
         "takes": "source to target: target = scale * R * source + translation",
         "angle_degrees": _heading(run.pose),
         "translation": run.pose.t.tolist(),
@@ -71,13 +71,13 @@ def pose_json(run: Run) -> str:
         "slice": run.clouds.slice,
     }
     if signs is not None:
-        told |= {
+        document |= {
             "reach": run.reach,
             "residual_rms": float(signs.rms),
             "explained": float(signs.share),
             "conditioning": float(signs.weakest),
         }
-    return json.dumps(_told(told), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_told(document), indent=2, ensure_ascii=False) + "\n"
 
 
 def pose_csv(run: Run) -> str:
@@ -138,8 +138,8 @@ def _printed() -> list[str]:
 def _made(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str]:
     """Lines that make `source` and `target` as they came."""
     if example == "drive":
-        made = ", ".join(f"drive.points({k}, {FARTHEST!r})" for k in scans)
-        return ["drive = telecom_loop()", f"source, target = {made}"]
+        calls = ", ".join(f"drive.points({k}, {FARTHEST!r})" for k in scans)
+        return ["drive = telecom_loop()", f"source, target = {calls}"]
     if example == "hall":
         return [f"scans = hall({seed})", "source, target = scans.source, scans.target"]
     if example in _EXAMPLES:

@@ -135,7 +135,7 @@ def _readouts(run: Run) -> tuple[Readout, ...]:
         Readout("y", "Translation y", y, c.unit, "source"),
         Readout("scale", "Scale", number(float(run.pose.scale), 4)),
         Readout("rms", "Residual RMS", *_rms(run)),
-        Readout("explained", "Source points explained", _share(run), "%"),
+        Readout("explained", "Source points explained", _share(run), "" if signs is None else "%"),
         Readout("conditioning", "Conditioning", "–" if signs is None else number(float(signs.weakest), 4)),
         Readout("objective", "Objective", plain(run.objective[-1]) if run.objective else "–"),
         Readout("length", "Length in use", _length(run)),
@@ -154,10 +154,10 @@ def _rms(run: Run) -> tuple[str, str]:
 
 def _from_graph(run: Run) -> tuple[Readout, ...]:
     """How far the pose is from the one that the closed graph of the drive has: no truth, but what 55 loops agree on."""
-    known, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
-    if known is not None:
-        shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), run.clouds.unit
-        turn = number(float(np.degrees(rre(run.pose, known))), 2), "°"
+    reference, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
+    if reference is not None:
+        shift = number(float(np.linalg.norm(run.pose.t - reference.t)), run.clouds.decimals), run.clouds.unit
+        turn = number(float(np.degrees(rre(run.pose, reference))), 2), "°"
     return (
         Readout("translation_graph", "Translation off the drive’s graph", *shift),
         Readout("rotation_graph", "Rotation off the drive’s graph", *turn),
@@ -169,17 +169,17 @@ def _share(run: Run) -> str:
 
 
 def _counted(clouds: Clouds, which: int) -> str:
-    n, seen = len((clouds.source, clouds.target)[which]), clouds.seen[which]
-    return f"{n:,}" if n == seen else f"{n:,} of {seen:,}"
+    n, total = len((clouds.source, clouds.target)[which]), clouds.seen[which]
+    return f"{n:,}" if n == total else f"{n:,} of {total:,}"
 
 
 def _length(run: Run) -> str:
-    meant = OWN[run.method].length
-    if not meant:
+    label = OWN[run.method].length
+    if not label:
         return "none: it finds its own"
     if run.length == float("inf"):
-        return f"{meant} open"
-    return f"{meant} {number(run.length, run.clouds.decimals)} {run.clouds.unit}"
+        return f"{label} open"
+    return f"{label} {number(run.length, run.clouds.decimals)} {run.clouds.unit}"
 
 
 def _note(state: State) -> str:

@@ -31,12 +31,18 @@ from widgets.parts.scale_bar import scale_bar
 ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # of the window, however large a scan is
 
 
-def plain(value: float, decimals: int = 3) -> str:
-    """A number of any size: fixed decimals in the middle, one digit before the point and a power of ten outside."""
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+def plain(value: float, decimals: int = 3, most: float = 1e6, digits: int = 2) -> str:
+    """A number of any size: fixed decimals up to `most`, one digit before the point and a power of ten outside."""
+    if value == 0.0 or 1e-3 <= abs(value) < most:
         return number(value, decimals)
-    mantissa, exponent = f"{value * (1 + 1e-9):.2e}".split("e")
+    mantissa, exponent = f"{value * (1 + 1e-9):.{digits}e}".split("e")
     return f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPT)}".replace("-", "−")
+
+
+def tick(value: float) -> str:
+    """The same in the six characters that the padding of a chart has room for, and a minus sign."""
+    decimals = next((places for places, most in ((3, 1e2), (2, 1e3), (1, 1e4)) if abs(value) < most), 0)
+    return plain(value, decimals, 1e5, 0)
 
 
 def moved(clouds: Clouds, pose: Pose) -> Array:
@@ -48,8 +54,8 @@ def robot(clouds: Clouds, pose: Pose, role: Role) -> tuple[Mark, ...]:
     """Where the robot of a scan of the drive stood, and which way it faced; of other clouds nobody knows."""
     if clouds.raw.wheels is None:
         return ()
-    seen = clouds.fit.put(pose.t[None]) + ROBOT @ pose.R.T
-    return (Path(seen, role, closed=True, filled=True),)
+    outline = clouds.fit.put(pose.t[None]) + ROBOT @ pose.R.T
+    return (Path(outline, role, closed=True, filled=True),)
 
 
 def clouds_panel(run: Run) -> Panel:
@@ -64,19 +70,19 @@ def clouds_panel(run: Run) -> Panel:
     if len(c.source):
         signs = run.evidence
         weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.55)
-        seen, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
-        stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
+        in_view, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
+        stalk = (PLACING.stalk(_held(in_view, anchor), anchor),) if c.whole else ()
         dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
         marks.append(Group("source", (*stalk, dots, *robot(c, run.pose, "source"))))
     label = "Both clouds in the target’s coordinates, the source placed by the current pose"
     return Panel("main", label, VIEW, tuple(marks), grid=False)
 
 
-def _held(seen: Pose, anchor: Array) -> Pose:
+def _held(pose: Pose, anchor: Array) -> Pose:
     """Where the handles stand: at the window's edge for a cloud that a run took out of it."""
-    centre, heading = place(seen, anchor)
-    turned = Pose.from_angle(heading)
-    return Pose(turned.R, np.clip(centre, np.negative(PLACING.limit), PLACING.limit) - turned.R @ anchor)
+    centre, heading = place(pose, anchor)
+    rotation = Pose.from_angle(heading)
+    return Pose(rotation.R, np.clip(centre, np.negative(PLACING.limit), PLACING.limit) - rotation.R @ anchor)
 
 
 def handles(run: Run) -> tuple[Handle, ...]:
@@ -105,8 +111,8 @@ def objective_chart(run: Run) -> Panel:
     k = np.arange(len(run.objective)) / last
     y = (np.array(run.objective) - low) / span
     flat = len(values) > 0 and high == low
-    lowest = (0.0, plain(low, 3))
-    ticks = (lowest,) if flat else (lowest, (1.0, plain(high, 3)))
+    lowest = (0.0, tick(low))
+    ticks = (lowest,) if flat else (lowest, (1.0, tick(high)))
     return chart(
         "objective",
         "The method’s objective over the steps",

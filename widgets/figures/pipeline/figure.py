@@ -37,6 +37,7 @@ from widgets.figures.pipeline.run import (
     Stage,
     judged,
     proposed,
+    ratio,
     refined,
     right,
     scene_of,
@@ -108,8 +109,8 @@ def start(controls: Controls, seed: int) -> State:
 
 def _at(c: Controls, scene: Scene, backdrop: tuple[Mark, ...], stages: tuple[Stage, ...]) -> State:
     residual = "point" if c.refine == "none" else c.refine
-    found = judged(scene, stages, residual, c.gate, c.least / 100.0, c.trust)
-    return State(c, scene, backdrop, stages, False, found)
+    judgement = judged(scene, stages, residual, c.gate, c.least / 100.0, c.trust)
+    return State(c, scene, backdrop, stages, False, judgement)
 
 
 def act(state: State, action: Action) -> State:
@@ -142,14 +143,14 @@ def motion(before: State, after: State) -> Motion | None:
 
 def draw(state: State) -> Picture:
     """The scene as the present stage leaves it, and the signs there."""
-    scene, found = state.scene, state.judgement.evidence
-    moved, carried = state.pose.apply(scene.source), source(scene, state.pose, found.explained)
+    scene, evidence = state.scene, state.judgement.evidence
+    moved, group = state.pose.apply(scene.source), source(scene, state.pose, evidence.explained)
     marks: tuple[Mark, ...] = (
         *(outline(scene, state.stages[0].pose, "ghost") if len(state.stages) > 1 else ()),
         *state.backdrop,
         *door(scene, scene.truth, "truth"),
-        replace(carried, marks=(*door(scene, state.pose, "source"), *carried.marks)),
-        Points(moved[~found.explained], "outlier", "cross", radius=4.0),
+        replace(group, marks=(*door(scene, state.pose, "source"), *group.marks)),
+        Points(moved[~evidence.explained], "outlier", "cross", radius=4.0),
         _heading(state),
     )
     return Picture(
@@ -165,8 +166,8 @@ def draw(state: State) -> Picture:
 def _heading(state: State) -> Label:
     stage = TITLES[state.stages[-1].name]
     role: Role = "ink" if not state.verdict else "inlier" if state.accepted else "outlier"
-    said = f"{stage}, {'accepted' if state.accepted else 'refused'}" if state.verdict else stage
-    return Label([VIEW.x0, VIEW.y1], said, role, dx=12, dy=24)
+    text = f"{stage}, {'accepted' if state.accepted else 'refused'}" if state.verdict else stage
+    return Label([VIEW.x0, VIEW.y1], text, role, dx=12, dy=24)
 
 
 def _signs(state: State) -> Panel:
@@ -196,15 +197,17 @@ def _scale(sign: Sign, y: float) -> tuple[Mark, ...]:
 def _readouts(state: State) -> tuple[Readout, ...]:
     turn, shift = errors(state.pose, state.scene.truth)
     judgement = state.judgement
-    found = judgement.evidence
+    evidence = judgement.evidence
     verdict = ("accepted" if state.accepted else "refused") if state.verdict else "–"
     apart = ("–", "") if judgement.apart is None else (number(judgement.apart, 3), "u")
+    some = float(evidence.share) > 0.0
+    rms = (number(float(evidence.rms), 3), "u") if some else ("–", "")
     return (
         Readout("stop", "The last stage stopped", state.stages[-1].stop or "–"),
         Readout("verdict", "Verdict", verdict),
-        Readout("share", "Source explained", number(100 * float(found.share), 0), "%"),
-        Readout("rms", "RMS of what is explained", number(float(found.rms), 3), "u"),
-        Readout("conditioning", "Smallest eigenvalue / largest", number(float(found.weakest), 3)),
+        Readout("share", "Source explained", number(100 * float(evidence.share), 0), "%"),
+        Readout("rms", "RMS of what is explained", *rms),
+        Readout("conditioning", "Smallest eigenvalue / largest", ratio(float(evidence.weakest)) if some else "–"),
         Readout("halves", "Gap between two halves", *apart),
         Readout("prediction", "Angle from the prediction", number(judgement.turn, 0), "°"),
         Readout("right", "Within 5° and 0.2\u00a0u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
@@ -225,8 +228,8 @@ def _note(state: State) -> str:
         (False, True): "The pose is right: a false refusal.",
         (False, False): "The pose is wrong.",
     }[state.accepted, fits]
-    failed = state.judgement.failed if state.controls.accept == "signs" else ()
-    because = f": {', '.join(failed)}" if failed else ""
+    failures = state.judgement.failed if state.controls.accept == "signs" else ()
+    because = f": {', '.join(failures)}" if failures else ""
     return f"{'Accepted' if state.accepted else 'Refused'} by {by}{because}. {end}"
 
 
@@ -257,40 +260,42 @@ def _ends(turn: float) -> str:
 def _told(sign: Sign) -> str:
     if sign.at is None:
         return f"{sign.name} not known yet"
-    asked = sign.asked if sign.asked == "not required" else f"required {sign.asked}, {'met' if sign.met else 'not met'}"
-    return f"{sign.name} {sign.said}, {asked}"
+    requirement = sign.asked
+    if sign.asked != "not required":
+        requirement = f"required {sign.asked}, {'met' if sign.met else 'not met'}"
+    return f"{sign.name} {sign.said}, {requirement}"
 
 
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, seed = state.controls, state.scene.seed
     name = f'"{c.scene}", ' if CALLS[c.scene] == "room" else ""
-    seen = f", overlap={c.overlap / 100!r}" if name else ""
-    done = [stage.name for stage in state.stages]
+    overlap = f", overlap={c.overlap / 100!r}" if name else ""
+    stages = [stage.name for stage in state.stages]
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",
         "from solvers.metrics import rre, rte",
         f"from solvers.{'scenes' if name else 'wall_scenes'} import {CALLS[c.scene]}",
-        f"from solvers.verify import evidence{', halves' if len(done) > 1 else ''}",
+        f"from solvers.verify import evidence{', halves' if len(stages) > 1 else ''}",
         "",
-        f"scene = {CALLS[c.scene]}({name}seed={seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}{seen})",
+        f"scene = {CALLS[c.scene]}({name}seed={seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}{overlap})",
         "both = scene.source, scene.target",
         f"start = pose = {written(state.stages[0].pose)}",
     ]
-    if "propose" in done:
+    if "propose" in stages:
         how = f"seed={seed}", f"max_steps={int(c.draws)}", *named(SEARCH)
         lines += called("pose = register", "*both", '"ransac-congruent"', *how, after=".pose")
-    if "refine" in done:
+    if "refine" in stages:
         lines.append(f'pose = register(*both, "{METHODS_OF[c.refine]}", start=pose, gate={c.gate!r}).pose')
     way = METHODS_OF["point" if c.refine == "none" else c.refine]
+    some = float(state.judgement.evidence.share) > 0.0
     lines += [
         f"signs = evidence(*both, pose, reach={REACH!r})",
         "",
         'print("share", 100 * signs.share)',
-        'print("rms", signs.rms)',
-        'print("conditioning", signs.weakest)',
-        *([f'print("halves", halves(*both, pose, "{way}", gate={c.gate!r}))'] if len(done) > 1 else []),
+        *(['print("rms", signs.rms)', 'print("conditioning", signs.weakest)'] if some else []),
+        *([f'print("halves", halves(*both, pose, "{way}", gate={c.gate!r}))'] if len(stages) > 1 else []),
         'print("prediction", np.degrees(rre(pose, start)))',
         'print("rotation_error", np.degrees(rre(pose, scene.truth)))',
         'print("translation_error", rte(pose, scene.truth))',

@@ -51,21 +51,21 @@ class Stage:
 def proposed(scene: Scene, steps: int) -> Stage:
     """The pose that RANSAC finds in `steps` steps of 32 hypotheses. No start plays a part in it, so that a figure may
     be dragged about without another search."""
-    found = register(scene.source, scene.target, "ransac-congruent", seed=scene.seed, max_steps=steps, **SEARCH)
-    return Stage("propose", found.pose, f"{found.status}, step {found.steps}")
+    result = register(scene.source, scene.target, "ransac-congruent", seed=scene.seed, max_steps=steps, **SEARCH)
+    return Stage("propose", result.pose, f"{result.status}, step {result.steps}")
 
 
 @lru_cache(maxsize=16)
 def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
     """The pose at which ICP with a residual stops, from that of the stage before."""
-    found = register(scene.source, scene.target, METHODS_OF[residual], start=stage.pose, gate=gate)
-    return Stage("refine", found.pose, f"{found.status}, step {found.steps}")
+    result = register(scene.source, scene.target, METHODS_OF[residual], start=stage.pose, gate=gate)
+    return Stage("refine", result.pose, f"{result.status}, step {result.steps}")
 
 
 @dataclass(frozen=True)
 class Sign:
     """One sign: its value as text, what is asked of it, whether it is met. at, limit: both in [0, 1] along its scale,
-    `at` None where the sign is not known yet; more: whether it is the larger value that is good."""
+    `at` None where there is no value yet; more: whether it is the larger value that is good."""
 
     name: str
     said: str
@@ -108,31 +108,37 @@ def judged(
     """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
     the first stage, the prediction, may be missed, 180 where it is not required."""
     pose, predicted = stages[-1].pose, stages[0].pose
-    found = _seen(scene, stages[-1])
-    share, rms, held = float(found.share), float(found.rms), float(found.weakest)
+    measures = _seen(scene, stages[-1])
+    share, rms, weakest = float(measures.share), float(measures.rms), float(measures.weakest)
+    some = share > 0.0  # what nothing is explained by has no residual, and holds nothing
     apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
     share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
     signs = (
         Sign("overlap", share_said, f"≥ {least_said}", share >= least - 1e-9, share, least, True),
-        _small("residual", rms, LARGEST_RMS, 0.3, "u", 3),
+        _small("residual", rms if some else None, LARGEST_RMS, 0.3, "u", 3),
         Sign(
-            "conditioning", number(held, 3), f"≥ {LEAST_HELD}", held >= LEAST_HELD, _decades(held),
-            _decades(LEAST_HELD), True,
+            "conditioning", ratio(weakest) if some else "–", f"≥ {LEAST_HELD}", weakest >= LEAST_HELD,
+            _decades(weakest) if some else None, _decades(LEAST_HELD), True,
         ),
         _small("two halves", apart, FARTHEST_HALVES, 0.5, "u", 3),
         _small("prediction", turn, trust, 180.0, "°", 0),
     )  # fmt: skip
-    return Judgement(found, apart, turn, signs)
+    return Judgement(measures, apart, turn, signs)
 
 
 def _small(name: str, value: float | None, limit: float, full: float, unit: str, decimals: int) -> Sign:
     gap = "" if unit == "°" else " "
-    asked = f"≤ {limit:g}{gap}{unit}" if limit < full else "not required"
+    requirement = f"≤ {limit:g}{gap}{unit}" if limit < full else "not required"
     if value is None:
-        return Sign(name, "–", asked, True, None, limit / full, False)
-    said = f"{number(value, decimals)}{gap}{unit}"
-    return Sign(name, said, asked, value <= limit + 1e-6, min(value / full, 1.0), min(limit / full, 1.0), False)
+        return Sign(name, "–", requirement, True, None, limit / full, False)
+    text = f"{number(value, decimals)}{gap}{unit}"
+    return Sign(name, text, requirement, value <= limit + 1e-6, min(value / full, 1.0), min(limit / full, 1.0), False)
+
+
+def ratio(value: float) -> str:
+    """A ratio as text, as small as the scale of decades is long."""
+    return number(value, 3 if value >= 0.01 else 4)
 
 
 def _decades(value: float) -> float:

@@ -52,20 +52,20 @@ def work(controls: Settings, seed: int) -> Iterator[Progress]:
         METHODS[entry.contestant.method]  # what a page lacks of a method it lacks before anything has begun
     for k, entry in enumerate(entries):
         label, seconds, steps = entry.contestant.label, 0.0, 0
-        begun = perf_counter()
+        start = perf_counter()
         batch = entry.contestant.begin(problem)
-        seconds += perf_counter() - begun
+        seconds += perf_counter() - start
         while not batch.done:
             # How many have stopped is the best that can be told of how far it is.
-            stopped = 1 - batch.rows.size / batch.steps.size
-            yield Progress((k + stopped) / len(entries), f"{label}, step {steps}")
-            begun = perf_counter()
+            share = 1 - batch.rows.size / batch.steps.size
+            yield Progress((k + share) / len(entries), f"{label}, step {steps}")
+            start = perf_counter()
             batch = advance(batch)
-            seconds += perf_counter() - begun
+            seconds += perf_counter() - start
             steps += 1
         lines.append(line(entry.contestant, batch, truth, seconds))
-        found = result(controls, race, entries[: k + 1], lines)
-        yield Progress((k + 1) / len(entries), label, found)
+        table = result(controls, race, entries[: k + 1], lines)
+        yield Progress((k + 1) / len(entries), label, table)
 
 
 def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], lines: Sequence[Line]) -> Result:

@@ -142,8 +142,8 @@ def _note(state: State) -> str:
     if not state.done:
         return ""
     close = [run.entry.contestant.label for run in state.runs if run.close]
-    said = f"All have stopped, {len(close)} of 9 within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u"
-    return f"{said}. Another seed may differ."
+    summary = f"All have stopped, {len(close)} of 9 within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u"
+    return f"{summary}. Another seed may differ."
 
 
 def _description(state: State) -> str:
@@ -166,10 +166,10 @@ def _description(state: State) -> str:
 
 
 def _told(run: Run) -> str:
-    stood = f"{run.status} after {run.steps}" if run.done else "running"
+    outcome = f"{run.status} after {run.steps}" if run.done else "running"
     because = f", {run.reason}" if run.reason and run.status.label in ("stalled", "degenerate") else ""
     errors = f"{number(run.rotation[-1], 1)}° and {number(run.translation[-1])} u"
-    return f"{run.entry.contestant.label} {errors}, {stood}{because}"
+    return f"{run.entry.contestant.label} {errors}, {outcome}{because}"
 
 
 def python(state: State) -> str:

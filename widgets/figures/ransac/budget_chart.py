@@ -35,14 +35,14 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
     )
     if share is None:
         return panel
-    asked = float(trials(share, confidence, sample))
-    here = np.array([share, np.log10(min(max(asked, 1.0), TOP))])
+    budget = float(trials(share, confidence, sample))
+    here = np.array([share, np.log10(min(max(budget, 1.0), TOP))])
     marks: list[Mark] = [Points(here, "inlier", "diamond", radius=6.0)]
-    if asked < TOP:
-        # Above the curve, or, near its right end, under it.
-        high, name = share < 0.78, f"N = {whole(asked)}"
-        dy = -9.0 if high else 4.0 if asked > 1.0 else -5.0
-        marks.append(Label(here, name, "inlier", "start" if high else "end", dx=10.0 if high else -18.0, dy=dy))
+    if budget < TOP:
+        # Above the curve, or, near its right end, under it; where it has come down to the axis, above it again.
+        high, name = share < 0.78, f"N = {whole(budget)}"
+        dx, dy = (10.0, -9.0) if high else (-18.0, 4.0) if budget > 1.0 else (-8.0, -26.0)
+        marks.append(Label(here, name, "inlier", "start" if high else "end", dx=dx, dy=dy))
     return replace(panel, marks=(*panel.marks, *marks))
 
 

@@ -66,10 +66,10 @@ class State:
     @property
     def target(self) -> Array:
         """The target points (40, 2), the pulled one where it was put."""
-        moved = self.scene.target.copy()
+        points = self.scene.target.copy()
         if self.pulled is not None:
-            moved[PULLED] = self.pulled
-        return moved
+            points[PULLED] = self.pulled
+        return points
 
     @property
     def wrong(self) -> BoolArray:
@@ -129,14 +129,14 @@ def act(state: State, action: Action) -> State:
 def _run(state: State) -> Run:
     """The solver from its start: trials in one block or a few, since the size of a block changes nothing."""
     c, scene = state.controls, state.scene
-    asked = STEPS if state.steps is None else state.steps
-    block = BLOCK if state.steps is None else max(1, min(asked, MOST))
+    steps = STEPS if state.steps is None else state.steps
+    block = BLOCK if state.steps is None else max(1, min(steps, MOST))
     options = RansacOptions(c.epsilon, float(c.confidence), MOST, block, SEPARATION)
     source, target = scene.source[None], state.target[None]
     problem = Problem(source, target, np.ones((1, len(state.target))), Pose.identity(2, (1,)), np.array([scene.seed]))
     batch = begin(RANSAC, problem, options, STEPS)
     now, searched, before = batch.state(), None, None
-    while not batch.done and now.trials[0] + now.refits[0] < asked:
+    while not batch.done and now.trials[0] + now.refits[0] < steps:
         if searched is not None:
             before = now
         batch = advance(batch)
@@ -218,10 +218,10 @@ def _note(state: State, ran: Run) -> str:
         return f"No pose: {now.reason[0]}."
     if _trying(state, ran):
         i, j = (now.last_sample[0] + 1).tolist()
-        said = f"Trial {int(now.trials[0])}: pairs {i} and {j}, {int(now.last_count[0])} of 40 within ε"
+        text = f"Trial {int(now.trials[0])}: pairs {i} and {j}, {int(now.last_count[0])} of 40 within ε"
         best = (now.last_sample[0] == now.sample[0]).all()
         ends = " The last one: refits follow." if ran.searched is not None else ""
-        return f"{said}{', the best so far' * bool(best)}.{ends}"
+        return f"{text}{', the best so far' * bool(best)}.{ends}"
     old = ran.searched if state.steps is None else ran.before
     assert old is not None
     was, count = int(old.count[0]), int(now.count[0])
@@ -250,11 +250,13 @@ def _description(state: State, ran: Run) -> str:
         words.append("No trial has been made." if not state.steps and state.steps is not None else "No consensus yet.")
         return " ".join(words)
     turn, shift = _errors(now.pose[0], truth)
-    counted = int((now.inliers[0] & state.wrong).sum())
+    wrong_inliers = int((now.inliers[0] & state.wrong).sum())
+    budget = float(now.budget[0])
     words.append(
-        f"After {_runs(now)} the best pose has {int(now.count[0])} pairs within ε, {counted} of them wrong, and is"
-        f" {turn}° and {shift} u from the truth; at an estimated fraction of {number(ran.share, 3)} the formula asks"
-        f" for {whole(float(now.budget[0]))} trials at {100 * float(c.confidence):g} % confidence, of at most {MOST}."
+        f"After {_runs(now)} the best pose has {int(now.count[0])} pairs within ε, {wrong_inliers} of them wrong, and"
+        f" is {turn}° and {shift} u from the truth; at an estimated fraction of {number(ran.share, 3)} the formula asks"
+        f" for {whole(budget)} trial{'s' * (budget > 1.0)} at {100 * float(c.confidence):g} % confidence, of at most"
+        f" {MOST}."
     )
     return " ".join(words)
 

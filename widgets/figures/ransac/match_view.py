@@ -84,11 +84,11 @@ def match_panel(shown: Shown) -> Panel:
         admitted, lost = chosen & shown.wrong, left & ~shown.wrong
         marks += [Points(q[admitted], "outlier", "ring", radius=8.0), Points(q[lost], "truth", "ring", radius=8.0)]
     if shown.trial is not None:
-        drawn, pose = shown.trial
+        sample, pose = shown.trial
         marks += [
-            *(Path([p[i], q[i]], "accent", thick=True) for i in drawn.tolist()),
+            *(Path([p[i], q[i]], "accent", thick=True) for i in sample.tolist()),
             Path(pose.apply(front) + RIGHT, "accent", dashed=True, thick=True),
-            Points(np.concatenate([p[drawn], q[drawn]]), "accent", "ring", radius=8.0),
+            Points(np.concatenate([p[sample], q[sample]]), "accent", "ring", radius=8.0),
         ]
     marks += [_name(-6.35, "source view", "source"), _name(7.35, "target view", "target")]
     return Panel("main", "Forty proposed matches between two views of a façade", VIEW, tuple(marks))

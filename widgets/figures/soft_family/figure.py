@@ -122,22 +122,22 @@ def motion(before: State, after: State) -> Motion | None:
 def draw(state: State) -> Picture:
     """The two clouds with what each point gives to which, and the course of the run."""
     c, run = state.controls, state.run
-    found = links(run.rule.method, run.now)
+    linkage = links(run.rule.method, run.now)
     return Picture(
         (
-            Panel("main", f"{METHODS[c.method]}: the clouds, and what links them", VIEW, _marks(run, found)),
+            Panel("main", f"{METHODS[c.method]}: the clouds, and what links them", VIEW, _marks(run, linkage)),
             _objective_chart(run),
             _sigma_chart(run),
         ),
-        _readouts(run, found),
-        _description(c, run, found),
+        _readouts(run, linkage),
+        _description(c, run, linkage),
         PLACING.handles(run.pose, ANCHOR),
         _note(c, run),
         frozenset({"step", "finish"} if run.done else ()),
     )
 
 
-def _marks(run: Run, found: Links) -> tuple[Mark, ...]:
+def _marks(run: Run, linkage: Links) -> tuple[Mark, ...]:
     scene, method = run.scene, run.rule.method
     moved = run.pose.apply(scene.source)
     marks: list[Mark] = []
@@ -145,16 +145,16 @@ def _marks(run: Run, found: Links) -> tuple[Mark, ...]:
         marks += [Path(run.began.apply(line), "ghost", dotted=True) for line in scene.outline]
     marks += [Path(scene.truth.apply(line), "truth", thick=True) for line in scene.outline]
     for side, centres in (("source", moved), ("target", scene.target)):
-        if method == "gmmreg" or found.side == side:
+        if method == "gmmreg" or linkage.side == side:
             role: Role = "source" if side == "source" else "target"
             marks.append(circles(centres, run.sigma, role, VIEW))
-    marks.append(threads(moved, scene.target, found))
+    marks.append(threads(moved, scene.target, linkage))
     marks.append(Points(scene.target, "target", "square", radius=4.0))
-    if found.side == "source":
-        marks.append(crosses(scene.target, found.clutter))
+    if linkage.side == "source":
+        marks.append(crosses(scene.target, linkage.clutter))
     own: list[Mark] = [PLACING.stalk(run.pose, ANCHOR), Points(moved, "source", radius=4.0)]
-    if found.side == "target":
-        own.append(crosses(moved, found.clutter))
+    if linkage.side == "target":
+        own.append(crosses(moved, linkage.clutter))
         marks += targets(moved, run.now)
     return (*marks, Group("source", tuple(own)))
 
@@ -166,9 +166,9 @@ def _objective_chart(run: Run) -> Panel:
     values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
     least, most = float(np.min(values)), float(np.max(values))
     low, top = min(NATS[0], np.floor(2.0 * least) / 2.0), max(NATS[1], np.ceil(2.0 * most) / 2.0)
-    found, truth = (_decades(each) if log else (np.array(each) - low) / (top - low) for each in values)
+    objective, truth = (_decades(each) if log else (np.array(each) - low) / (top - low) for each in values)
     cuts = np.array([e.staged for e in run.course])
-    x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, found))
+    x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, objective))
     decades = tuple((i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1")))
     nats = tuple(((v - low) / (top - low), number(v, 1)) for v in ticks(low, top, about=5))
     label = f"{'MMD²' if log else '−log likelihood per point'}; green: truth"
@@ -184,7 +184,7 @@ def _objective_chart(run: Run) -> Panel:
         now=float(run.steps),
     )
     up = np.isin(k, run.rises)
-    dots = np.stack([k, found], axis=1)
+    dots = np.stack([k, objective], axis=1)
     marks = (Points(dots[~up], "ink", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0))
     return replace(panel, marks=(*panel.marks, *marks))
 
@@ -208,8 +208,8 @@ def _sigma_chart(run: Run) -> Panel:
 RISES = {"never rises": "never", "within a stage": "when σ changes", "none": "at any step"}
 
 
-def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
-    last, shared = run.course[-1], len(found.clutter) > 0
+def _readouts(run: Run, linkage: Links) -> tuple[Readout, ...]:
+    last, shared = run.course[-1], len(linkage.clutter) > 0
     unit = "" if run.rule.method == "gmmreg" else "nats"
     places = 4 if run.rule.method == "gmmreg" else 3
     return (
@@ -218,11 +218,11 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
         Readout("promise", "Can rise", RISES[run.rule.promise]),
         Readout("rises", "Steps at which the objective rose", f"{len(run.rises)} of {run.steps}"),
         Readout("sigma", "σ", number(last.sigma, 3), "u"),
-        Readout("partners", "Effective partners of a point", number(found.partners, 1) if shared else "–"),
+        Readout("partners", "Effective partners of a point", number(linkage.partners, 1) if shared else "–"),
         Readout(
             "clutter",
             "Given to clutter, on average",
-            number(100.0 * float(found.clutter.mean()), 1) if shared else "–",
+            number(100.0 * float(linkage.clutter.mean()), 1) if shared else "–",
             "%" if shared else "",
             "outlier",
         ),
@@ -234,7 +234,7 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
 
 
 def _note(c: Controls, run: Run) -> str:
-    if run.steps and run.done:
+    if run.done:
         return f"Stopped at step {run.steps}: {run.stop}."
     if run.steps:
         a, b = run.course[-2:]
@@ -244,8 +244,8 @@ def _note(c: Controls, run: Run) -> str:
             f" σ {number(a.sigma, 3)} → {number(b.sigma, 3)} u."
         )
     if c.method == "gmmreg":
-        held = "" if c.width != "estimated" else " It estimates no σ and follows its schedule."
-        return f"GMMReg has no shares and no clutter term: w and its density have no effect.{held}"
+        suffix = "" if c.width != "estimated" else " Its σ follows a schedule."
+        return f"GMMReg has no clutter term: w and its density have no effect.{suffix}"
     if c.method == "filterreg" and c.clutter < LEAST:
         return "FilterReg needs w above zero: here it is 10⁻⁶."
     if c.method != "filterreg" and c.filter != "exact":
@@ -260,30 +260,34 @@ _WHO = {
 }
 
 
-def _description(c: Controls, run: Run, found: Links) -> str:
+def _counted(steps: int) -> str:
+    return f"{steps} step{'' if steps == 1 else 's'}"
+
+
+def _description(c: Controls, run: Run, linkage: Links) -> str:
     scene, last = run.scene, run.course[-1]
     (x, y), heading = place(run.pose, ANCHOR)
     words = [
         f"{METHODS[c.method]}: {len(scene.source)} moving and {len(scene.target)} fixed points on the outline of a"
         f" bird, with noise of σ = {number(c.noise)} u and {number(c.junk, 0)} clutter points in each cloud.",
-        f"{_WHO[found.side]}, with a width of {number(last.sigma, 3)} u.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the moving bird is centred at ({number(x, 1)},"
+        f"{_WHO[linkage.side]}, with a width of {number(last.sigma, 3)} u.",
+        f"After {_counted(run.steps)} the moving bird is centred at ({number(x, 1)},"
         f" {number(y, 1)}) u, turned by {degrees(heading)}° and scaled by {number(last.scale, 3)}:"
         f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
     ]
-    if len(found.clutter):
-        given = int((found.clutter > 0.5).sum())
+    if len(linkage.clutter):
+        strays = int((linkage.clutter > 0.5).sum())
         words.append(
-            f"A point has {number(found.partners, 1)} effective partners and gives"
-            f" {number(100.0 * float(found.clutter.mean()), 1)} % to the clutter on average;"
-            f" {given} {'point gives' if given == 1 else 'points give'} more than half."
+            f"A point has {number(linkage.partners, 1)} effective partners and gives"
+            f" {number(100.0 * float(linkage.clutter.mean()), 1)} % to the clutter on average;"
+            f" {strays} {'point gives' if strays == 1 else 'points give'} more than half."
         )
-    said = {
+    promises = {
         "never rises": "The objective is guaranteed not to rise at any step.",
         "within a stage": "The objective cannot rise while σ stays fixed; a new σ makes it another function.",
         "none": "Nothing prevents the objective from rising here.",
     }
-    words.append(f"{said[run.rule.promise]} So far it rose at {len(run.rises)} of {run.steps} steps.")
+    words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {_counted(run.steps)}.")
     if run.done:
         words.append(f"The run has stopped: {run.stop}.")
     return " ".join(words)

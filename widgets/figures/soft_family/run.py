@@ -54,15 +54,15 @@ class Rule:
         """The solver's own options, from this σ on."""
         if self.method == "gmmreg":
             return {"first": sigma, "last": sigma if self.width == "held" else self.last, "tolerance": REST}
-        shared = {"clutter": self.clutter, "volume": self.volume}
+        common = {"clutter": self.clutter, "volume": self.volume}
         if self.method != "filterreg":
-            return {"sigma": sigma, **shared, "tolerance": REST}
+            return {"sigma": sigma, **common, "tolerance": REST}
         how: dict[str, Any] = {"variance": "estimated" if self.width == "estimated" else "scheduled"}
         if self.width == "held":
             how |= {"last": sigma, "shrink": 1.0}
         elif self.width == "scheduled":
             how |= {"last": self.last, "shrink": SHRINK}
-        return {"filter": self.filter, **how, "first": sigma, **shared, "tolerance": REST}
+        return {"filter": self.filter, **how, "first": sigma, **common, "tolerance": REST}
 
     def after(self, sigma: float) -> float:
         """The σ of the next step, where this figure puts it in."""
@@ -133,8 +133,8 @@ class Run:
     @property
     def rises(self) -> tuple[int, ...]:
         """The steps after which the objective was larger than before; a new stage of GMMReg is not a rise."""
-        found = [e.objective for e in self.course]
-        return tuple(k for k in range(1, len(found)) if found[k] > found[k - 1] + RISE and not self.course[k].staged)
+        values = [e.objective for e in self.course]
+        return tuple(k for k in range(1, len(values)) if values[k] > values[k - 1] + RISE and not self.course[k].staged)
 
     def step(self) -> Run:
         """The run after one more step; a run that has stopped stays as it is."""

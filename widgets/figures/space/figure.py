@@ -208,12 +208,12 @@ def python(state: State) -> str:
     lines.append(f"from solvers.metrics import point_error, {'' if unknown else 'rms, '}rre")
     lines += [f"from solvers.mug_scene import {'mug' if unknown else 'mug_pairs'}, mug_start", ""]
     if unknown:
-        seen = f"noise={c.noise!r}, overlap={c.overlap / 100.0!r}, handle={c.handle!r}"
-        lines.append(f"scene = mug(seed={run.scene.seed}, {seen})")
-        asked = ["start=start", f"max_steps={run.steps}", *named(OPTIONS[run.task])]
+        settings = f"noise={c.noise!r}, overlap={c.overlap / 100.0!r}, handle={c.handle!r}"
+        lines.append(f"scene = mug(seed={run.scene.seed}, {settings})")
+        arguments = ["start=start", f"max_steps={run.steps}", *named(OPTIONS[run.task])]
         lines += [
             f"start = mug_start({c.turn!r}, {OFFSET!r})",
-            *called("result = register", "scene.source", "scene.target", f'"{UNKNOWN[run.task]}"', *asked),
+            *called("result = register", "scene.source", "scene.target", f'"{UNKNOWN[run.task]}"', *arguments),
             "pose = result.pose",
             "",
             'print("rms", result.detail("pairing").rms)',

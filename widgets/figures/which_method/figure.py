@@ -64,8 +64,8 @@ def start(controls: Controls, seed: int) -> State:
 
 def alone(advice: Advice, answers: Answers) -> list[tuple[str, ...]]:
     """The rungs beside the path that can be run by themselves: without pairs those for pairs cannot."""
-    paired = () if answers.pairs != "none" else ("kabsch", "ransac")
-    return [(name,) for name in advice.of("can", "not") if name not in paired]
+    for_pairs = () if answers.pairs != "none" else ("kabsch", "ransac")
+    return [(name,) for name in advice.of("can", "not") if name not in for_pairs]
 
 
 def act(state: State, action: Action) -> State:
@@ -81,11 +81,11 @@ def known(state: State) -> int:
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """The ladder with its lit path, and how often what was tried has found the truth."""
-    made = state.runs[:detail] if state.tried else ()
-    counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(made)}
+    runs = state.runs[:detail] if state.tried else ()
+    counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(runs)}
     return Picture(
         (Panel("ladder", "The ladder, with the recommended path", VIEW, _marks(state, counts), grid=False),),
-        _readouts(state, made),
+        _readouts(state, runs),
         _description(state, counts),
         note=_sentence(state.advice),
         disabled=frozenset(("try",) if state.tried else ()),
@@ -96,8 +96,8 @@ def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
     names = list(RUNGS)
     height = {name: (k + 0.5) * ROW for k, name in enumerate(names)}
     rails = [Path([(x, 0.0), (x, ROW * len(names))], "ghost", thick=True) for x in RAILS]
-    lit = [_band(height[name]) for name in state.advice.path]
-    marks: list[Mark] = [*lit, *rails, *_way([height[name] for name in state.advice.path])]
+    bands = [_band(height[name]) for name in state.advice.path]
+    marks: list[Mark] = [*bands, *rails, *_way([height[name] for name in state.advice.path])]
     for name, (verdict, words) in state.advice.why.items():
         y, role = height[name], ROLES[verdict]
         bar = [(RAILS[0], y), (RAILS[1], y)]
@@ -148,17 +148,17 @@ def _way(heights: Sequence[float]) -> list[Mark]:
     return marks
 
 
-def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
+def _readouts(state: State, runs: Sequence[Run]) -> tuple[Readout, ...]:
     source, target, _ = clouds_of(state.runs[0].answers)
-    others = made[1:] if len(made) == len(state.runs) else ()
+    others = runs[1:] if len(runs) == len(state.runs) else ()
     unfit = [each.found for each in others if state.advice.why[each.path[0]][0] == "not"]
     waits = "…" if state.tried else "–"
-    turned = (number(made[0].turn), "°") if made else (waits, "")
+    turn = (number(runs[0].turn), "°") if runs else (waits, "")
     lacks = waits if len(state.runs) > 1 and not others else "–"
     off = STARTS[state.answers.start][0]
     return (
-        Readout("found", f"The path succeeds, of\u00a0{OF}", str(made[0].found) if made else waits, "", "accent"),
-        Readout("rotation_error", "Its median rotation error", *turned),
+        Readout("found", f"The path succeeds, of\u00a0{OF}", str(runs[0].found) if runs else waits, "", "accent"),
+        Readout("rotation_error", "Its median rotation error", *turn),
         Readout("unfit", f"Best crossed-out rung, of\u00a0{OF}", str(max(unfit)) if unfit else lacks),
         Readout("points_source", "Points of the source", str(source.shape[1])),
         Readout("points_target", "Points of the target", str(target.shape[1])),
@@ -174,14 +174,14 @@ def _named(names: Sequence[str]) -> str:
 def _sentence(advice: Advice) -> str:
     """The recommendation, in a line."""
     first, *rest = (RUNGS[name].title for name in advice.path)
-    said = ", then ".join([first, *rest])
-    return f"{said[0].upper()}{said[1:]}."
+    text = ", then ".join([first, *rest])
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _description(state: State, counts: dict[str, int]) -> str:
     advice = state.advice
-    said = "; ".join(f"{key}: {QUESTIONS[key][answer].lower()}" for key, answer in vars(state.answers).items())
-    words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {said}. Lit, in this order: {_named(advice.path)}."]
+    text = "; ".join(f"{key}: {QUESTIONS[key][answer].lower()}" for key, answer in vars(state.answers).items())
+    words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {text}. Lit, in this order: {_named(advice.path)}."]
     words += [
         f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {why}{' (crossed out)' if verdict == 'not' else ''}."
         for name, (verdict, why) in advice.why.items()

@@ -54,9 +54,9 @@ def script(path: Sequence[str], a: Answers, tried: bool) -> str:
     if not tried:
         return lines + TAIL
     for k, name in enumerate(path):
-        asked = ["source", "target", f'"{RUNGS[name].method}"', f"start={'pose' if k else 'start'}", "seed=seeds"]
-        asked += named(options(name, a.start == "near" or k > 0))
-        lines += "\n".join(called("pose = register", *asked, after=".pose")) + "\n"
+        arguments = ["source", "target", f'"{RUNGS[name].method}"', f"start={'pose' if k else 'start'}", "seed=seeds"]
+        arguments += named(options(name, a.start == "near" or k > 0))
+        lines += "\n".join(called("pose = register", *arguments, after=".pose")) + "\n"
     return lines + TAIL + ENDS
 
 

@@ -89,8 +89,8 @@ def _ends(path: tuple[str, ...], answers: Answers) -> Pose:
     if not path:
         return room_start(*STARTS[answers.start]).compose(truth)
     before, near = _ends(path[:-1], answers), answers.start == "near" or len(path) > 1
-    asked = options(path[-1], near)
-    return register(source, target, RUNGS[path[-1]].method, start=before, seed=list(SEEDS), **asked).pose
+    settings = options(path[-1], near)
+    return register(source, target, RUNGS[path[-1]].method, start=before, seed=list(SEEDS), **settings).pose
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,50 @@
+"""What is pressed or chosen in a figure does not move the page below it: words come and go in room kept for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+pytestmark = pytest.mark.browser
+
+SIZES = [(1280, 1000), (390, 844)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    ("page", "name", "pressed", "chosen"),
+    [
+        ("four.html", "fig-four", ("stage-2", "finish"), {}),
+        ("uncertainty.html", "fig-room", ("more", "finish"), {}),
+        ("soft.html", "fig-soft", ("step", "finish"), {"method": "gmmreg"}),
+    ],
+)
+def test_a_figure_keeps_its_height(
+    reader: Callable[..., Reader],
+    size: tuple[int, int],
+    page: str,
+    name: str,
+    pressed: tuple[str, ...],
+    chosen: dict[str, str],
+) -> None:
+    """With *More* open, at first, after each choice and after each press."""
+    figure = Figure(reader(*size, reduced_motion="reduce").open(page), name).live()
+    figure.root.locator("details.figure-rest > summary").click()
+    heights = [_height(figure)]
+    for control, value in chosen.items():
+        figure.set(control, value)
+        heights.append(_height(figure))
+    for button in pressed:
+        figure.button(button).click()
+        heights.append(_height(figure))
+    assert len(set(heights)) == 1, f"{name} at {size[0]} px is {heights} px tall"
+
+
+def _height(figure: Figure) -> int:
+    box = figure.settled().root.bounding_box()
+    assert box is not None
+    return round(box["height"])
