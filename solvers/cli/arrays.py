@@ -96,4 +96,4 @@ def _cloud(data: bytes, what: str) -> CloudText:
         raise ValueError(f"{what} contains no points")
     cloud = CloudText(validate.cloud(points[whole], "points"), what)
     rows = "row" if left == 1 else "rows"
-    return replace(cloud, notices=(f"{left} {rows} with NaN or infinity left out",)) if left else cloud
+    return replace(cloud, notices=(f"{left} {rows} with NaN or infinity left out",), gaps=left) if left else cloud

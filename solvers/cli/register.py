@@ -67,7 +67,7 @@ def parser() -> argparse.ArgumentParser:
     return cli
 
 
-def _opened(path: Path, args: argparse.Namespace) -> tuple[FloatArray, str]:
+def _opened(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[FloatArray, str]:
     """The points of a file and a line on them. Raises ValueError that names the file."""
     try:
         cloud = arrays.read(_bytes(path))
@@ -75,6 +75,11 @@ def _opened(path: Path, args: argparse.Namespace) -> tuple[FloatArray, str]:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+    if method.paired and cloud.gaps:
+        raise ValueError(
+            f"{path}: {cloud.gaps} of its rows {'have' if cloud.gaps > 1 else 'has'} NaN or infinity, and"
+            f" {method.name} takes row i of both files as partners; remove such rows from both"
+        )
     points = np.ascontiguousarray(cloud.points[:, :2]) if args.above else cloud.points
     sample = points if args.points is None else downsample.thinned(points, validate.count(args.points, "--points", 1))
     thin = "" if len(sample) == len(points) else f", thinned to {len(sample)}"
@@ -219,7 +224,9 @@ def register_files(arguments: Sequence[str]) -> int:
         raise ValueError(
             f"--points: {method.name} takes row i of both files as partners, which thinning each file would tear apart"
         )
-    (source, about_source), (target, about_target) = (_opened(path, args) for path in (args.source, args.target))
+    (source, about_source), (target, about_target) = (
+        _opened(path, args, method) for path in (args.source, args.target)
+    )
     if source.shape[1] != target.shape[1]:
         raise ValueError(
             f"{args.source} has {source.shape[1]}-D points, {args.target} {target.shape[1]}-D points;"

@@ -34,6 +34,8 @@ class CloudText:
         The file's format in words.
     notices : tuple of str
         What was left out.
+    gaps : int
+        The rows that were left out because a number was not finite: after one, row i is another point.
 
     Examples
     --------
@@ -45,6 +47,7 @@ class CloudText:
     points: FloatArray
     format: str
     notices: tuple[str, ...] = ()
+    gaps: int = 0
 
 
 def read(data: bytes) -> CloudText:
@@ -96,8 +99,8 @@ def read(data: bytes) -> CloudText:
         points, separator, notices = delimited(lines)
         kind = f"text separated by {separator}"
     finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
-        dropped = int(np.count_nonzero(~finite))
+    dropped = int(np.count_nonzero(~finite))
+    if dropped:
         notices.append(f"{dropped} row{'s' if dropped > 1 else ''} with NaN or infinity left out")
         points = points[finite]
     if not len(points):
@@ -106,7 +109,7 @@ def read(data: bytes) -> CloudText:
         raise ValueError(f"{len(points)} points are more than the limit of {MOST_POINTS}")
     if np.abs(points).max() > LARGEST:
         raise ValueError(f"a coordinate is {np.abs(points).max():.3g}; expected none beyond {LARGEST:g}")
-    return CloudText(points, kind, tuple(notices))
+    return CloudText(points, kind, tuple(notices), dropped)
 
 
 def _decoded(data: bytes) -> str:

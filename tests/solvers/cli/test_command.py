@@ -262,6 +262,21 @@ def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
         assert ("pairs     row i of the source with row i of the target\n" in out) is found
 
 
+@pytest.mark.parametrize("kind", ["csv", "npy"])
+def test_rows_left_out_do_not_move_the_partners_of_the_others(files, capsys, kind):
+    """One row without a number in each file: as many rows are left, but from there on the wrong ones meet."""
+    source = room("noise", seed=40).source
+    for name, moved, row in (("p", source.copy(), 2), ("q", TRUTH.apply(source), 15)):
+        moved[row] = np.nan
+        np.save(files / f"{name}.npy", moved)
+        np.savetxt(files / f"{name}.csv", moved, delimiter=",")
+    asked = files / f"p.{kind}", files / f"q.{kind}", "--method"
+    code, out, err = said(capsys, *asked, "kabsch")
+    assert (code, out) == (2, "")
+    assert "1 of its rows has NaN or infinity, and kabsch takes row i of both files as partners" in err
+    assert said(capsys, *asked, "icp")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("out", "told"),
     [
