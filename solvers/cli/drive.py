@@ -62,7 +62,10 @@ def parser() -> argparse.ArgumentParser:
     cli.add_argument("--radius", type=float, default=3.0, help="largest gap to a loop in the chain, metres (3)")
     cli.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
     cli.add_argument("--no-loops", action="store_true", help="do not close loops")
-    cli.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
+    cli.add_argument(
+        "--view", type=float, help="angle from the first beam to the last, degrees (180; of a CARMEN log with 180 or"
+        " 360 beams 179 or 179.5, from 90 to the right)"
+    )  # fmt: skip
     cli.add_argument("--turns", type=whole, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
     cli.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
     cli.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")

@@ -7,7 +7,8 @@ The first scan's motion is not used. The beams are spread evenly over the field 
 CARMEN: of the lines of a log those that begin with FLASER: `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host
 logger_time`, in metres and radians. The first pose is the laser's, the second the robot's, by odometry. The second is
 read, so `ahead` must say how far ahead of the robot the laser sits; in a raw log that is the distance between the two
-poses. Ranges from `LONGEST` on are not echoes.
+poses. Ranges from `LONGEST` on are not echoes. A SICK has 181 or 361 beams over half a circle, 1° or 0.5° apart; a
+log with 180 or 360 lacks the last of them, which is how CARMEN reads it too.
 
 It is given bytes and opens no file.
 """
@@ -27,18 +28,23 @@ MOST_BYTES = 64_000_000
 MOST_SCANS = 20_000
 LONGEST = 80.0
 """Metres: what lasers of the time say where no echo came back is more."""
+LAST_LOST = (180, 360)
+"""Numbers of beams in a CARMEN log that lack the last of half a circle's, 90° to the left."""
 _NAMES = ("seconds", "dx_m", "dy_m", "dphi_rad")
 
 
-def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: int = 0, hertz: float = 75.0) -> Drive:
+def read_drive(
+    data: bytes, *, view: float | None = None, ahead: float = 0.0, turns: int = 0, hertz: float = 75.0
+) -> Drive:
     r"""The drive that a file's bytes hold.
 
     Parameters
     ----------
     data : bytes
         CSV or a CARMEN log, at most 64 MB and 20,000 scans.
-    view : float, default 180.0
-        From the first beam to the last, degrees, above 0 to 360.
+    view : float, optional
+        From the first beam to the last, degrees, above 0 to 360, half of it on either side of ahead. None is 180; but
+        the 180 or 360 beams of a CARMEN log are then 1° or 0.5° apart, the first 90° to the right.
     ahead : float, default 0.0
         How far the laser sits ahead of the robot's reference point, metres. It applies to a CARMEN log too, since the
         poses read from it are the robot's.
@@ -70,7 +76,7 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     data = file_bytes(data)
     if len(data) > MOST_BYTES:
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
-    if not 0.0 < validate.number(view, "view") <= 360.0:
+    if view is not None and not 0.0 < validate.number(view, "view") <= 360.0:
         raise ValueError(f"view: expected degrees above 0, up to 360, got {view!r}")
     validate.count(turns, "turns")
     validate.number(hertz, "hertz", 1e-3, 1e6)
@@ -79,18 +85,24 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith("#")]
     if not rows:
         raise ValueError("line 1: no line was found; expected columns of ranges, or a CARMEN log")
-    if lines[rows[0]].strip().lower().startswith("seconds"):
-        seconds, motion, ranges = _table(lines, rows)
-    else:
-        seconds, motion, ranges = _carmen(lines, rows)
+    table = lines[rows[0]].strip().lower().startswith("seconds")
+    seconds, motion, ranges = (_table if table else _carmen)(lines, rows)
     if len(seconds) < 2:
         raise ValueError(f"line {rows[-1] + 1}: the drive ends after {len(seconds)} scan; two are the least")
     if len(seconds) > MOST_SCANS:
         raise ValueError(f"{len(seconds)} scans are more than the limit of {MOST_SCANS}")
-    bearings = np.radians(np.linspace(-view / 2, view / 2, ranges.shape[1]))
+    bearings = np.radians(_degrees(ranges.shape[1], view, logged=not table))
     step = float(bearings[1] - bearings[0])
     delays = interlaced(len(bearings), step, turns, 1.0 / hertz) if turns else None
     return Drive(seconds, motion, ranges, bearings, mount, delays)
+
+
+def _degrees(beams: int, view: float | None, logged: bool) -> FloatArray:
+    """The beams' bearings; view None is the usual one of a table or of a log."""
+    if view is None and logged and beams in LAST_LOST:
+        return np.linspace(-90.0, 90.0, beams + 1)[:-1]
+    half = 90.0 if view is None else view / 2
+    return np.linspace(-half, half, beams)
 
 
 def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:

@@ -45,6 +45,27 @@ def test_the_poses_of_a_log_are_the_robots_and_its_laser_sits_ahead() -> None:
     assert np.allclose(drive.points(0), [[0.3, -1.0], [2.3, 0.0]])
 
 
+def box(bearings: np.ndarray) -> str:
+    """Ranges from the middle of a square room, 6 m wide."""
+    return " ".join(map(repr, (3.0 / np.maximum(np.abs(np.cos(bearings)), np.abs(np.sin(bearings)))).tolist()))
+
+
+@pytest.mark.parametrize(("beams", "apart"), [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)])
+def test_the_beams_of_a_log_are_a_degree_or_half_of_one_apart(beams: int, apart: float) -> None:
+    """What a SICK sends over half a circle; CARMEN's logs often lack its last beam."""
+    ranges = box(np.radians(-90.0 + apart * np.arange(beams)))
+    log = "".join(laser(ranges, time=time, count=beams) for time in (1.0, 2.0)).encode()
+    assert np.abs(read_drive(log).points(1)).max(axis=1) == pytest.approx(np.full(beams, 3.0), abs=1e-9)
+    assert np.degrees(read_drive(log, view=90.0).bearings[[0, -1]]) == pytest.approx([-45.0, 45.0])
+
+
+def test_the_beams_of_a_table_span_the_field_of_view() -> None:
+    head = "seconds,dx_m,dy_m,dphi_rad," + ",".join(f"r{k}" for k in range(180)) + "\n"
+    table = (head + 2 * ("0,0,0,0" + 180 * ",100" + "\n")).encode()
+    for view in (None, 180.0):
+        assert np.degrees(read_drive(table, view=view).bearings[[0, -1]]) == pytest.approx([-90.0, 90.0])
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
