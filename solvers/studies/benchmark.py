@@ -19,6 +19,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, StatusArray
 from solvers.core.kinds import function, of_kind, or_usual, several
 from solvers.core.pose import Pose
+from solvers.core.registry import METHODS
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
 from solvers.metrics import rre, rte
@@ -181,8 +182,8 @@ def benchmark(
     ------
     ValueError
         If an argument is not of the kind said above, if the seeds are not integers, are
-        negative, or are none at all, if a name is of no method that races, or an option of
-        a contestant is out of its range.
+        negative, or are none at all, if a name is of no method that races, a contestant's
+        method needs pairs, or an option of a contestant is out of its range.
     KeyError, TypeError
         As `Contestant.begin`.
 
@@ -200,6 +201,9 @@ def benchmark(
         racing(one, "contestants") if isinstance(one, str) else of_kind(one, Contestant, "contestants")
         for one in several(contestants, "contestants", "contestants or of names of methods")
     ]
+    for one in who:
+        if one.method in METHODS and METHODS[one.method].paired:
+            raise ValueError(f"contestants: {one.method!r} does not race, for it needs pairs, and the race has none")
     validate.count(max_steps, "max_steps")
     function(progress, "progress")
     problem, truth = race_problem(or_usual(controls, Controls, "controls"), seeds)

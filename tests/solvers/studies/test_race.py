@@ -8,7 +8,7 @@ from solvers.core.stepper import advance
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import room, room_start
 from solvers.studies.benchmark import benchmark, entry, line, table
-from solvers.studies.race import CONTESTANTS, EXTRAS, SEEDS, Controls, contestants, race_problem
+from solvers.studies.race import CONTESTANTS, EXTRAS, SEEDS, Contestant, Controls, contestants, race_problem
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -220,6 +220,7 @@ def test_contestants_are_named_as_methods_are():
         ({"contestants": CONTESTANTS[0]}, "contestants: expected a sequence of contestants"),
         ({"contestants": [5]}, "contestants: expected a Contestant, got int"),
         ({"contestants": ["umeyama"]}, "contestants: 'umeyama' does not race"),
+        ({"contestants": [Contestant("gnc", "GNC")]}, "contestants: 'gnc' does not race, for it needs pairs"),
         ({"max_steps": "x"}, "max_steps: expected an integer, got 'x'"),
         ({"progress": 3}, "progress: expected a function, got 3"),
     ],
