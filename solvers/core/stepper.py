@@ -125,10 +125,11 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     >>> begin(METHODS["icp"], problem, max_steps=0).state().reason[0]
     'the cap of 0 steps was reached'
     """
-    state = method.start(problem, method.options() if options is None else options)
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
-    state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
+    with np.errstate(under="ignore"):  # a weight too small for a number is zero, also to who has numpy raise errors
+        state = method.start(problem, method.options() if options is None else options)
+        state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
     rows = np.flatnonzero(state.status == _RUNNING).astype(np.int64)
     return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
 
@@ -166,6 +167,12 @@ def advance(batch: Batch[S]) -> Batch[S]:
     """
     if batch.done:
         return batch
+    with np.errstate(under="ignore"):
+        return _advanced(batch)
+
+
+def _advanced(batch: Batch[S]) -> Batch[S]:
+    """`advance` of a run that goes on."""
     rows = batch.rows
     part = _undo_nonfinite(batch.part, batch.method.step(batch.part))
     steps = batch.steps.copy()

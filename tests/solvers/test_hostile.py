@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import METHODS, Pose, Result, Status, fit_planar, fit_rigid, register
+from solvers.scenes import room
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -109,6 +110,23 @@ def test_a_width_without_a_square_weighs_without_a_warning(method, unit):
     for source in (np.zeros((4, 2)), target):
         result = register(source, target, method)
         check(result.pose, result.status, result.reason, result.objective)
+
+
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        ("fast-robust-icp", {"first": 8.0, "last": 1e-3}),
+        ("soft-annealed", {"last": 1e-12, "shrink": 0.8, "least_support": 0.0}),
+    ],
+)
+def test_a_weight_that_vanishes_is_zero_to_who_has_numpy_raise_errors_too(method, options):
+    scene = room("noise")
+    both = scene.source[::3], scene.target[::3]
+    expected = register(*both, method, **options)
+    with np.errstate(all="raise"):
+        found = register(*both, method, **options)
+    assert found.pose == expected.pose
+
 
 
 @pytest.mark.parametrize("method", [name for name in sorted(METHODS) if not METHODS[name].paired])
