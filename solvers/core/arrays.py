@@ -24,3 +24,11 @@ def leading(index: Any, axes: tuple[int, ...]) -> Any:
     if not isinstance(index, tuple) and index is not Ellipsis:
         return index
     return np.unravel_index(np.arange(np.prod(axes, dtype=np.int64)).reshape(axes)[index], axes)
+
+
+def restored(record: Any, state: dict[str, Any]) -> None:
+    """`__setstate__` of a record: pickle and deepcopy make arrays that can be written to, and it had none."""
+    for name, value in state.items():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        object.__setattr__(record, name, value)

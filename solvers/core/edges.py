@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.arrays import FloatArray, IntArray, restored
 from solvers.core.brief import brief
 from solvers.core.kinds import of_kind, several
 from solvers.core.numbers import array, numbers
@@ -62,6 +62,7 @@ class Edges:
     information: FloatArray
 
     __repr__ = brief
+    __setstate__ = restored
 
     if TYPE_CHECKING:
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from solvers.core.arrays import FloatArray, leading
+from solvers.core.arrays import FloatArray, leading, restored
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, moderate, numbers
 from solvers.core.proper import apart, check, check_rotation, fits, of_one_batch
@@ -71,6 +71,7 @@ class Pose:
     scale: FloatArray | float = 1.0
 
     __array_ufunc__ = None  # `array @ pose` is refused, too
+    __setstate__ = restored
 
     if TYPE_CHECKING:
 
@@ -244,8 +245,7 @@ class Pose:
     def angle(self) -> FloatArray:
         """The rotation angle in radians, shape (...).
 
-        Signed, in [−π, π], in the plane; in [0, π] in space. Both come from atan2 of the sine (skew part) and the
-        cosine (trace), which is accurate at 0 and at π alike.
+        Signed, in [−π, π], in the plane; in [0, π] in space. Both come from atan2, accurate at 0 and at π alike.
 
         Raises
         ------

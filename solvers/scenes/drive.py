@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray, restored
 from solvers.core.brief import brief
 from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
@@ -74,6 +74,7 @@ class Drive:
     delays: FloatArray | None = None
 
     __repr__ = brief
+    __setstate__ = restored
 
     if TYPE_CHECKING:
 

@@ -1,7 +1,12 @@
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
 from solvers import Pose
+from solvers.drives import telecom_loop
+from solvers.posegraph import Edges
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
@@ -323,3 +328,14 @@ def test_the_order_in_memory_of_what_it_is_made_of_changes_no_bit(rng):
     assert all(getattr(two, name).flags.c_contiguous for name in ("R", "t", "scale"))
     points = rng.normal(size=(40, 30, 2))
     np.testing.assert_array_equal(one.apply(points), two.apply(points))
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda record: pickle.loads(pickle.dumps(record))])
+def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(again):
+    """A pose is a key of sets: one that changed would be lost there."""
+    poses = Pose.from_angle([0.1, 0.2], [[0.0, 0.0], [1.0, 0.0]])
+    assert again(poses) == poses
+    assert hash(again(poses)) == hash(poses)
+    edges, drive = again(Edges.between(poses, [0], [1], np.eye(3))), again(telecom_loop())
+    for array in (*vars(again(poses)).values(), edges.i, edges.j, edges.information, edges.relative.t, drive.ranges):
+        assert not array.flags.writeable
