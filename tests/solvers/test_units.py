@@ -152,3 +152,19 @@ def test_junk_is_refused_in_every_unit(unit):
             assert result.status == Status.CONVERGED
             off.append(np.abs(result.pose.apply(unit * source[:60]) - unit * truth.apply(source[:60])).max() / unit)
         assert off[1] < 0.01 * off[0]
+
+
+def test_the_kiss_threshold_is_of_the_origin_and_the_others_of_the_clouds():
+    """Where the origin is kilometres from the scanner no pair is left out, and the run ends where plain `icp`
+    does, which ends at one pose wherever the origin lies."""
+    scene, start = room("outliers", seed=40), room_start(20.0, 0.5)
+    away = Pose(np.eye(2), (5e5, 5e6))
+    far = away.apply(scene.source), away.apply(scene.target)
+    there = away @ start @ away.inverse()
+    poses = {}
+    for method in ("icp", "kiss-threshold-icp"):
+        near = register(scene.source, scene.target, method, start=start).pose
+        poses[method] = near.apply(scene.source), register(*far, method, start=there).pose.apply(far[0]) - away.t
+    assert np.abs(poses["icp"][1] - poses["icp"][0]).max() < 1e-6
+    assert np.abs(poses["kiss-threshold-icp"][1] - poses["icp"][0]).max() < 1e-6
+    assert np.abs(poses["kiss-threshold-icp"][0] - poses["icp"][0]).max() > 0.02

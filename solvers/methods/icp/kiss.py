@@ -45,6 +45,9 @@ from solvers.numerics.fits import lengths
 class KissOptions:
     """Options of `kiss-threshold-icp`.
 
+    The origin of the coordinates counts as the scanner's place. Far from it, as in those of a national grid, the
+    slightest turn is a deviation of kilometres, and every pair is used: subtract the scanner's place first.
+
     Parameters
     ----------
     angle : float, optional
