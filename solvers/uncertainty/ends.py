@@ -122,7 +122,8 @@ def spread_of(
     >>> spread_of(poses, centre=(1.0, 0.0), radius=2.0).whole.words()
     'widest: the slide along (1.00, 0.00), σ = 0.1 u'
     """
-    if len(rigid(poses, "poses").batch) != 1 or poses.batch[0] < 2:
+    poses = rigid(poses, "poses")
+    if len(poses.batch) != 1 or poses.batch[0] < 2:
         raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
     validate.number(radius, "radius", 1e-100, 1e100)
     limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
@@ -98,8 +99,9 @@ def from_scaled(
     free: (..., 3, 3) a column for each free direction, zero for the others; the matrix
     is zero along them.
     """
-    if mean.dim != 2 or np.any(np.abs(np.asarray(mean.scale) - 1.0) > 1e-9):
+    if mean.dim != 2:
         raise ValueError("mean: expected rigid motions of the plane")
+    mean = validate.unscaled(mean, "mean", "expected rigid motions of the plane, of scale 1")
     scaled = np.broadcast_to(0.5 * (scaled + scaled.swapaxes(-1, -2)), (*mean.batch, 3, 3))
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
     unit = np.where(largest > 0.0, largest, 1.0)

@@ -206,7 +206,7 @@ class Covariance:
             World units.
         """
         back = self.mean.inverse()
-        other = of_kind(pose, Pose, "pose")
+        other = validate.unscaled(of_kind(pose, Pose, "pose"), "pose", "a twist leads to a rigid motion, of scale 1")
         apart = other.compose(back) if self.frame == "target" else back.compose(other)
         shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))

@@ -150,6 +150,4 @@ def triples(values: ArrayLike, name: str) -> FloatArray:
 def _rigid(pose: Pose) -> Pose:
     """`pose` when it is a rigid motion of the plane."""
     validate.pose(of_kind(pose, Pose, "pose"), 2, "pose", "a twist is planar")
-    if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
-        raise ValueError("pose.scale: a twist leads to a rigid motion, of scale 1")
-    return pose
+    return validate.unscaled(pose, "pose", "a twist leads to a rigid motion, of scale 1")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
-from solvers.uncertainty import adjoint, exp, log
+from solvers.uncertainty import adjoint, exp, from_matrix, log, spread_of
 
 ANGLE = st.floats(-3.1, 3.1)
 LENGTH = st.floats(-50.0, 50.0)
@@ -72,3 +72,22 @@ def test_what_is_no_twist_and_no_rigid_motion_of_the_plane_is_refused():
         for tell in (log, adjoint):
             with pytest.raises(ValueError, match=f"^{says}"):
                 tell(pose)
+
+
+def test_poses_of_float32_are_rigid_motions_here_as_elsewhere():
+    """Such a matrix has a scale that differs from 1 by rounding, which `register` and pose graphs take for 1."""
+    exact = Pose.from_angle([0.5, 0.52, 0.51], [[1.0, 2.0], [1.1, 2.0], [1.0, 2.1]])
+    rounded = Pose.from_matrix(exact.matrix.astype(np.float32))
+    assert (np.asarray(rounded.scale) != 1.0).any()
+    np.testing.assert_allclose(log(rounded), log(exact), atol=1e-6)
+    np.testing.assert_allclose(adjoint(rounded), adjoint(exact), atol=1e-6)
+    spread = from_matrix(np.diag([0.01, 0.04, 0.01]), rounded[0])
+    assert spread.mean.scale == 1.0
+    np.testing.assert_allclose(spread.along(rounded), spread.along(exact), atol=1e-6)
+    ends = [spread_of(poses, centre=(0.0, 0.0), radius=1.0).whole for poses in (rounded, exact)]
+    np.testing.assert_allclose(ends[0].deviations, ends[1].deviations, atol=1e-6)
+    for doubled in (Pose.from_angle(0.5, scale=2.0), Pose.from_angle(0.5, scale=1.00001)):
+        with pytest.raises(ValueError, match="of scale 1, not"):
+            log(doubled)
+        with pytest.raises(ValueError, match=r"^mean.scale: .*of scale 1, not"):
+            from_matrix(np.eye(3), doubled)
