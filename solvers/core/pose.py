@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike
 from solvers.core.arrays import FloatArray, leading, restored
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, moderate, numbers
-from solvers.core.proper import apart, check, check_rotation, fits, of_one_batch
+from solvers.core.proper import apart, check, fits, of_one_batch, rotation
 from solvers.core.rotations import angle, planar, rotvec, spatial
 
 
@@ -26,7 +26,7 @@ class Pose:
     Parameters
     ----------
     R : array_like of shape (..., d, d)
-        Rotations: orthogonal matrices with det R = +1.
+        Rotations: orthogonal matrices with det R = +1. What six digits or float32 leave to that is put right.
     t : array_like of shape (..., d)
         Translations, in world units.
     scale : array_like of shape (...), default 1.0
@@ -80,7 +80,7 @@ class Pose:
     def __post_init__(self) -> None:
         self._fill(*(numbers(getattr(self, name), name) for name in ("R", "t", "scale")))
         check(self.t, np.asarray(self.scale))
-        check_rotation(self.R)
+        object.__setattr__(self, "R", rotation(self.R))
 
     @classmethod
     def trusted(cls, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> Pose:

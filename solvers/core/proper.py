@@ -10,7 +10,7 @@ from solvers.core.numbers import finite, numbers
 
 ROUNDING = 1e-12
 """How far from 1 a scale may be and still be told as 1."""
-SHEARED = 1e-6
+SHEARED = 2e-6
 """How far R Rᵀ may be from the identity, and the scale of a rigid motion from 1: what is written with six digits still
 passes, and so does float32."""
 
@@ -61,17 +61,33 @@ def check(t: FloatArray, scale: FloatArray) -> None:
         raise ValueError(f"scale: must be positive, but the smallest is {scale.min():.6g}")
 
 
-def check_rotation(R: FloatArray) -> None:
-    """Refuse what is not a rotation."""
+def rotation(R: FloatArray) -> FloatArray:
+    """R without the rounding of few digits, as an array that cannot be written to; what is not a rotation is refused.
+    """
     finite(R, "R")
-    d = R.shape[-1]
-    off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
-    if off > SHEARED:
+    off = _sheared(R)
+    if (off > SHEARED).any():
         raise ValueError(
-            f"R: expected a rotation, but R Rᵀ differs from I by {off:.2g}; Pose.from_matrix takes a scale out"
+            f"R: expected a rotation, but R Rᵀ differs from I by {off.max():.2g}; Pose.from_matrix takes a scale out"
         )
     if np.any(np.linalg.det(R) < 0.0):
         raise ValueError("R: expected a rotation, but one is a reflection")
+    return R if (off <= ROUNDING).all() else _frozen(_straightened(R, off), R.shape)
+
+
+def _sheared(R: FloatArray) -> FloatArray:
+    """How far R Rᵀ is from the identity, (...)."""
+    return np.asarray(np.abs(R @ R.swapaxes(-1, -2) - np.eye(R.shape[-1])).max(axis=(-2, -1), initial=0.0))
+
+
+def _straightened(R: FloatArray, off: FloatArray) -> FloatArray:
+    """R where it is a rotation to rounding, else the nearest one: its transpose would not be its inverse, which in
+    coordinates of a national grid is a matter of metres. Two of Newton's steps leave nothing of 2e-6.
+    """
+    near = R
+    for _ in range(2):
+        near = near @ (1.5 * np.eye(R.shape[-1]) - 0.5 * near.swapaxes(-1, -2) @ near)
+    return np.where((off > ROUNDING)[..., None, None], near, R)
 
 
 def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -101,7 +117,7 @@ def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     near = np.abs(scale - 1.0) < ROUNDING
     scale, unit = np.where(near, 1.0, scale), np.where(near, np.ldexp(1.0, np.where(near, -exponent, 0)), unit)
     R = A / unit[..., None, None]
-    off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
-    if off > SHEARED:
-        raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off:.2g}")
-    return R, M[..., :d, d], scale
+    off = _sheared(R)
+    if (off > SHEARED).any():
+        raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off.max():.2g}")
+    return _straightened(R, off) if (off > ROUNDING).any() else R, M[..., :d, d], scale

@@ -339,3 +339,23 @@ def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(a
     edges, drive = again(Edges.between(poses, [0], [1], np.eye(3))), again(telecom_loop())
     for array in (*vars(again(poses)).values(), edges.i, edges.j, edges.information, edges.relative.t, drive.ranges):
         assert not array.flags.writeable
+
+
+@pytest.mark.parametrize("rounded", [lambda R: R.round(6), lambda R: R.astype(np.float32)])
+def test_a_rotation_of_few_digits_is_taken_and_put_right(rounded):
+    """So that the inverse undoes the pose in coordinates of a national grid, too."""
+    exact = Pose.from_rotvec(np.random.default_rng(4).normal(size=(500, 3)), (5e5, 5e6, 100.0))
+    matrix = exact.matrix
+    matrix[:, :3, :3] = rounded(exact.R)
+    far = np.array([[5e5, 5e6, 100.0]])
+    for pose in (Pose.from_matrix(matrix), Pose(rounded(exact.R), exact.t)):
+        assert np.abs(pose.R - exact.R).max() < 1e-6
+        assert np.abs(pose.R @ pose.R.swapaxes(1, 2) - np.eye(3)).max() < 1e-14
+        assert np.abs(pose.inverse().apply(pose.apply(far)) - far).max() < 1e-7
+        assert not pose.R.flags.writeable
+
+
+def test_a_rotation_without_rounding_stays_as_it_is():
+    exact = Pose.from_rotvec(np.random.default_rng(4).normal(size=(500, 3)))
+    assert np.array_equal(Pose(exact.R, exact.t).R, exact.R)
+    assert np.array_equal(Pose.from_matrix(exact.matrix).R, exact.R)
