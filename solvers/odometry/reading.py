@@ -115,8 +115,8 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
                              f" expected {name}, found {told(column)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
     for at, row in zip(rows[1:], table, strict=True):
-        if not np.isfinite(row).all() or np.abs(row).max() > 1e9:
-            raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9")
+        if not np.isfinite(row).all() or np.abs(row[1:]).max() > 1e9 or abs(row[0]) > 1e12:  # seconds may be since 1970
+            raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9 (the seconds: 1e12)")
         if (row[4:] < 0).any():
             raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0 for no echo")
     _in_order(table[:, 0], rows[1:])

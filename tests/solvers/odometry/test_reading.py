@@ -29,6 +29,11 @@ def test_a_table_is_read() -> None:
     assert np.allclose(drive.points(0), [[0.78, -1.0], [2.78, 0.0]])
 
 
+def test_the_seconds_of_a_table_may_be_since_1970() -> None:
+    drive = read_drive((HEAD + "1795862145.25,0,0,0,100,200,0\n1795862145.75,0.1,0,0,90,190,0\n").encode())
+    assert drive.seconds.tolist() == [0.0, 0.5]
+
+
 def test_a_log_is_read_and_its_poses_become_motions() -> None:
     text = "# made by a robot\nPARAM robot_length 1\n" + laser() + laser(odometry="1 2 1.5707963267948966", time=1.5)
     drive = read_drive((text + laser(odometry="1 3 1.5707963267948966", time=2.0)).encode())
@@ -76,6 +81,8 @@ def test_the_beams_of_a_table_span_the_field_of_view() -> None:
         (GOOD + "11,0,0,0,5\n", "line 4: 5 fields found; expected 7"),
         (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is not a number"),
         (GOOD + "11,0,nan,0,5,5,5\n", "line 4: a number is not finite"),
+        (GOOD + "11,0,1e10,0,5,5,5\n", "line 4: a number is not finite, or larger"),
+        (GOOD + "1795862145250000000,0,0,0,5,5,5\n", r"line 4: .* larger than 1e9 \(the seconds: 1e12\)"),
         (GOOD + "11,0,0,0,5,-5,5\n", "line 4: a range is negative"),
         (GOOD + "# a gap\n10.4,0,0,0,5,5,5\n", r"line 5: its time is 10\.4 s, before the 10\.5 s of line 3"),
         (laser(time=2.0) + "ODOM 1\n" + laser(time=1.5), r"line 3: its time is 1\.5 s, before the 2 s of line 1"),
