@@ -122,8 +122,9 @@ def _recording(file: str, recording: Drive) -> dict[str, Any]:
     echoes = recording.ranges[np.isfinite(recording.ranges)]
     farthest = float(echoes.max(initial=0.0))  # a file in metres, read as centimetres, is known by it
     summary = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
-    print(f"drive     {file}: {n} scans of {k} beams, {summary}")
-    return {"drive": file, "scans": n, "beams": k, "farthest": farthest}
+    view = float(np.degrees(np.ptp(recording.bearings)))  # a file does not say it: it is assumed, or as it was given
+    print(f"drive     {file}: {n} scans of {k} beams over {view:.6g} deg, {summary}")
+    return {"drive": file, "scans": n, "beams": k, "view_degrees": view, "farthest": farthest}
 
 
 def _matched(recording: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:

@@ -146,7 +146,7 @@ def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, caps
     path.write_text(as_csv(telecom_loop()), "utf-8")
     code, included, _ = said(capsys, "telecom-loop")
     assert code == 0
-    assert "225 scans of 361 beams, 11.5 % without echo, the farthest echo at 58.04 m\n" in included
+    assert "225 scans of 361 beams over 180 deg, 11.5 % without echo, the farthest echo at 58.04 m\n" in included
     assert "224 of 224 scans matched" in included
     assert "loops     55 of 55 candidates accepted" in included
     assert "loop gap  0.106 m" in included
