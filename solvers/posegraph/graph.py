@@ -322,7 +322,7 @@ def optimise(
     fixed : int or sequence of int, default 0
         The nodes that stay where they are. Each part of the graph needs one.
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
-        What becomes of large errors (`solvers.posegraph.kernels`). With "cauchy" and "dcs" the start matters.
+        What becomes of large errors (`solvers.posegraph.kernels`). The start matters most with "cauchy" and "dcs".
     robust : array_like of bool, shape (e,), optional
         The edges that the kernel applies to, such as loops; with "none" they are as others. None is all.
     threshold : float, default 2.8
@@ -342,7 +342,8 @@ def optimise(
     Returns
     -------
     GraphResult
-        Poses, the edges' χ² and weights, and how it stopped.
+        Poses at a minimum near the start, which far from it need not be the least; the edges' χ² and weights, and how
+        it stopped.
 
     Raises
     ------

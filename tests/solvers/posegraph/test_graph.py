@@ -77,6 +77,20 @@ def test_a_regular_ring_closes_at_its_closed_form_optimum(n, turn, length):
     np.testing.assert_allclose(result.poses.matrix, chained(ring, Pose.identity()).matrix, atol=1e-6)
 
 
+def test_a_ring_wound_twice_rests_at_another_minimum():
+    """All turns are twice too large and the errors of all edges alike: no step is taken, and χ² tells it."""
+    once, twice = (
+        chained(Pose.from_angle(np.full(11, turn), [[1.0, 0.0]] * 11), Pose.identity())
+        for turn in (np.pi / 6, np.pi / 3)
+    )
+    i = np.arange(12)
+    edges = Edges.between(once, i, (i + 1) % 12, INFORMATION)
+    assert optimise(once, edges).total < 1e-9
+    wound = optimise(twice, edges)
+    assert wound.status == Status.CONVERGED
+    assert wound.total > 100.0 * (3 * 12 - 3 * 11)
+
+
 def test_progress_is_told_after_every_step():
     _, start, edges, _ = noisy_streets()
     told: list[tuple[int, int]] = []
