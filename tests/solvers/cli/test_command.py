@@ -262,6 +262,17 @@ def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
         assert ("pairs     row i of the source with row i of the target\n" in out) is found
 
 
+def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
+    grid = np.array([465_000.0, 5_247_000.0])
+    source, target = (room("clean", seed=40).source, TRUTH.apply(room("clean", seed=40).source))
+    for name, points in (("p.npy", source), ("q.npy", target)):
+        np.save(files / name, points + grid)
+    _, out, _ = said(capsys, files / "p.npy", files / "q.npy", "--method", "kabsch")
+    rows = out.partition("\nmatrix")[2].partition("\nresidual")[0].split()
+    told = np.array(rows, dtype=np.float64).reshape(3, 3)
+    assert np.abs((source + grid) @ told[:2, :2].T + told[:2, 2] - (target + grid)).max() < 1e-6
+
+
 @pytest.mark.parametrize("kind", ["csv", "npy"])
 def test_rows_left_out_do_not_move_the_partners_of_the_others(files, capsys, kind):
     """One row without a number in each file: as many rows are left, but from there on the wrong ones meet."""
