@@ -91,7 +91,7 @@ def register(
         that cloud, k begins again at 1, and a true value ends that run alone.
     **keywords
         The same options one by one: the fields of `METHODS[method].options`.
-        `max_distance` is accepted for `gate`, and for the `cap` of `capped-icp`.
+        `max_distance` is accepted for `gate` and for `cap`.
 
     Returns
     -------
