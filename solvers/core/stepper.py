@@ -26,6 +26,7 @@ from solvers.core.status import Status, mark
 from solvers.core.tree import changed, put, take
 
 T = TypeVar("T")
+_EACH = ("objective", "status", "reason")
 _RUNNING = int(Status.RUNNING)  # numpy takes five times as long to compare with an enum's member
 
 
@@ -128,7 +129,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
     with np.errstate(under="ignore"):  # a weight too small for a number is zero, also to who has numpy raise errors
-        state = method.start(problem, method.options() if options is None else options)
+        state = _sized(method, method.start(problem, method.options() if options is None else options), problem.size)
         state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
     rows = np.flatnonzero(state.status == _RUNNING).astype(np.int64)
     return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
@@ -154,7 +155,8 @@ def advance(batch: Batch[S]) -> Batch[S]:
     ------
     TypeError
         If the method's step has changed the dtype or the trailing shape of a field of
-        its state: a fault of the method.
+        its state, or gives no pose, objective, status and reason per problem: a fault of
+        the method.
 
     Examples
     --------
@@ -174,7 +176,7 @@ def advance(batch: Batch[S]) -> Batch[S]:
 def _advanced(batch: Batch[S]) -> Batch[S]:
     """`advance` of a run that goes on."""
     rows = batch.rows
-    part = _undo_nonfinite(batch.part, batch.method.step(batch.part))
+    part = _undo_nonfinite(batch.part, _sized(batch.method, batch.method.step(batch.part), rows.size))
     steps = batch.steps.copy()
     steps[rows] += 1
     part = _cap(part, steps[rows], batch.max_steps)
@@ -256,6 +258,15 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         if callback is not None and callback(k, batch.state()):
             break
     return batch, History(stacked(poses), np.stack(objective))
+
+
+def _sized(method: Method[S], state: S, count: int) -> S:
+    """The state that a method gave, when it is one of `count` problems."""
+    shapes = (("pose", state.pose.batch), *((name, np.shape(getattr(state, name))) for name in _EACH))
+    for name, shape in shapes:
+        if shape != (count,):
+            raise TypeError(f"method {method.name!r}: {name}: expected shape ({count},), one per problem, got {shape}")
+    return state
 
 
 def _cap(state: S, steps: IntArray, max_steps: int) -> S:

@@ -192,3 +192,20 @@ def test_only_what_still_runs_is_marked():
     assert reason.tolist() == ["no way down", "", ""]
     labels = ["running", "converged", "stalled", "capped", "degenerate", "proved", "finished"]
     assert [s.label for s in Status] == labels
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"objective": 0.0}, r"method 'halving': objective: expected shape \(2,\), one per problem, got \(\)"),
+        ({"pose": Pose.identity()}, r"method 'halving': pose: expected shape \(2,\), one per problem, got \(\)"),
+        ({"status": np.zeros(3, dtype=np.int8)}, r"method 'halving': status: .* got \(3,\)"),
+    ],
+)
+def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, named):
+    with pytest.raises(TypeError, match=named):
+        begin(replace(HALVING, start=lambda problem, options: replace(HALVING.start(problem, options), **change)),
+              problems(1.0, 2.0))  # fmt: skip
+    batch = begin(replace(HALVING, step=lambda state: replace(HALVING.step(state), **change)), problems(1.0, 2.0))
+    with pytest.raises(TypeError, match=named):
+        advance(batch)
