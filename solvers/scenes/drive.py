@@ -44,7 +44,7 @@ class Drive:
         n motions by odometry, or their homogeneous matrices: from the robot's coordinates at a scan to those at the
         scan before, in metres. The first, of a scan with none before, is not used and becomes the identity.
     ranges : array_like of shape (n, k)
-        Metres along each beam, 0 or more; infinite or NaN where no echo came back.
+        Metres along each beam; 0, infinite or NaN where no echo came back.
     bearings : array_like of shape (k,)
         The beams' angles in the laser's coordinates, radians from −2π to 2π, anticlockwise from ahead.
     mount : Pose or array_like of shape (3, 3)
@@ -135,7 +135,8 @@ class Drive:
         if validate.count(k, "k") >= len(self.ranges):
             raise ValueError(f"k: expected a scan from 0 to {len(self.ranges) - 1}, got {k}")
         validate.limit(farthest, "farthest")
-        return np.asarray(np.isfinite(self.ranges[k]) & (self.ranges[k] <= farthest))
+        r = self.ranges[k]
+        return np.asarray(np.isfinite(r) & (r > 0.0) & (r <= farthest))
 
     def points(self, k: int, farthest: float = np.inf) -> FloatArray:
         """The echoes of one scan, in the robot's coordinates, as if all beams were sent at once.

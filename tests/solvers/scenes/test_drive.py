@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
+from solvers.odometry import straightened
 from solvers.scenes.drive import Drive, chained, interlaced, telecom_loop
 from solvers.scenes.drive_packing import packed, unpacked
 from solvers.scenes.simulated_drive import simulated_drive
@@ -54,6 +55,16 @@ def test_a_scan_s_points_lie_at_their_ranges_from_the_laser() -> None:
     echoes = drive.ranges[10][np.isfinite(drive.ranges[10])]
     assert np.allclose(np.linalg.norm(points - drive.mount.t, axis=1), echoes)
     assert len(drive.points(10, 5.0)) == (echoes <= 5.0).sum()
+
+
+@pytest.mark.parametrize("missing", [0.0, np.inf, np.nan])
+def test_a_beam_without_an_echo_is_no_point_at_the_laser(missing: float) -> None:
+    """Many lasers say 0 where nothing came back, as the files that are read do."""
+    ranges = [[2.0, missing, 1.0], [2.0, missing, 1.0]]
+    drive = Drive([0.0, 1.0], Pose.identity(batch=(2,)), ranges, [-0.1, 0.0, 0.1], Pose.identity(), [0.0, 0.01, 0.02])
+    assert drive.heard(0).tolist() == [True, False, True]
+    assert np.linalg.norm(drive.points(0), axis=1) == pytest.approx([2.0, 1.0])
+    assert [len(cloud) for cloud in straightened(drive)] == [2, 2]
 
 
 def test_chained_motions_lead_where_composed_poses_do() -> None:
