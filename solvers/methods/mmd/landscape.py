@@ -61,11 +61,12 @@ class Path:
 
 
 def one_cloud(points: ArrayLike, name: str) -> FloatArray:
-    """A single planar cloud (n, 2), else a ValueError that names it."""
+    """A single planar cloud (n, 2) as a copy, which does not change with the caller's; else a ValueError that names it.
+    """
     p = validate.cloud(points, name, 2)
     if p.ndim != 2:
         raise ValueError(f"{name}: expected one cloud of shape (n, 2), got {p.shape}")
-    return p
+    return np.array(p, order="C")
 
 
 def axis(values: ArrayLike, name: str) -> FloatArray:

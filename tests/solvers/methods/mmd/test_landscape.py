@@ -214,3 +214,14 @@ def test_a_map_has_a_row_of_columns_and_one_of_rows(field, wrong):
 def test_a_path_takes_numbers_that_are_not_negative(field, name, wrong):
     with pytest.raises(ValueError, match=f"^{name}: "):
         FIELDS[field].path([0.0, 0.0], **{name: wrong})
+
+
+def test_a_field_does_not_change_with_the_arrays_that_it_was_made_of(rng):
+    clouds = rng.standard_normal((2, 30, 2))
+    frequencies = rng.standard_normal((8, 2))
+    fields = [capped_field(*clouds, 0.5), mmd_field(*clouds, frequencies)]
+    before = [field.values([0.1, 0.2]) for field in fields]
+    clouds += 1.0
+    clouds[1] *= 2.0
+    frequencies *= 3.0
+    assert [field.values([0.1, 0.2]) for field in fields] == before
