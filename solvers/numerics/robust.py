@@ -212,7 +212,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
 
 def run_loss(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
     """`loss` within a run, unchecked like `run_weights`."""
-    with np.errstate(under="ignore", over="ignore", invalid="ignore"):
+    with np.errstate(under="ignore", over="ignore", invalid="ignore", divide="ignore"):
         if kernel == "none":
             return 0.5 * np.square(distances)
         k = threshold[..., None]
@@ -220,10 +220,12 @@ def run_loss(kernel: str, distances: FloatArray, threshold: FloatArray) -> Float
         if kernel == "huber":
             inner = np.minimum(x, 1.0)
             return np.square(k) * (0.5 * np.square(inner) + (x - inner))
+        # Without a difference from 1, in which a distance far below the threshold would be lost.
         if kernel == "tukey":
-            return np.square(k) / 6.0 * (1.0 - (1.0 - np.square(np.minimum(x, 1.0))) ** 3)
+            y = np.square(np.minimum(x, 1.0))
+            return np.square(k) / 6.0 * (y * (3.0 - y * (3.0 - y)))
         if kernel == "geman-mcclure":
-            return 0.5 * np.square(k) * (1.0 - 1.0 / (1.0 + np.square(x)))
+            return 0.5 * np.square(k) / (1.0 + 1.0 / np.square(x))
         return -np.square(k) * np.expm1(-0.5 * np.square(x))
 
 

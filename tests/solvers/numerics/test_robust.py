@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from solvers import register
 from solvers.numerics import robust
 from solvers.numerics.robust import KERNELS, TUNING
 from solvers.scenes.rooms import ROOM_SETTINGS, room
@@ -43,6 +44,20 @@ def test_weights_fall_from_one_and_losses_rise_from_zero(kernel):
     assert np.all((w >= 0.0) & (w <= 1.0))
 
 
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_threshold_far_above_the_distances_gives_the_plain_squares(kernel):
+    """ρ(r; k) → r²/2 as k grows, to rounding: no digit goes in a difference from 1."""
+    r = np.array([0.0, 1e-3, 0.2, 1.0, 7.0])
+    for k in (1e6, 1e9, 1e14, 1e90):
+        assert np.allclose(robust.loss(kernel, r, k), 0.5 * r**2, rtol=1e-9, atol=0.0)
+    scene = room("clean")
+    plain, wide = (
+        register(scene.source, scene.target, "icp", start=scene.start, weight=name, scale=1e9)
+        for name in ("none", kernel)
+    )
+    assert np.isclose(wide.objective, plain.objective, rtol=1e-9)
+
+
 def test_what_each_kernel_does_far_away():
     """Huber's influence w r is bounded and its loss is not; Tukey's weight is zero beyond k; the others only approach
     it, and the losses of all three are bounded."""
@@ -56,6 +71,8 @@ def test_what_each_kernel_does_far_away():
     assert np.allclose(robust.loss("geman-mcclure", far, 2.0), 2.0, rtol=1e-4)
     for kernel in ROBUST:
         assert robust.weights(kernel, np.array([0.0, np.inf]), 1e-3).tolist() == [1.0, 0.0]
+    for kernel, most in (("tukey", 4.0 / 6.0), ("welsch", 4.0), ("geman-mcclure", 2.0)):
+        assert robust.loss(kernel, np.array([0.0, 1e200, np.inf]), 2.0).tolist() == [0.0, most, most]
 
 
 @pytest.mark.parametrize("kernel", ROBUST)
