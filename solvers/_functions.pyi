@@ -42,7 +42,7 @@ from solvers import verify as verify
 from solvers import walk_scenes as walk_scenes
 from solvers import walkthrough as walkthrough
 from solvers import wall_scenes as wall_scenes
-from solvers.core.arrays import IntArray
+from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.method import Method
 from solvers.core.pose import Pose
 from solvers.core.registry import MethodName
@@ -189,18 +189,20 @@ def gicp(
 
 def ndt(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], *,
-    cells: float | Sequence[float] | None = ..., grids: int = ..., offset: Sequence[float] = ...,
-    max_shift: float | None = ..., max_turn: float = ..., halvings: int = ..., tolerance: float = ...,
-    outliers: float | None = ..., start: Pose | ArrayLike | None = ...,
+    cells: float | Sequence[float] | FloatArray | None = ..., grids: int = ...,
+    offset: Sequence[float] | FloatArray = ..., max_shift: float | None = ..., max_turn: float = ...,
+    halvings: int = ..., tolerance: float = ..., outliers: float | None = ...,
+    start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
     callback: Callback | None = ...,
 ) -> Result: ...
 
 def ndt_d2d(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], *,
-    cells: float | Sequence[float] | None = ..., grids: int = ..., offset: Sequence[float] = ...,
-    max_shift: float | None = ..., max_turn: float = ..., halvings: int = ..., tolerance: float = ...,
-    outliers: float | None = ..., start: Pose | ArrayLike | None = ...,
+    cells: float | Sequence[float] | FloatArray | None = ..., grids: int = ...,
+    offset: Sequence[float] | FloatArray = ..., max_shift: float | None = ..., max_turn: float = ...,
+    halvings: int = ..., tolerance: float = ..., outliers: float | None = ...,
+    start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
     callback: Callback | None = ...,
 ) -> Result: ...
@@ -248,7 +250,7 @@ def gmmreg(
 
 def mmd(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], *,
-    lengths: float | Sequence[float] | None = ..., count: int | Sequence[int] = ...,
+    lengths: float | Sequence[float] | FloatArray | None = ..., count: int | Sequence[int] | IntArray = ...,
     kernel: Literal["gaussian", "laplace", "cauchy"] = ..., redraw: bool = ..., damping: float = ...,
     tolerance: float = ..., coarse: float = ..., decrease: float = ..., start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
@@ -447,9 +449,10 @@ def register(
 def register(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike],
     method: Literal["ndt", "p2d-ndt"], *, options: NdtOptions | None = ...,
-    cells: float | Sequence[float] | None = ..., grids: int = ..., offset: Sequence[float] = ...,
-    max_shift: float | None = ..., max_turn: float = ..., halvings: int = ..., tolerance: float = ...,
-    outliers: float | None = ..., start: Pose | ArrayLike | None = ...,
+    cells: float | Sequence[float] | FloatArray | None = ..., grids: int = ...,
+    offset: Sequence[float] | FloatArray = ..., max_shift: float | None = ..., max_turn: float = ...,
+    halvings: int = ..., tolerance: float = ..., outliers: float | None = ...,
+    start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
     callback: Callback | None = ...,
 ) -> Result: ...
@@ -458,9 +461,10 @@ def register(
 def register(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike],
     method: Literal["ndt-d2d", "d2d-ndt"], *, options: D2dOptions | None = ...,
-    cells: float | Sequence[float] | None = ..., grids: int = ..., offset: Sequence[float] = ...,
-    max_shift: float | None = ..., max_turn: float = ..., halvings: int = ..., tolerance: float = ...,
-    outliers: float | None = ..., start: Pose | ArrayLike | None = ...,
+    cells: float | Sequence[float] | FloatArray | None = ..., grids: int = ...,
+    offset: Sequence[float] | FloatArray = ..., max_shift: float | None = ..., max_turn: float = ...,
+    halvings: int = ..., tolerance: float = ..., outliers: float | None = ...,
+    start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
     callback: Callback | None = ...,
 ) -> Result: ...
@@ -518,8 +522,8 @@ def register(
 @overload
 def register(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], method: Literal["mmd"], *,
-    options: MmdOptions | None = ..., lengths: float | Sequence[float] | None = ...,
-    count: int | Sequence[int] = ..., kernel: Literal["gaussian", "laplace", "cauchy"] = ...,
+    options: MmdOptions | None = ..., lengths: float | Sequence[float] | FloatArray | None = ...,
+    count: int | Sequence[int] | IntArray = ..., kernel: Literal["gaussian", "laplace", "cauchy"] = ...,
     redraw: bool = ..., damping: float = ..., tolerance: float = ..., coarse: float = ...,
     decrease: float = ..., start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,

@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 {modules}
-from solvers.core.arrays import IntArray
+from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.method import Method
 from solvers.core.pose import Pose
 from solvers.core.registry import MethodName

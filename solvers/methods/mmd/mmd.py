@@ -103,8 +103,8 @@ class MmdOptions:
     (64, 2)
     """
 
-    lengths: float | Sequence[float] | None = None
-    count: int | Sequence[int] = 32
+    lengths: float | Sequence[float] | FloatArray | None = None
+    count: int | Sequence[int] | IntArray = 32
     kernel: str = "gaussian"
     redraw: bool = False
     damping: float = 1e-3

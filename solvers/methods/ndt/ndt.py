@@ -99,9 +99,9 @@ class NdtOptions:
     np.int64(1)
     """
 
-    cells: float | Sequence[float] | None = None
+    cells: float | Sequence[float] | FloatArray | None = None
     grids: int = 4
-    offset: Sequence[float] = (0.0, 0.0)
+    offset: Sequence[float] | FloatArray = (0.0, 0.0)
     max_shift: float | None = None
     max_turn: float = 0.2
     halvings: int = 4
@@ -126,7 +126,7 @@ class NdtOptions:
         mixture.check_share(self.outliers)
 
 
-def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
+def sizes(cells: float | Sequence[float] | FloatArray | None) -> tuple[float, ...] | None:
     """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is
     none.
     """
