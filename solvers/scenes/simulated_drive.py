@@ -22,8 +22,8 @@ def simulated_drive(
 ) -> tuple[Drive, Pose]:
     """A drive round a block in a hall, a little more than once, with the truth.
 
-    The laser sees half a circle ahead, up to 12 m. The odometry errs as a share of what was driven and turned, with a
-    constant part of half the slip in the turn, as of a wheel with a wrong radius.
+    The laser sees half a circle ahead, up to 12 m. The odometry errs as a share of what was driven and turned, and for
+    each metre driven it turns a tenth of the slip too far, in radians, as with a wheel of a wrong radius.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def simulated_drive(
     scans : int, default 90
         How many scans, at least 2, over the same path.
     noise : float, default 0.01
-        σ of a range, metres.
+        σ of a range, metres. What it leaves of a range is no echo where that is not above 0.
     slip : float, default 0.03
         σ of the odometry's error, as a share of the motion.
     beams : int, default 181
@@ -82,7 +82,7 @@ def simulated_drive(
         laser = world[k].compose(mount)
         ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) @ laser.R.T
         r = cast(laser.t, ahead, a, b) + sigma * rng.standard_normal(beams)
-        ranges[k] = np.where(r > 12.0, np.inf, r)
+        ranges[k] = np.where((r <= 0.0) | (r > 12.0), np.inf, r)
     went, true_turn = np.linalg.norm(step.t, axis=1), np.asarray(step.angle)
     t = step.t * (1.0 + share * rng.standard_normal((n - 1, 1)))
     turn = true_turn * (1.0 + share * rng.standard_normal(n - 1)) + 0.5 * share * went * 0.2

@@ -91,6 +91,21 @@ def test_a_drive_that_cannot_be_is_refused(name: str, value: float) -> None:
         simulated_drive(**{name: value})  # type: ignore[arg-type]
 
 
+def test_noise_as_large_as_the_ranges_leaves_fewer_echoes() -> None:
+    """A range that it makes negative is no echo, and no argument that the caller never gave is blamed."""
+    quiet, loud = (simulated_drive(scans=4, noise=noise)[0] for noise in (0.0, 3.0))
+    assert (loud.ranges > 0.0).all()
+    assert 0.5 < np.isfinite(loud.ranges).sum() / np.isfinite(quiet.ranges).sum() < 1.0
+
+
+def test_without_other_errors_the_odometry_turns_by_a_tenth_of_the_slip_for_each_metre() -> None:
+    """On average over seeds, as is said of it."""
+    _, truth = simulated_drive(seed=0)
+    step = truth[:-1].inverse().compose(truth[1:])
+    off = [simulated_drive(seed=seed, slip=0.1, beams=3)[0].motion.angle[1:] - step.angle for seed in range(100)]
+    assert np.mean(off) / np.linalg.norm(step.t, axis=1).mean() == pytest.approx(0.1 * 0.1, rel=0.1)
+
+
 def test_a_scan_that_is_not_there_is_refused() -> None:
     drive, _ = simulated_drive(scans=3)
     for tell in (drive.points, drive.heard):
