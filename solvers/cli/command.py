@@ -24,7 +24,7 @@ _NAMED = ", ".join(COMMANDS)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code: 0; 1 if the reader of the output has gone;
+    """Run the command line and return the exit code: 0; 1 if the output cannot be written, or its reader has gone;
     2 if an argument or a file is wrong, or memory runs out; 3 if an answer is not to be trusted.
     """
     argv = list(sys.argv[1:] if arguments is None else arguments)
@@ -36,6 +36,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except BrokenPipeError:  # as `| head` does once it has its lines; what is left goes nowhere, and without a word
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # Of no file: the output itself, as on a full disk.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print(f"{program()}: standard output: {error.strerror or error}", file=sys.stderr)
         return 1
     except ValueError as error:
         print(f"{program()}: {_as_typed(str(error), argv)}", file=sys.stderr)

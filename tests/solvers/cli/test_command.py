@@ -229,6 +229,23 @@ def test_a_reader_that_goes_away_is_no_fault(files):
         assert (done.returncode, done.stderr) == (1, "")
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="only Linux has a disk that is always full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("words", [["a.csv", "b.xyz"], ["methods", "--json"]])
+def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "solvers", *words],
+            cwd=files,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": unbuffered},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
+
+
 def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
     """Control characters, and bytes that are no UTF-8: XML has a place for neither."""
     name = os.fsdecode(b"a\x01\x0b<&\xff\x1b[31m.csv")
