@@ -4,13 +4,14 @@ points each.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import shown
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.scenes.rooms import Scene
@@ -68,7 +69,7 @@ def fish(
     *,
     seed: int = 40,
     noise: float | None = None,
-    clutter: float | tuple[float, float] | None = None,
+    clutter: float | Sequence[float] | FloatArray | None = None,
     smaller: bool = False,
 ) -> Scene:
     """A fish seen twice, each time at 150 places, equally far apart along it.
@@ -85,7 +86,7 @@ def fish(
         What the random numbers are drawn from.
     noise : float, optional
         σ on both clouds, in u. None is the scene's own.
-    clutter : float or tuple of two floats, optional
+    clutter : float or sequence of two floats, optional
         The fraction, 0 to 1, of both clouds or (moving, fixed). None is the scene's
         own.
     smaller : bool, default False
@@ -115,11 +116,12 @@ def fish(
     validate.one_of(name, tuple(FISH_SETTINGS), "name")
     own_noise, own_clutter = FISH_SETTINGS[name]
     sigma = own_noise if noise is None else validate.number(noise, "noise", 0.0)
-    level = own_clutter if clutter is None else clutter
-    fractions = level if isinstance(level, tuple) else (level, level)
+    fractions = validate.one_or_several(own_clutter if clutter is None else clutter, "clutter")
+    if len(fractions) > 2:
+        raise ValueError(f"clutter: expected a fraction, or two of (moving, fixed), got {shown(clutter)}")
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds, masks = [], []
-    for fraction, phase in zip(fractions, (0.5, 0.0), strict=True):
+    for fraction, phase in zip((fractions[0], fractions[-1]), (0.5, 0.0), strict=True):
         share = validate.number(fraction, "clutter", 0.0, 1.0)
         unit, order = rng.standard_normal((POINTS, 2)), rng.permutation(POINTS)
         elsewhere = rng.uniform(-0.5 * SIDE, 0.5 * SIDE, (POINTS, 2))

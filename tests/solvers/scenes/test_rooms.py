@@ -3,7 +3,7 @@ import pytest
 
 from solvers import Pose, fit_rigid
 from solvers.scenes.bird import bird_start
-from solvers.scenes.fish import fish_start
+from solvers.scenes.fish import fish, fish_start
 from solvers.scenes.hall_3d import hall
 from solvers.scenes.rooms import BIRD, KABSCH_SCENES, ROOM, ROOM_SETTINGS, kabsch_scene, room, room_start
 
@@ -172,6 +172,9 @@ def test_the_room_starts_at_45_degrees():
         (lambda: hall(floor=-1), "^floor: must be at least 0"),
         (lambda: hall(floor=2.5), "^floor: expected an integer"),
         (lambda: hall(seed=-1), "^seed: must be at least 0"),
+        (lambda: fish(clutter=(0.1, 0.2, 0.3)), r"^clutter: .* two of \(moving, fixed\), got \(0\.1,"),
+        (lambda: fish(clutter=()), "^clutter: expected a number or several, got none"),
+        (lambda: fish(clutter=(0.1, 1.2)), "^clutter: expected a finite number from 0 to 1"),
         (lambda: fish_start(shift=(1.0, float("nan"))), "^shift: 1 of 2 numbers is not finite"),
         (lambda: fish_start(shift=(1.0, 2.0, 3.0)), "^shift: expected two numbers"),
     ],
@@ -189,6 +192,12 @@ def test_a_start_that_cannot_be_is_refused_by_name(start, wrong):
     if start is not fish_start:
         with pytest.raises(ValueError, match=r"^distance: expected a"):
             start(distance=wrong)
+
+
+@pytest.mark.parametrize("kind", [tuple, list, np.array])
+def test_the_fish_has_its_clutter_by_cloud(kind):
+    scene = fish(clutter=kind([0.1, 0.4]))
+    assert (scene.source_outlier.mean(), scene.target_outlier.mean()) == pytest.approx((0.1, 0.4))
 
 
 def test_a_scene_cannot_be_changed():
