@@ -87,6 +87,10 @@ def begin_walk(
     method, options = FOUR[validate.one_of(name, FOUR, "name")]
     if name == "flow":
         options = replace(options, project=project)
+    if len(scenes) != len(starts) or not len(scenes):
+        raise ValueError(f"starts: expected one for each scene, and a scene, got {len(starts)} for {len(scenes)}")
+    if len({(len(scene.source), len(scene.target)) for scene in scenes}) > 1:
+        raise ValueError("scenes: expected equally many points in each")
     thin = slice(None, None, EVERY if name == "flow" else 1)
     source = np.stack([start.apply(scene.source)[thin] for scene, start in zip(scenes, starts, strict=True)])
     target = np.stack([scene.target[thin] for scene in scenes])
