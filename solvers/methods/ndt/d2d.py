@@ -35,7 +35,8 @@ class D2dOptions(NdtOptions):
         Of the target, 1 or 4; the source has one.
     offset : sequence of two floats, default (0.0, 0.0)
         Where a corner of the target's first grid lies, world units; the source's has a
-        corner at its own origin.
+        corner at its own origin. Shifted, either cloud may end at another pose, but for the
+        target with `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2

@@ -25,6 +25,25 @@ def test_a_grid_that_begins_at_the_target_moves_with_it(method):
     assert np.ptp(ends["origin"], axis=0).max() > 1e-2
 
 
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
+def test_a_scene_that_is_elsewhere_as_a_whole_needs_the_source_s_grid_to_move_as_well(method):
+    """Both clouds shifted, the target's grid at its corner: enough for points, not for a source that is cut into cells;
+    its corner at its own origin is."""
+    scene, start = room("clean"), room_start(20.0, 0.8)
+    ends, cornered = [], []
+    for shift in ((0.0, 0.0), (0.3, 0.18), (64.0, -32.0)):
+        there = Pose.from_angle(0.0, shift)
+        source, target, moved = scene.source + shift, scene.target + shift, there @ start @ there.inverse()
+        offset, corner = target.min(axis=0), Pose.from_angle(0.0, source.min(axis=0))
+        whole = register(source, target, method, start=moved, offset=offset).pose
+        own = register(source - corner.t, target, method, start=moved @ corner, offset=offset).pose @ corner.inverse()
+        for found, pose in ((ends, whole), (cornered, own)):
+            back = there.inverse() @ pose @ there
+            found.append(np.append(back.t, back.angle))
+    assert np.ptp(cornered, axis=0).max() < 1e-6
+    assert (np.ptp(ends, axis=0).max() < 1e-6) == (method == "ndt")
+
+
 @pytest.mark.parametrize("size", [-1, 0.0, np.nan, np.array([1.0, -1.0])])
 def test_a_cell_has_a_positive_side(size):
     clouds = np.stack([room("clean").target] * 2)
