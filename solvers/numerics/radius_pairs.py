@@ -271,16 +271,17 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
     b, m, _ = problem.source.shape
     size = typical_radius(problem.target)
     first, last = _lengths(options.first, 0.3, size), _lengths(options.last, 0.03, size)
+    last = np.minimum(last, first) if options.last is None else last
     return {
         "problem": problem,
         "options": options,
         "radius": rms_radius(problem.source),
-        "last": np.minimum(last, first) if options.last is None else last,
+        "last": last,
         "pose": Pose.trusted(problem.start.R, problem.start.t),
         "objective": np.zeros(b),
         "status": statuses((b,)),
         "reason": reasons((b,)),
-        "sigma": first,
+        "sigma": np.maximum(first, last),  # an end above the usual first is where it begins as well
         "soft": problem.source,
         "support": np.zeros((b, m)),
         "used": np.zeros((b, m), dtype=np.bool_),

@@ -7,7 +7,7 @@ import pytest
 
 from solvers import METHODS
 from solvers.race import Controls, race_problem
-from solvers.stepper import begin
+from solvers.stepper import begin, run
 
 SCHEDULES = {
     "gmmreg": ("sigma", {}),
@@ -29,3 +29,16 @@ def test_a_width_begins_where_it_is_told_to(method: str, first: float) -> None:
     state = begin(chosen, problem, chosen.options(first=first, **more)).state()
     assert getattr(state, width)[0] == pytest.approx(first, rel=1e-12)
     assert np.all(state.last <= state.last.dtype.type(first) * (1.0 + 1e-12))
+
+
+@pytest.mark.parametrize("last", [0.3, 9.0])
+@pytest.mark.parametrize("method", SCHEDULES)
+def test_a_width_ends_where_it_is_told_to(method: str, last: float) -> None:
+    """Also above where it would begin by default: then it begins there, too."""
+    width, more = SCHEDULES[method]
+    problem, _ = race_problem(Controls(), seeds=[40])
+    chosen = METHODS[method]
+    batch = begin(chosen, problem, chosen.options(last=last, **more), max_steps=200)
+    assert getattr(batch.state(), width)[0] >= last
+    state = run(batch)[0].state()
+    assert getattr(state, width)[0] == pytest.approx(last, rel=1e-12)
