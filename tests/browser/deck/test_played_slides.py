@@ -1,0 +1,44 @@
+"""A slide whose figure was run: its words, its captions and its legend fit the screen as they did before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.deck.test_slides import opened
+from tests.browser.figure import Figure
+from tests.browser.layout import CUT, MISFITS, remaining
+
+# Captions wider than the panels that they belong to.
+WIDE_CAPTIONS = """() => [...document.querySelectorAll('.slide .panel-caption > *')].filter(e =>
+  e.checkVisibility() && e.getBoundingClientRect().right > e.closest('.figure-panel').getBoundingClientRect().right + 1)
+  .map(e => `wider than its panel: ${e.textContent}`)"""
+# Words of the legend that lie on a picture.
+COVERED = """() => [...document.querySelectorAll('.slide .legend')].flatMap(legend =>
+  [...legend.closest('.slide').querySelectorAll('.figure-panel:not([hidden])')].filter(panel =>
+    panel.getBoundingClientRect().bottom > legend.getBoundingClientRect().top + 1)
+  .map(panel => `${legend.closest('.slide').id}: the legend lies on ${panel.dataset.panel}`))"""
+
+
+@pytest.mark.parametrize(
+    ("deck", "figure"), [("four", "fig-four"), ("mmd", "fig-waves"), ("race", "fig-race"), ("search", "fig-everywhere")]
+)
+def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, figure: str) -> None:
+    """The longest status, the longest captions, and all that the legend names then."""
+    page = opened(reader, f"slides-{deck}.html")
+    run = Figure(page, figure).live()
+    if "finish" not in run.frame()["disabled"]:
+        run.button("finish").click()
+        run.settled()
+    assert "finish" in run.frame()["disabled"]
+    for width, height in [(1280, 720), (1024, 768), (1920, 1080)]:
+        page.set_viewport_size({"width": width, "height": height})
+        assert remaining(page, MISFITS, CUT, WIDE_CAPTIONS, COVERED) == [], (width, height)
+
+
+def test_charts_beside_two_maps_share_a_row(reader: Callable[..., Reader]) -> None:
+    """On a tablet too; in two rows they pushed the legend under the bar."""
+    page = opened(reader, "slides-ndt-climb.html", 1024, 768)
+    assert remaining(page, MISFITS, CUT, COVERED) == []
