@@ -60,3 +60,21 @@ def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
     (place,) = (each for each in solve.frame()["handles"] if each["name"] == "source")
     assert abs(middle["x"] + middle["width"] / 2 - box["x"] - place["left"] / 100 * box["width"]) < 0.5
     assert abs(middle["y"] + middle["height"] / 2 - box["y"] - place["top"] / 100 * box["height"]) < 0.5
+
+
+def test_marks_on_a_field_have_an_edge(reader: Callable[..., Reader]) -> None:
+    """Those in the group that is drawn out as well, and those of earlier clicks; orange on light purple is weak."""
+    terrain = Figure(reader(color_scheme="dark", reduced_motion="reduce").open("landscape.html"), "fig-mmd").live()
+    area = terrain.root.locator('[data-panel="map"] > svg').bounding_box()
+    assert area
+    for part in (0.3, 0.6):
+        before = terrain.readout("reached")
+        terrain.page.mouse.click(area["x"] + part * area["width"], area["y"] + part * area["height"])
+        terrain.changes("reached", before)
+    before = terrain.readout("reached")
+    terrain.button("sow").click()
+    terrain.changes("reached", before)
+    marks = terrain.root.locator('[data-panel="map"] > svg').locator("path.source, .shape.truth").all()
+    assert len(marks) > 50
+    for mark in marks:
+        assert mark.evaluate("e => [e, e.parentElement].some(each => getComputedStyle(each).filter !== 'none')")
