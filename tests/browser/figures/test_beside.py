@@ -1,0 +1,41 @@
+"""What stands beside a figure's picture: beneath it on a tablet, a chart is no larger than its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.layout import remaining
+
+LARGE = """() => [...document.querySelectorAll('.figure-charts > .figure-panel')].filter(e => {
+  const main = e.closest('.figure-body').querySelector('.figure-stage > .figure-panel').getBoundingClientRect();
+  const {width, height} = e.getBoundingClientRect();
+  return width > Math.max(0.7 * main.width, 360) || height > main.height + 24;
+}).map(e => `${e.closest('figure').id}: ${e.dataset.panel}`)"""
+# Words of a drawing that lie on others.
+COLLIDING = """() => [...document.querySelectorAll('svg.plot')].flatMap(svg => {
+  const words = [...svg.querySelectorAll('text')].filter(e => e.checkVisibility() && e.getBoundingClientRect().width)
+    .map(e => [e.textContent, e.getBoundingClientRect()]);
+  return words.flatMap(([one, a], i) => words.slice(i + 1).filter(([, b]) =>
+    Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 0.5 * a.height)
+    .map(([other]) => `${svg.closest('figure').id}: ${one} lies on ${other}`));
+})"""
+
+
+@pytest.mark.parametrize("page", ["landscape.html", "ndt-map.html", "reading.html", "ransac.html"])
+def test_a_chart_is_no_larger_than_its_picture(reader: Callable[..., Reader], page: str) -> None:
+    opened = reader(768, 1024, reduced_motion="reduce").open(page)
+    assert opened.locator(".figure-charts > .figure-panel").count()
+    assert remaining(opened, LARGE) == []
+
+
+@pytest.mark.parametrize("width", [390, 768, 1024])
+def test_words_over_a_chart_do_not_meet(reader: Callable[..., Reader], width: int) -> None:
+    """With *More* open: what the benchmark's strips show, and what their bars and dashes are."""
+    page = reader(width, 900, reduced_motion="reduce").open("race.html")
+    page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
+    assert page.locator("svg.plot text", has_text="bar: median").count()
+    assert remaining(page, COLLIDING) == []
