@@ -287,8 +287,8 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         return Readout(name, label, later(str(count)), f"of {n}" if n else "", role)
 
     return (
-        counted("hessian", "Hessian: truth in its region", stats.held[0], "accent"),
-        counted("censi", "Censi: truth in its region", stats.held[1], "inlier"),
+        counted("hessian", "Hessian: truth in region", stats.held[0], "accent"),
+        counted("censi", "Censi: truth in region", stats.held[1], "inlier"),
         Readout("widest", "Ends: largest σ of the position", later(number(stats.widest, 3)), unit, "source"),
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
         Readout("claimed", "Hessian: largest σ of the position", stats.claimed[0], "u", "accent"),

@@ -176,8 +176,9 @@ def _note(state: State) -> str:
     if state.steps == 0:
         return ""
     if state.done:
-        ends = ", ".join(f"{NAMES[name]} at step {run.steps}" for name, run in state.runs.items())
-        return f"All have stopped: {ends}. A stop says nothing about the truth."
+        point, plane, gicp = (state.runs[name].steps for name in NAMES)
+        ends = f"{point} (point), {plane} (plane) and {gicp} (GICP)"
+        return f"Stopped at steps {ends}. A stop says nothing about the truth."
     near = [NAMES[name] for name, run in state.runs.items() if run.course[-1].point < ARRIVED]
     return f"Step {state.steps}. Within {number(ARRIVED, 1)} u of the truth: {', '.join(near) or 'none'}."
 

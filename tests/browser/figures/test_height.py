@@ -11,7 +11,7 @@ from tests.browser.figure import Figure
 
 pytestmark = pytest.mark.browser
 
-SIZES = [(1280, 1000), (390, 844)]
+SIZES = [(1280, 1000), (1024, 768), (390, 844)]
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -20,6 +20,8 @@ SIZES = [(1280, 1000), (390, 844)]
     [
         ("four.html", "fig-four", ("stage-2", "finish"), {}),
         ("uncertainty.html", "fig-room", ("more", "finish"), {}),
+        ("uncertainty.html", "fig-hall", ("finish",), {}),
+        ("surfaces.html", "fig-three", ("finish",), {}),
         ("soft.html", "fig-soft", ("step", "finish"), {"method": "gmmreg"}),
     ],
 )
