@@ -32,7 +32,7 @@ def simulated_drive(
     scans : int, default 90
         How many scans, at least 2, over the same path.
     noise : float, default 0.01
-        σ of a range, metres. What it leaves of a range is no echo where that is not above 0.
+        σ of a range, metres. A range that it brings to 0 or below has no echo.
     slip : float, default 0.03
         σ of the odometry's error, as a share of the motion.
     beams : int, default 181

@@ -9,8 +9,8 @@ the surface and the smaller `normal` across it, `Σ = tangent (I − n nᵀ) + n
 with n from the point's neighbourhood; a point without a normal gets `tangent I`: as
 wide in every direction as a surface is along itself. These are a model of what a
 point's partner may be, not a measured uncertainty, and a bad normal does not widen
-them. A source point of weight 0 is in no pair, yet a neighbour of others: what is no
-surface is better left out of the cloud.
+them. A source point of weight 0 is in no pair, yet a neighbour of others: points off
+any surface are better left out of the cloud.
 
 The precision is frozen within one Gauss-Newton step and evaluated anew after it. Two
 limits hold exactly, and are tests: equal isotropic covariances give point to point's
