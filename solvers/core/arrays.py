@@ -27,7 +27,7 @@ def leading(index: Any, axes: tuple[int, ...]) -> Any:
 
 
 def restored(record: Any, state: dict[str, Any]) -> None:
-    """`__setstate__` of a record: pickle and deepcopy make arrays that can be written to, and it had none."""
+    """`__setstate__` of a record with read-only arrays: pickle and deepcopy bring them back writable."""
     for name, value in state.items():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False

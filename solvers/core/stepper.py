@@ -128,7 +128,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     """
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
-    with np.errstate(under="ignore"):  # a weight too small for a number is zero, also to who has numpy raise errors
+    with np.errstate(under="ignore"):  # a weight too small for a number is zero, even if the caller has numpy raise
         state = _sized(method, method.start(problem, method.options() if options is None else options), problem.size)
         state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
     rows = np.flatnonzero(state.status == _RUNNING).astype(np.int64)

@@ -110,7 +110,7 @@ def judged(
     pose, predicted = stages[-1].pose, stages[0].pose
     measures = _seen(scene, stages[-1])
     share, rms, weakest = float(measures.share), float(measures.rms), float(measures.weakest)
-    some = share > 0.0  # what nothing is explained by has no residual, and holds nothing
+    some = share > 0.0  # where nothing is explained there is no residual, and nothing to hold the pose
     apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
     share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))

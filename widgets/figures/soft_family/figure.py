@@ -260,7 +260,7 @@ _WHO = {
 }
 
 
-def _counted(steps: int) -> str:
+def _step_count(steps: int) -> str:
     return f"{steps} step{'' if steps == 1 else 's'}"
 
 
@@ -271,7 +271,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
         f"{METHODS[c.method]}: {len(scene.source)} moving and {len(scene.target)} fixed points on the outline of a"
         f" bird, with noise of σ = {number(c.noise)} u and {number(c.junk, 0)} clutter points in each cloud.",
         f"{_WHO[linkage.side]}, with a width of {number(last.sigma, 3)} u.",
-        f"After {_counted(run.steps)} the moving bird is centred at ({number(x, 1)},"
+        f"After {_step_count(run.steps)} the moving bird is centred at ({number(x, 1)},"
         f" {number(y, 1)}) u, turned by {degrees(heading)}° and scaled by {number(last.scale, 3)}:"
         f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
     ]
@@ -287,7 +287,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
         "within a stage": "The objective cannot rise while σ stays fixed; a new σ makes it another function.",
         "none": "Nothing prevents the objective from rising here.",
     }
-    words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {_counted(run.steps)}.")
+    words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {_step_count(run.steps)}.")
     if run.done:
         words.append(f"The run has stopped: {run.stop}.")
     return " ".join(words)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from solvers import METHODS
 from solvers.race import Controls, race_problem
-from solvers.stepper import begin, run
+from solvers.stepper import Batch, begin, run
 
 SCHEDULES = {
     "gmmreg": ("sigma", {}),
@@ -19,15 +21,19 @@ SCHEDULES = {
 }
 
 
+def batch_of(method: str, **width: float) -> Batch[Any]:
+    """A run of the race's first scene, at its beginning."""
+    problem, _ = race_problem(Controls(), seeds=[40])
+    solver = METHODS[method]
+    return begin(solver, problem, solver.options(**width, **SCHEDULES[method][1]), max_steps=200)
+
+
 @pytest.mark.parametrize("first", [0.02, 0.5])
 @pytest.mark.parametrize("method", SCHEDULES)
 def test_a_width_begins_where_it_is_told_to(method: str, first: float) -> None:
     """Also below where it would end by default: then it ends there, too."""
-    width, more = SCHEDULES[method]
-    problem, _ = race_problem(Controls(), seeds=[40])
-    chosen = METHODS[method]
-    state = begin(chosen, problem, chosen.options(first=first, **more)).state()
-    assert getattr(state, width)[0] == pytest.approx(first, rel=1e-12)
+    state = batch_of(method, first=first).state()
+    assert getattr(state, SCHEDULES[method][0])[0] == pytest.approx(first, rel=1e-12)
     assert np.all(state.last <= state.last.dtype.type(first) * (1.0 + 1e-12))
 
 
@@ -35,10 +41,6 @@ def test_a_width_begins_where_it_is_told_to(method: str, first: float) -> None:
 @pytest.mark.parametrize("method", SCHEDULES)
 def test_a_width_ends_where_it_is_told_to(method: str, last: float) -> None:
     """Also above where it would begin by default: then it begins there, too."""
-    width, more = SCHEDULES[method]
-    problem, _ = race_problem(Controls(), seeds=[40])
-    chosen = METHODS[method]
-    batch = begin(chosen, problem, chosen.options(last=last, **more), max_steps=200)
+    batch, width = batch_of(method, last=last), SCHEDULES[method][0]
     assert getattr(batch.state(), width)[0] >= last
-    state = run(batch)[0].state()
-    assert getattr(state, width)[0] == pytest.approx(last, rel=1e-12)
+    assert getattr(run(batch)[0].state(), width)[0] == pytest.approx(last, rel=1e-12)
