@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from solvers.core import validate
+from solvers.core.amounts import amount
 from solvers.core.arrays import AnyArray
 from solvers.io import clouds
 from solvers.io.clouds import CloudText
@@ -95,5 +96,6 @@ def _cloud(data: bytes, what: str) -> CloudText:
     if left == len(points):
         raise ValueError(f"{what} contains no points")
     cloud = CloudText(validate.cloud(points[whole], "points"), what)
-    rows = "row" if left == 1 else "rows"
-    return replace(cloud, notices=(f"{left} {rows} with NaN or infinity left out",), gaps=left) if left else cloud
+    if not left:
+        return cloud
+    return replace(cloud, notices=(f"{amount(left, 'row')} with NaN or infinity left out",), gaps=left)

@@ -8,6 +8,7 @@ from typing import Any
 
 from solvers.cli.common import Bar, Help, printed, program, whole
 from solvers.core import validate
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import Line, benchmark, table
 from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants, racing
@@ -61,8 +62,7 @@ def race(arguments: Sequence[str]) -> int:
             tables.append({"setting": name, "degrees": degrees, "distance": args.distance, "seeds": args.seeds})
             tables[-1]["methods"] = [_told(line) for line in lines]
             continue
-        of = "1 seed" if args.seeds == 1 else f"{args.seeds} seeds"
-        print(f"{name}, start {degrees:g}° and {args.distance:g} u, {of}")
+        print(f"{name}, start {degrees:g}° and {args.distance:g} u, {amount(args.seeds, 'seed')}")
         print(table(lines) + "\n", flush=True)
     if args.json:
         printed(tables)

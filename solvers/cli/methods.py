@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields
+from math import inf
 from typing import Any
 
 from solvers import METHODS
@@ -30,7 +31,10 @@ def methods(arguments: Sequence[str]) -> int:
     args = parser().parse_args(arguments)
     names = [method_of(name, "METHOD").name for name in args.names] or list(METHODS)
     if args.json:
-        printed([told(name) for name in names])
+        described = [told(name) for name in names]
+        for about in described:  # JSON has no infinity, and null stands for None
+            about["options"] = {option: "inf" if x == inf else x for option, x in about["options"].items()}
+        printed(described)
         return 0
     for name in names:
         about = told(name)

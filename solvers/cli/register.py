@@ -18,6 +18,7 @@ from solvers.cli import arrays
 from solvers.cli.common import DRAWN, UNTRUSTED, Bar, Help, able_to_write, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
+from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 from solvers.core.method import Method
 from solvers.core.registry import method_of
@@ -85,7 +86,7 @@ def _opened(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[
     thin = "" if len(sample) == len(points) else f", thinned to {len(sample)}"
     notices = "".join(f"; {notice}" for notice in cloud.notices)
     n, d = cloud.points.shape
-    return sample, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {cloud.format}{notices}"
+    return sample, f"{path}: {amount(n, 'point')} in {d}-D{thin}, {cloud.format}{notices}"
 
 
 def _bytes(path: Path) -> bytes:
@@ -213,8 +214,7 @@ def _lines(report: dict[str, Any], result: Result) -> str:
     if result.gap is not None:
         lines.append(f"proof     objective {result.objective:.6g}, no pose searched has one below {result.lower:.6g}")
     reason = f": {result.reason}" if result.reason else ""
-    steps = f"{result.steps} step{'' if result.steps == 1 else 's'}"
-    return "\n".join([*lines, f"status    {report['status']} after {steps}{reason}"])
+    return "\n".join([*lines, f"status    {report['status']} after {amount(int(result.steps), 'step')}{reason}"])
 
 
 def register_files(arguments: Sequence[str]) -> int:

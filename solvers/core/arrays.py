@@ -29,6 +29,7 @@ def leading(index: Any, axes: tuple[int, ...]) -> Any:
 def restored(record: Any, state: dict[str, Any]) -> None:
     """`__setstate__` of a record with read-only arrays: pickle and deepcopy bring them back writable."""
     for name, value in state.items():
-        if isinstance(value, np.ndarray):
-            value.flags.writeable = False
+        for array in value if isinstance(value, tuple) else (value,):
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
         object.__setattr__(record, name, value)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 from solvers.core.validate import LARGEST
 from solvers.io import pcd, ply
@@ -101,7 +102,7 @@ def read(data: bytes) -> CloudText:
     finite = np.isfinite(points).all(axis=1)
     dropped = int(np.count_nonzero(~finite))
     if dropped:
-        notices.append(f"{dropped} row{'s' if dropped > 1 else ''} with NaN or infinity left out")
+        notices.append(f"{amount(dropped, 'row')} with NaN or infinity left out")
         points = points[finite]
     if not len(points):
         raise ValueError("no point is left; expected at least one row of finite numbers")

@@ -10,6 +10,7 @@ from itertools import islice
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 
 BLOCK = 20_000  # lines at a time: what is being taken apart is many times as large as the numbers in it
@@ -187,8 +188,7 @@ def _wrong(
     for k, part in zip(block, parts, strict=True):
         if len(part) != width:
             by = SEPARATORS[separator]
-            fields = "1 field" if len(part) == 1 else f"{len(part)} fields"
-            return f"line {k + 1}: {fields} found; expected {width}, separated by {by}"
+            return f"line {k + 1}: {amount(len(part), 'field')} found; expected {width}, separated by {by}"
         for c in columns:
             if not is_number(part[c]):
                 return f"line {k + 1}: {told(part[c])} is not a number; {_hint(part[c])}"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray, restored
 from solvers.core.brief import brief
 from solvers.core.pose import Pose
 
@@ -67,6 +67,7 @@ class Scene:
     paired: bool = field(default=False)
 
     __repr__ = brief
+    __setstate__ = restored
 
     def __post_init__(self) -> None:
         for a in (self.source, self.target, self.source_outlier, self.target_outlier, *self.outline):

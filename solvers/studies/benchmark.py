@@ -203,7 +203,7 @@ def benchmark(
     ]
     for one in who:
         if one.method in METHODS and METHODS[one.method].paired:
-            raise ValueError(f"contestants: {one.method!r} does not race, for it needs pairs, and the race has none")
+            raise ValueError(f"contestants: {one.method!r} does not race, because it needs pairs and the race has none")
     validate.count(max_steps, "max_steps")
     function(progress, "progress")
     problem, truth = race_problem(or_usual(controls, Controls, "controls"), seeds)

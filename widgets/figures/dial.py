@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers import Pose, Status
+from solvers.core.amounts import amount
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import (
@@ -255,11 +256,11 @@ def _description(state: State, count: int | None, some: int | None) -> str:
         f" {degrees(state.heading)}° from the truth."
     ]
     if count is not None:
-        words.append(f"The ring has {count} {'valley' if count == 1 else 'valleys'}.")
+        words.append(f"The ring has {amount(count, 'valley')}.")
     if course:
         steps = len(course.headings) - 1
         words.append(
-            f"The run {ENDS[course.status]} after {steps} step{'' if steps == 1 else 's'},"
+            f"The run {ENDS[course.status]} after {amount(steps, 'step')},"
             f" {number(course.rotation, 1)}° and {number(course.translation)} u from the truth."
         )
     if some is not None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS, Pose, Status
+from solvers.core.amounts import amount
 from solvers.core.method import Problem
 from solvers.core.stepper import Batch, advance, begin
 from solvers.methods.mmd.mmd import MmdState
@@ -253,7 +254,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f" {SETTINGS[c.scene].lower()}, with noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers;"
         f" the target sees {number(c.overlap, 0)} % of the room, the source is sampled {number(c.density, 1)} times as"
         " densely as usual.",
-        f"After {steps} step{'' if steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its origin"
+        f"After {amount(steps, 'step')} the source is turned by {degrees(heading)}°, with its origin"
         f" at ({number(x)}, {number(y)}) u.",
         f"Thin lines are the crests of wave {stats.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
         f" each point is at its phase, and the two means are {apart} apart.",

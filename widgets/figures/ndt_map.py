@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.geometry.spectral import symmetric_eigen
 from solvers.methods.ndt.ndt_map import FLOOR, LEAST_POINTS, TOO_FEW, NdtMap, build, floored
 from solvers.methods.ndt.score import score_map
@@ -234,20 +235,15 @@ def _note(state: State) -> str:
     return ""
 
 
-def _many(count: int, thing: str) -> str:
-    """A count with its noun in the singular or the plural."""
-    return f"{count} {thing}" + "s" * (count != 1)
-
-
 def _description(state: State) -> str:
     c, cell = state.controls, _chosen(state)
     kept, discarded, covered = _counts(state)
-    count = _many(int(cell.count), "point")
+    count = amount(int(cell.count), "point")
     words = (
         f"A scan of {len(state.points)} points along the walls of a room with a notch and a pillar, with noise of σ ="
         f" {number(c.noise)} u, lies under a grid of {number(c.size)} u cells shifted by ({number(c.nudge_x)},"
         f" {number(c.nudge_y)}) u. Cells that keep a Gaussian, drawn as an ellipse of two standard deviations: {kept}."
-        f" Cells that hold points and are discarded: {discarded}. So {_many(covered, 'point')} of the scan count."
+        f" Cells that hold points and are discarded: {discarded}. So {amount(covered, 'point')} of the scan count."
     )
     if cell.status == "empty":
         return words + " The chosen cell is empty."

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose, Status
+from solvers.core.amounts import amount
 from solvers.methods.ndt.ndt_map import NdtMap, build, floored
 from solvers.methods.ndt.score import evaluate, score_map
 from solvers.methods.ndt.translation import Climb, climb
@@ -222,8 +223,8 @@ def _note(state: State, stats: _Numbers) -> str:
         return ""
     off = "" if len(_on_map(state.path.places[-1:])) else "off the map, "
     where = f"{off}{number(stats.away, 2)} u from the truth"
-    tries = f"{stats.rejected} {'try' if stats.rejected == 1 else 'tries'} rejected"
-    return f"{stats.steps} step{'' if stats.steps == 1 else 's'}, {tries}; it {ENDS[state.path.status]}, {where}."
+    tries = f"{amount(stats.rejected, 'try', 'tries')} rejected"
+    return f"{amount(stats.steps, 'step')}, {tries}; it {ENDS[state.path.status]}, {where}."
 
 
 def _description(state: State, stats: _Numbers) -> str:
@@ -232,8 +233,8 @@ def _description(state: State, stats: _Numbers) -> str:
     p, q = stats.best.tolist()
     grids = "one grid" if c.grids == "one" else "four grids"
     course = (
-        f"took {stats.steps} step{'' if stats.steps == 1 else 's'}, rejected {stats.rejected}"
-        f" {'try' if stats.rejected == 1 else 'tries'} and {ENDS[path.status]}, at"
+        f"took {amount(stats.steps, 'step')}, rejected"
+        f" {amount(stats.rejected, 'try', 'tries')} and {ENDS[path.status]}, at"
         f" ({number(u)}, {number(v)}) u with a score of {number(stats.end, 3)}"
         if state.climbed
         else "has not begun"

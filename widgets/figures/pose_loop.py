@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.posegraph import KERNELS, Edges, GraphRun, advance, begin, residuals
 from widgets.drawing.picture import (
     Array,
@@ -245,8 +246,7 @@ def _note(state: State, stats: _Numbers) -> str:
     run = state.run
     if not run.steps:
         return "Already solved: no step lowers the sum." if run.done else ""
-    steps = "1 step" if run.steps == 1 else f"{run.steps} steps"
-    words = f"After {steps} the sum is {number(run.objective, 1)}, from {number(stats.before, 1)}."
+    words = f"After {amount(run.steps, 'step')} the sum is {number(run.objective, 1)}, from {number(stats.before, 1)}."
     if len(run.weights) > FALSE and run.weights[FALSE] < 0.5:
         words += f" The wrong loop has a weight of {number(float(run.weights[FALSE]), 3)}."
     return words
@@ -267,10 +267,11 @@ def _description(state: State, stats: _Numbers) -> str:
         )
     if c.kernel != "none":
         words.append(f"The loop’s edges have the kernel {KERNEL_NAMES[c.kernel]}.")
-    stands = "has not begun" if not run.steps and not run.done else f"is {run.status.label} after {run.steps}"
+    after = f"is {run.status.label} after {amount(run.steps, 'step')}"
+    stands = after if run.steps or run.done else "has not begun"
     words.append(
-        f"The optimisation {stands}{'' if stands.endswith('begun') else ' steps' if run.steps != 1 else ' step'}."
-        f" The loop’s gap is {number(stats.gap)} u, and the poses are {number(stats.apart)} u RMS from the true ones."
+        f"The optimisation {stands}. The loop’s gap is {number(stats.gap)} u, and the poses are"
+        f" {number(stats.apart)} u RMS from the true ones."
     )
     return " ".join(words)
 

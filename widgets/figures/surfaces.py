@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import room_start
 from widgets.drawing.picture import Mark, Panel, Picture, Readout, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
@@ -158,7 +159,7 @@ def _description(c: Controls, run: Run) -> str:
     words = [
         f"{n} source points and {len(run.scene.target)} target points of {_SCENE_WORDS[c.scene]}:"
         f" noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its"
+        f"After {amount(run.steps, 'step')} the source is turned by {degrees(heading)}°, with its"
         f" origin at ({number(x)}, {number(y)}) u.",
         _RESIDUAL_WORDS[c.residual] + model,
         f"{int(run.used.sum())} of {n} pairs are used, at an RMS of {number(last.rms, 3)} {residual_unit(c.residual)};"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import room_start
 from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
@@ -195,7 +196,7 @@ def _description(state: State) -> str:
     for name, run in state.runs.items():
         last = run.course[-1]
         words.append(
-            f"{NAMES[name]} after {run.steps} step{'' if run.steps == 1 else 's'}, {run.status.label}:"
+            f"{NAMES[name]} after {amount(run.steps, 'step')}, {run.status.label}:"
             f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth;"
             f" {run.freedom or 'its pairs constrain every direction'}."
         )

@@ -60,7 +60,7 @@ class GicpOptions(SurfaceOptions):
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
         "geman-mcclure", of the pair's distance.
     tuning : float, optional
-        The kernel's constant. None is the usual one.
+        The kernel's constant. None is the usual one. Neither it nor `scale` has an effect where `weight` is "none".
     scale : float, optional
         The kernel's scale s, world units. None takes it from the median distance of the
         pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.

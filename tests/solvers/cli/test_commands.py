@@ -104,7 +104,8 @@ def test_the_methods_are_listed_with_their_options(capsys):
         assert line[36:] == METHODS[name].summary
     code, out, _ = said(capsys, "methods", "icp", "kabsch", "--json")
     icp, kabsch = json.loads(out)
-    assert icp["options"]["gate"] is None  # infinite, which JSON has no word for
+    assert icp["options"]["gate"] == "inf"  # which JSON has no number for
+    assert icp["options"]["tuning"] is None
     assert icp["source"] == "Besl & McKay 1992"
     assert kabsch["paired"] is True
     code, out, _ = said(capsys, "methods", "icp")
@@ -131,7 +132,7 @@ def test_the_benchmark_as_json_is_its_table(capsys):
         (["--seeds", "-1"], "--seeds: must be at least 1, got -1"),
         (["--max-steps", "-1"], "--max-steps: must be at least 0, got -1"),
         (["--only", "ipc"], "--only: 'ipc' is unknown, did you mean 'icp'?"),
-        (["--only", "kabsch"], "--only: 'kabsch' does not race, for it needs pairs, and the race has none; those that"),
+        (["--only", "kabsch"], "--only: 'kabsch' does not race, because it needs pairs and the race has none;"),
     ],
 )
 def test_the_benchmark_names_the_option_that_is_wrong(capsys, words, told):

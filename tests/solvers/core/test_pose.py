@@ -7,6 +7,7 @@ import pytest
 from solvers import Pose
 from solvers.drives import telecom_loop
 from solvers.posegraph import Edges
+from solvers.scenes import room
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
@@ -337,7 +338,9 @@ def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(a
     assert again(poses) == poses
     assert hash(again(poses)) == hash(poses)
     edges, drive = again(Edges.between(poses, [0], [1], np.eye(3))), again(telecom_loop())
-    for array in (*vars(again(poses)).values(), edges.i, edges.j, edges.information, edges.relative.t, drive.ranges):
+    scene = again(room("noise", seed=40))
+    own = (edges.i, edges.j, edges.information, edges.relative.t, drive.ranges, scene.source, *scene.outline)
+    for array in (*vars(again(poses)).values(), *own):
         assert not array.flags.writeable
 
 

@@ -191,9 +191,9 @@ def test_wrong_seeds_and_contestants_are_named():
         ([["icp"]], r"\['icp'\] is unknown; known"),
         ("icp", "expected a sequence of names of methods, got 'icp'"),
         (5, "expected a sequence of names of methods, got 5"),
-        (["kabsch"], "'kabsch' does not race, for it needs pairs"),
-        (["gnc"], "'gnc' does not race, for it needs pairs"),
-        (["flow"], "'flow' does not race, for no options are chosen for it; those that race: .*icp"),
+        (["kabsch"], "'kabsch' does not race, because it needs pairs"),
+        (["gnc"], "'gnc' does not race, because it needs pairs"),
+        (["flow"], "'flow' does not race, because no options are chosen for it; those that race: .*icp"),
     ):
         with pytest.raises(ValueError, match=f"^contestants: {said}"):
             contestants(wrong)
@@ -220,7 +220,7 @@ def test_contestants_are_named_as_methods_are():
         ({"contestants": CONTESTANTS[0]}, "contestants: expected a sequence of contestants"),
         ({"contestants": [5]}, "contestants: expected a Contestant, got int"),
         ({"contestants": ["umeyama"]}, "contestants: 'umeyama' does not race"),
-        ({"contestants": [Contestant("gnc", "GNC")]}, "contestants: 'gnc' does not race, for it needs pairs"),
+        ({"contestants": [Contestant("gnc", "GNC")]}, "contestants: 'gnc' does not race, because it needs pairs"),
         ({"max_steps": "x"}, "max_steps: expected an integer, got 'x'"),
         ({"progress": 3}, "progress: expected a function, got 3"),
     ],

@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.core.status import Status
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.picture import (
@@ -180,15 +181,11 @@ def _room(state: State) -> Panel:
 
 def _caption(state: State) -> str:
     if not state.ended:
-        return f"The chosen start, after {_steps(state.steps)}" if state.steps else "The chosen start"
+        return f"The chosen start, after {amount(state.steps, 'step')}" if state.steps else "The chosen start"
     return f"The end: {basins.NAMES[state.track.kind]}"
 
 
 # Numbers and words
-
-
-def _steps(count: int) -> str:
-    return f"{count} step{'' if count == 1 else 's'}"
 
 
 def _readouts(state: State, counts: Count) -> tuple[Readout, ...]:
@@ -242,13 +239,14 @@ def _description(state: State, counts: Count) -> str:
         f"The chosen start is turned by {number(float(basins.TURNS[column]), 1)}° and moved by"
         f" {number(float(basins.OFFSETS[row]))} u.",
     ]
+    steps = amount(state.steps, "step")
     if state.ended:
         words.append(
-            f"Its run ends after {_steps(state.steps)}, {number(turn, 1)}° and {number(away)} u from the truth, called"
+            f"Its run ends after {steps}, {number(turn, 1)}° and {number(away)} u from the truth, called"
             f" ‘{basins.NAMES[state.track.kind]}’ here, at an RMS of {number(float(state.track.rms[-1]), 3)} u."
         )
     else:
-        words.append(f"After {_steps(state.steps)} its run is {number(turn, 1)}° and {number(away)} u from the truth.")
+        words.append(f"After {steps} its run is {number(turn, 1)}° and {number(away)} u from the truth.")
     return " ".join(words)
 
 

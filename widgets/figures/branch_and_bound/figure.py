@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers import METHODS, Pose, Status
+from solvers.core.amounts import amount
 from solvers.core.stepper import Batch, advance, begin
 from solvers.geometry import nearest
 from solvers.methods.search.branch_and_bound import BranchAndBoundState, Ground
@@ -233,7 +234,7 @@ _WORDS = {
 def _ends(count: int) -> str:
     if not count:
         return "No arc is open."
-    return f"A tick marks where arcs that are open begin or end, at {count} place{'' if count == 1 else 's'}."
+    return f"A tick marks where arcs that are open begin or end, at {amount(count, 'place')}."
 
 
 def _description(state: State) -> str:
@@ -254,7 +255,7 @@ def _description(state: State) -> str:
     else:
         words.append("Within the ring, colour shows where the centre of the source may still be.")
     words.append(
-        f"After {steps} step{'' if steps == 1 else 's'} the best pose is turned by {degrees(float(state.pose.angle))}°,"
+        f"After {amount(steps, 'step')} the best pose is turned by {degrees(float(state.pose.angle))}°,"
         f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no pose is below {number(floor, 4)} u²."
     )
     words.append(

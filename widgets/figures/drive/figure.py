@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.scenes.drive import telecom_loop
 from widgets.drawing.picture import (
     Array,
@@ -225,8 +226,8 @@ def _description(state: State, shift: Array) -> str:
     if not len(shift):
         words.append("No place has been seen twice yet.")
     else:
-        many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
-        words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
+        gap = number(float(np.median(shift)), 3)
+        words.append(f"The poses miss {amount(len(shift), 'loop')} by {gap} m in the median.")
         which = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
         words.append(f"A line joins the two scans of {which}.")
     if c.poses == "closed" and c.wrong:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.scenes.fish import FISH_SETTINGS, START_DEGREES, fish, fish_start
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.picture import Handle, Panel, Picture, Readout, degrees, number
@@ -78,12 +79,12 @@ def _panel(look: Look) -> Panel:
     walk, part = look.walk, PARTS[look.track.name]
     at = min(walk.stage, len(part.STAGES))
     if look.track.rests:
-        stage, content = "at rest", Shown(carried(look), f"Stopped after {_count(look.steps, 'step')}: {look.stopped}.")
+        stage, content = "at rest", Shown(carried(look), f"Stopped after {amount(look.steps, 'step')}: {look.stopped}.")
     else:
         stage, content = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
     suffix = ", held" if walk.stage > at and not look.track.rests else ""
     rotation, translation, _ = look.errors()
-    errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {_count(look.steps, 'step')}"
+    errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {amount(look.steps, 'step')}"
     caption = "\n".join((f"{part.NAME}: {stage}{suffix}", content.words, errors))
     label = f"{part.NAME}, {stage}"
     return Panel(look.track.name, label, VIEW, content.marks, grid=content.grid, caption=caption)
@@ -93,10 +94,6 @@ def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:
     """The two grips of the start, in all panels, as long as nothing has been moved."""
     first, *others = (panel.name for panel in panels)
     return tuple(replace(one, panel=first, also=tuple(others)) for one in PLACING.handles(begins, ANCHOR))
-
-
-def _count(value: int, unit: str) -> str:
-    return f"{value} {unit}{'' if value == 1 else 's'}"
 
 
 def _readouts(looks: tuple[Look, ...]) -> tuple[Readout, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import room, room_start
 from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
@@ -230,7 +231,7 @@ def _description(c: Controls, run: Run, gated: int) -> str:
         f"{n} source points and {len(run.scene.target)} target points of one room, {SETTINGS[c.scene].lower()}:"
         f" noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers, the target sees"
         f" {number(c.overlap, 0)} % of the room.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its"
+        f"After {amount(run.steps, 'step')} the source is turned by {degrees(heading)}°, with its"
         f" origin at ({number(x)}, {number(y)}) u.",
         f"A line joins each source point to its nearest target point; {last.used} of {n} pairs are used"
         + (f", at an RMS of {number(last.rms, 3)} u." if last.used else ".")
@@ -243,7 +244,7 @@ def _description(c: Controls, run: Run, gated: int) -> str:
     words += [
         f"The pose is {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
         _promise(run.rule),
-        f"So far the RMS rose at {len(run.rises)} of {run.steps} step{'' if run.steps == 1 else 's'}.",
+        f"So far the RMS rose at {len(run.rises)} of {amount(run.steps, 'step')}.",
     ]
     if run.done:
         words.append(f"The run has stopped: {run.reason}.")

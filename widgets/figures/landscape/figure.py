@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Status
+from solvers.core.amounts import amount
 from solvers.core.arrays import BoolArray
 from solvers.scenes.rooms import Scene, room
 from widgets.drawing.chart import WIDTH, Axis, Series, chart
@@ -315,7 +316,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f" at the truth, a green ring at the centre, is {number(stats.truth, 4)}."
     ]
     if stats.minima is not None:
-        words.append(f"The map has {stats.minima} local {'minimum' if stats.minima == 1 else 'minima'}.")
+        words.append(f"The map has {amount(stats.minima, 'local minimum', 'local minima')}.")
     if stats.status is not None and stats.ends is not None:
         u, v = stats.ends[-1].tolist()
         words.append(

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.geometry.downsample import slab, spacing, thinned
 from solvers.io.clouds import CloudText, read
 from solvers.scenes.drive import telecom_loop
@@ -46,9 +47,9 @@ class Given:
         """What it is, in a line."""
         n, d = self.points.shape
         if not self.name:
-            return f"Drawn by hand: {n:,} point{'' if n == 1 else 's'}."
+            return f"Drawn by hand: {amount(n, 'point')}."
         notices = "".join(f"; {notice}" for notice in self.text.notices)
-        return f"{n:,} point{'' if n == 1 else 's'} in {d}-D, {self.text.format}{notices}."
+        return f"{amount(n, 'point')} in {d}-D, {self.text.format}{notices}."
 
 
 def reads(name: str, data: bytes) -> Given:

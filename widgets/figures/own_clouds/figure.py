@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.metrics import rre
 from solvers.verify import SPACINGS
 from widgets.drawing.picture import Picture, Readout, number, worded
@@ -211,7 +212,7 @@ def _description(state: State) -> str:
     if c.slice:
         words.append(f"It shows heights from {plain(c.slice[0])} to {plain(c.slice[1])} {c.unit}.")
     if run.evidence is not None:
-        steps = f"{run.steps} step{'' if run.steps == 1 else 's'}"
+        steps = amount(run.steps, "step")
         words += [
             f"After {steps} of {OWN[run.method].label} the pose turns the source"
             f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"

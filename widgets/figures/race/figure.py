@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from solvers import METHODS, Pose
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import Scene, room_start
 from solvers.studies import race as racing
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
@@ -157,7 +158,7 @@ def _description(state: State) -> str:
     if state.steps == 0:
         words.append("None has taken a step.")
     else:
-        words.append(f"After {state.steps} step{'' if state.steps == 1 else 's'}, by rotation and translation error:")
+        words.append(f"After {amount(state.steps, 'step')}, by rotation and translation error:")
         words.append("; ".join(map(_told, state.runs)) + ".")
     words.append("Below, a chart of the nine rotation errors over the steps, on a logarithmic scale.")
     if state.followed:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.scenes.rooms import Scene
 from solvers.studies.benchmark import CLOSE_DEGREES
 from solvers.studies.race import MAX_STEPS
@@ -112,7 +113,7 @@ def standing(run: Run) -> str:
         return "not started"
     if not run.done:
         return f"step {run.steps}"
-    return f"{run.status} after {run.steps} step{'' if run.steps == 1 else 's'}"
+    return f"{run.status} after {amount(run.steps, 'step')}"
 
 
 def handles(start: Pose, runs: Sequence[Run]) -> tuple[Handle, ...]:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers import Pose, Status
+from solvers.core.amounts import amount
 from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
@@ -206,8 +207,7 @@ def _readouts(state: State, ran: Run) -> tuple[Readout, ...]:
 
 
 def _runs(now: RansacState) -> str:
-    trials, refits = int(now.trials[0]), int(now.refits[0])
-    return f"{trials} trial{'s' * (trials != 1)}, {refits} refit{'s' * (refits != 1)}"
+    return f"{amount(int(now.trials[0]), 'trial')}, {amount(int(now.refits[0]), 'refit')}"
 
 
 def _note(state: State, ran: Run) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core.amounts import amount
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
 from widgets.drawing.chart import Axis, Series, chart, ticks
@@ -260,10 +261,6 @@ _WHO = {
 }
 
 
-def _step_count(steps: int) -> str:
-    return f"{steps} step{'' if steps == 1 else 's'}"
-
-
 def _description(c: Controls, run: Run, linkage: Links) -> str:
     scene, last = run.scene, run.course[-1]
     (x, y), heading = place(run.pose, ANCHOR)
@@ -271,7 +268,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
         f"{METHODS[c.method]}: {len(scene.source)} moving and {len(scene.target)} fixed points on the outline of a"
         f" bird, with noise of σ = {number(c.noise)} u and {number(c.junk, 0)} clutter points in each cloud.",
         f"{_WHO[linkage.side]}, with a width of {number(last.sigma, 3)} u.",
-        f"After {_step_count(run.steps)} the moving bird is centred at ({number(x, 1)},"
+        f"After {amount(run.steps, 'step')} the moving bird is centred at ({number(x, 1)},"
         f" {number(y, 1)}) u, turned by {degrees(heading)}° and scaled by {number(last.scale, 3)}:"
         f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
     ]
@@ -287,7 +284,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
         "within a stage": "The objective cannot rise while σ stays fixed; a new σ makes it another function.",
         "none": "Nothing prevents the objective from rising here.",
     }
-    words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {_step_count(run.steps)}.")
+    words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {amount(run.steps, 'step')}.")
     if run.done:
         words.append(f"The run has stopped: {run.stop}.")
     return " ".join(words)

@@ -9,6 +9,7 @@ import numpy as np
 
 from solvers import Pose, Status
 from solvers.collinear import poses_about_line
+from solvers.core.amounts import amount
 from solvers.mug_scene import HEIGHT, RADIUS, Mug
 from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Role, Segments, Shape, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Widget
@@ -185,7 +186,7 @@ def _description(state: State) -> str:
     words = [
         what,
         f"It is seen from {state.eye.words}.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the residual is {number(run.residual, 3)} u RMS over"
+        f"After {amount(run.steps, 'step')} the residual is {number(run.residual, 3)} u RMS over"
         f" {run.used} pairs, and the moving mug is {number(run.rotation, 1)}° and {number(run.away)} u from its true"
         " place.",
     ]
