@@ -56,11 +56,16 @@ def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Pat
             page.wait_for_url(f"{base}/ransac.html")
             page.goto(f"{base}/about.html")
             expect(page.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
+            other = context.new_page()
+            other.goto(f"{base}/references.html")
+            expect(other.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
             assert page.evaluate("caches.keys()")
             page.get_by_role("button", name="Forget all of it").click()
             expect(page.locator(".stored")).to_contain_text("Forgotten")
             assert page.evaluate("caches.keys()") == []
             expect(page.locator(".site-kept")).to_be_empty()
+            expect(other.locator(".site-kept")).to_be_empty()
+            assert other.evaluate("Ladder.offline.ready") is False
     finally:
         server.stop()
     assert asked

@@ -1,6 +1,6 @@
 // The page about the site: a button that forgets what the browser keeps of it, and one that copies its citation.
 import { copy, make, on, text } from "../base/dom.js";
-import { offline } from "../runtime/offline.js";
+import { forgotten } from "../runtime/offline.js";
 
 /** The worker that keeps the pages, and all that it has kept of this site. */
 async function unkeep() {
@@ -27,8 +27,7 @@ export function addForgetButton(place) {
   place.replaceChildren(button, " ", told);
   on(button, "click", async () => {
     await forget();
-    offline.ready = false;
-    text(document.querySelector(".site-kept"), "");
+    forgotten().catch(() => {}); // a browser without channels has only this tab to tell
     text(told, "Forgotten. Whatever you visit next is stored again.");
   });
 }

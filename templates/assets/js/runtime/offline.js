@@ -9,6 +9,21 @@ const worker = new URL("../sw.js", /** @type {HTMLScriptElement} */ (document.cu
 /** ready: every page and Python are kept, so that all works without the server. */
 export const offline = { ready: false };
 
+/** @param {boolean} ready @param {string} words what the page's foot says of it */
+function show(ready, words) {
+  offline.ready = ready;
+  text(document.querySelector(".site-kept"), words);
+}
+
+/** Joins the pages of this site in all tabs: what one of them forgets is gone for the others. */
+const channel = () => new BroadcastChannel(`ladder:${worker.pathname}`);
+
+/** Nothing is kept any more: said here and in the other tabs. */
+export async function forgotten() {
+  show(false, "");
+  channel().postMessage("forgotten");
+}
+
 /**
  * Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down.
  * @returns {Promise<void>}
@@ -48,8 +63,8 @@ async function keep() {
     await quiet();
     const { kept, bytes } = await ask(/** @type {ServiceWorker} */ (active));
     if (!kept) return;
-    offline.ready = true;
-    text(document.querySelector(".site-kept"), `Works offline: stored on this device (${megabytes(bytes)} MB)`);
+    show(true, `Works offline: stored on this device (${megabytes(bytes)} MB)`);
+    channel().onmessage = () => show(false, "");
   } catch {
     // a browser may refuse, or have no such thing; the site works all the same
   }
