@@ -61,9 +61,9 @@ def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None
 
 def test_scipy_is_asked_in_two_places_and_only_when_called() -> None:
     """For a tree and for a sparse factorisation; both files import without it, as they must in the browser."""
-    found = {path: at_once for path in python_files("solvers") for name, at_once in imports(path) if name == "scipy"}
-    assert set(found) == {ROOT / "solvers/geometry/nearest.py", ROOT / "solvers/posegraph/linear.py"}
-    assert not any(found.values())
+    paths = {path: at_once for path in python_files("solvers") for name, at_once in imports(path) if name == "scipy"}
+    assert set(paths) == {ROOT / "solvers/geometry/nearest.py", ROOT / "solvers/posegraph/linear.py"}
+    assert not any(paths.values())
 
 
 @pytest.mark.parametrize("path", python_files("widgets"), ids=lambda p: p.relative_to(ROOT).as_posix())
@@ -146,10 +146,10 @@ def tracked_files() -> list[Path]:
 
 def test_no_registry_is_named_and_the_cdn_only_in_the_manifest() -> None:
     """Packages are asked for by name through their clients, so any mirror that a machine is set to will do."""
-    found = []
+    results = []
     for path in tracked_files():
         text, name = path.read_bytes().decode("utf-8", "ignore"), path.relative_to(ROOT).as_posix()
-        found += [(name, host) for host in REGISTRIES if host in text]
+        results += [(name, host) for host in REGISTRIES if host in text]
         if CDN in text and name != MANIFEST:
-            found.append((name, CDN))
-    assert found == []
+            results.append((name, CDN))
+    assert results == []

@@ -42,8 +42,8 @@ class Figure:
 
     def boxes(self, selector: str) -> list[FloatRect]:
         """Where the figure's things of that kind lie in the window, px; what is not drawn is left out."""
-        found = [node.bounding_box() for node in self.root.locator(selector).all()]
-        return [box for box in found if box is not None]
+        places = [node.bounding_box() for node in self.root.locator(selector).all()]
+        return [box for box in places if box is not None]
 
     def button(self, name: str) -> Locator:
         return self.reached(f'[data-button="{name}"]')
@@ -84,8 +84,8 @@ class Figure:
 
     def _told(self, what: str) -> Any:
         """What the figure knows of itself, once it is set up (the page is painted first)."""
-        told = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
-        return self.page.evaluate(told, [self.name, what])
+        message = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
+        return self.page.evaluate(message, [self.name, what])
 
     def settled(self) -> Figure:
         """Waits until nothing is asked or moving."""

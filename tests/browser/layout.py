@@ -145,10 +145,10 @@ def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int)
     page.evaluate("percent => { document.documentElement.style.fontSize = `${percent}%`; }", percent)
     page.evaluate("(scrollTo(0, 0), document.fonts.ready)")  # scrolled, a picture may stick while its figure passes by
     page.evaluate(FRAMES)
-    found = page.evaluate(BOTTOMS)
+    result = page.evaluate(BOTTOMS)
     page.evaluate("() => { document.documentElement.style.fontSize = ''; }")
-    wrong = [(each, part) for each in found for part in parts if each[part] > height]
-    return len(found), [f"{each['id']}: {part} ends at {each[part]:.0f} of {height}" for each, part in wrong]
+    wrong = [(each, part) for each in result for part in parts if each[part] > height]
+    return len(result), [f"{each['id']}: {part} ends at {each[part]:.0f} of {height}" for each, part in wrong]
 
 
 def remaining(page: Page, *scripts: str) -> list[str]:

@@ -28,17 +28,17 @@ class Visitor(Protocol):
 
 def found_on(one: Visitor, pages: Sequence[str], checks: Mapping[str, Check]) -> Found:
     """What each check finds, taken in their order. One that fails has found that it did, and what came before."""
-    found: dict[str, list[str]] = {name: [] for name in (*checks, QUIET)}
+    result: dict[str, list[str]] = {name: [] for name in (*checks, QUIET)}
     for path in pages:
         page = one.open(path)
         for name, check in checks.items():
             try:
                 for each in check(page, path):
-                    found[name].append(f"{path}: {each}")
+                    result[name].append(f"{path}: {each}")
             except (AssertionError, Error) as error:
-                found[name].append(f"{path}: {error}")
+                result[name].append(f"{path}: {error}")
         page.close()
-        found[QUIET] += [f"{path}: {each}" for each in [*one.unexpected(), *one.foreign]]
+        result[QUIET] += [f"{path}: {each}" for each in [*one.unexpected(), *one.foreign]]
         one.wrong.clear()
         one.foreign.clear()
-    return found
+    return result

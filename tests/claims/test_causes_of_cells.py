@@ -85,15 +85,15 @@ def maps(seeds, **changed):
     for seed in seeds:
         usual, other = ndt_room(seed=seed), ndt_room(seed=seed, **changed)
         pairs = [(usual, usual), (other, usual), (usual, other), (other, other)]
-        for found, (scan, target) in zip(fields.values(), pairs, strict=True):
-            found.append(score_map(build(target.target[None], 1.0), scan.source, AT, AT) / len(scan.source))
+        for result, (scan, target) in zip(fields.values(), pairs, strict=True):
+            result.append(score_map(build(target.target[None], 1.0), scan.source, AT, AT) / len(scan.source))
     return fields
 
 
 def test_the_score_at_the_truth_falls_with_the_scans_noise(why):
     """Ten draws, σ from 0.03 to 0.2 u: the score at the truth falls by more than half where the scan alone is noisier.
     Where the target alone is, it rises."""
-    truth = {name: float(np.mean([f[15, 15] for f in found])) for name, found in maps(SEEDS[:10], noise=0.2).items()}
+    truth = {name: float(np.mean([f[15, 15] for f in result])) for name, result in maps(SEEDS[:10], noise=0.2).items()}
     why(
         "which cloud has noise of 0.2 u in place of 0.03 u",
         {name: f"{truth[name]:.2f} a point at the truth" for name in ("both", "the scan", "the target", "neither")},
@@ -107,7 +107,7 @@ def test_the_plain_rises_with_the_targets_outliers(why):
     """Ten draws with 40 % outliers: the median of the map rises more than threefold where the target alone has them,
     and by less than a half where the scan alone has."""
     fields = maps(SEEDS[:10], outliers=0.4)
-    plain = {name: float(np.mean([np.median(field) for field in found])) for name, found in fields.items()}
+    plain = {name: float(np.mean([np.median(field) for field in result])) for name, result in fields.items()}
     why(
         "which cloud has 40 % outliers",
         {name: f"the plain lies at {plain[name]:.3f}" for name in ("both", "the target", "the scan", "neither")},
@@ -149,24 +149,24 @@ def test_noise_alone_moves_the_summit_of_the_map(why):
 def test_the_bias_comes_from_where_the_cells_stand(why):
     """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero, with the grid as it
     lies and a quarter of a cell to the right, and less than two with it a quarter of a cell to the left."""
-    found, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
+    result, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
     for nudge in (0.0, 0.25, -0.25):
         off = []
         for seed in FRESH:
             scene = ndt_room(seed=seed)
             cells = build(scene.target[None], 1.0, offset=np.array([nudge, 0.0]))
             off.append(climb(cells, scene.source, np.zeros(2)).places[-1][0])
-        found[nudge] = float(np.mean(off)), float(np.std(off, ddof=1) / 20)
+        result[nudge] = float(np.mean(off)), float(np.std(off, ddof=1) / 20)
     why(
         "where the grid lies",
         {
             name: f"{mean:.4f} ± {error:.4f} u in x on average".replace("-", "−")
-            for name, (mean, error) in zip(names, found.values(), strict=True)
+            for name, (mean, error) in zip(names, result.values(), strict=True)
         },
     )
-    assert found[0.0][0] < -3.0 * found[0.0][1]
-    assert found[0.25][0] < -3.0 * found[0.25][1]
-    assert abs(found[-0.25][0]) < 2.0 * found[-0.25][1]
+    assert result[0.0][0] < -3.0 * result[0.0][1]
+    assert result[0.25][0] < -3.0 * result[0.25][1]
+    assert abs(result[-0.25][0]) < 2.0 * result[-0.25][1]
 
 
 # The climb

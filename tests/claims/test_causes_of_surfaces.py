@@ -16,8 +16,8 @@ ALONG = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)  # the one wall
 def last_gap(method, spacing=0.1, **options):
     """How far the end wall still is when a run rests, u: a scan of the corner pushed 0.6 u along its long wall."""
     cloud = sampled(CORNER, spacing)
-    found = register(cloud - [0.6, 0.0], cloud, method, max_steps=200, **options)
-    return float(0.6 - found.pose.t[0])
+    result = register(cloud - [0.6, 0.0], cloud, method, max_steps=200, **options)
+    return float(0.6 - result.pose.t[0])
 
 
 def test_the_sampling_holds_a_crab(why):
@@ -32,13 +32,13 @@ def test_the_sampling_holds_a_crab(why):
 
 def test_a_small_scale_makes_tukey_let_go(why):
     """The scale from the median leaves Tukey's gap open at 0.6 u; told a scale of 0.3 u, it closes the gap."""
-    usual, told = last_gap("point-to-plane", weight="tukey"), last_gap("point-to-plane", weight="tukey", scale=0.3)
+    usual, report = last_gap("point-to-plane", weight="tukey"), last_gap("point-to-plane", weight="tukey", scale=0.3)
     why(
         "Tukey's scale",
-        {"from the median distance": f"{usual:.2f} u left open", "0.3 u": f"{abs(told):.2f} u left open"},
+        {"from the median distance": f"{usual:.2f} u left open", "0.3 u": f"{abs(report):.2f} u left open"},
     )
     assert usual > 0.55
-    assert abs(told) < 0.03
+    assert abs(report) < 0.03
 
 
 def slides(method, **options):
@@ -46,8 +46,8 @@ def slides(method, **options):
     start, moved = room_start(15.0, 0.5), []
     for seed in SEEDS:
         scene = single_wall(seed=seed, noise=0.1)
-        found = register(scene.source, scene.target, method, start=start, max_steps=40, **options)
-        moved.append(ALONG @ (found.pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
+        result = register(scene.source, scene.target, method, start=start, max_steps=40, **options)
+        moved.append(ALONG @ (result.pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
     return np.array(moved)
 
 

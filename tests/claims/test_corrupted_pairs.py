@@ -233,17 +233,17 @@ def found_truth(scenes, **options):
 def test_a_low_confidence_may_do_better_than_it_says(why):
     """25 draws at 50 %: with the share of right pairs estimated on the way all find the truth; told the true share, a
     run makes two trials, and 16 find it."""
-    scenes, told = [facade_scene(seed=seed) for seed in SEEDS], int(trials(0.55, 0.5, 2))
+    scenes, report = [facade_scene(seed=seed) for seed in SEEDS], int(trials(0.55, 0.5, 2))
     guessed = found_truth(scenes, confidence=0.5)
-    known = found_truth(scenes, confidence=1 - 1e-12, most=told, per_step=told)
+    known = found_truth(scenes, confidence=1 - 1e-12, most=report, per_step=report)
     why(
         "how the share of right pairs is known",
         {
             "estimated from the best trial so far": f"{guessed} of 25 find the truth",
-            f"told, which makes {told} trials": f"{known} of 25",
+            f"told, which makes {report} trials": f"{known} of 25",
         },
     )
-    assert told == 2
+    assert report == 2
     assert guessed == 25
     assert known == 16
 
@@ -379,7 +379,7 @@ def test_a_wide_threshold_lets_neighbours_support_one_another(why):
         epsilon: [rte(solve(scene, inlier=epsilon).pose, scene.truth) < 0.15 for scene in scenes]
         for epsilon in (1.6, 0.25)
     }
-    why("the threshold", {f"{e:g} u": f"{sum(found)} of 25 within 0.15 u of the truth" for e, found in near.items()})
+    why("the threshold", {f"{e:g} u": f"{sum(result)} of 25 within 0.15 u of the truth" for e, result in near.items()})
     assert not any(near[1.6])
     assert all(near[0.25])
 

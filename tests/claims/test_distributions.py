@@ -138,8 +138,8 @@ def test_more_waves_are_more_faithful(why):
     exact = float(exact_squared_mmd(x, y, 1.0))
     few, many = (np.array([estimate(x, y, 1.0, seed, D) for seed in range(400)]) for D in (8, 128))
     why("the waves", {"8": f"a spread of {few.std():.4f}", "128": f"a spread of {many.std():.4f}"})
-    for found in (few, many):
-        assert abs(found.mean() - exact) < 4 * found.std() / 20
+    for result in (few, many):
+        assert abs(result.mean() - exact) < 4 * result.std() / 20
     assert 3.2 < few.std() / many.std() < 5.0
 
 
@@ -156,8 +156,8 @@ def test_one_wave_cannot_tell_a_crest_from_the_next():
 def test_a_larger_length_scale_is_not_simply_safer(why):
     """Clean room, 45°, 25 seeds, D = 32: below 5° more often with ℓ = 1.2 u than with 0.3 u, and than with 4 u."""
     counts = [int((ends((length,))[0] < 5).sum()) for length in (0.3, 1.2, 4.0)]
-    said = {f"{length:g} u": f"{k} of 25 below 5°" for length, k in zip((0.3, 1.2, 4.0), counts, strict=True)}
-    why("the length scale", {name: said[name] for name in ("1.2 u", "0.3 u", "4 u")})
+    messages = {f"{length:g} u": f"{k} of 25 below 5°" for length, k in zip((0.3, 1.2, 4.0), counts, strict=True)}
+    why("the length scale", {name: messages[name] for name in ("1.2 u", "0.3 u", "4 u")})
     assert counts[0] < counts[1] > counts[2]
 
 
@@ -185,8 +185,8 @@ def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
                 near = np.linalg.norm(target[:, None] - scene.source, axis=2).min(axis=1) < 0.15
                 first, last = np.flatnonzero(near)[[0, -1]]
                 target = target[first : last + 1]
-            found = register(scene.source, target, "mmd", seed=seed, lengths=(4.0,), count=32)
-            degrees.append(np.degrees(rre(found.pose, Pose.identity())))
+            result = register(scene.source, target, "mmd", seed=seed, lengths=(4.0,), count=32)
+            degrees.append(np.degrees(rre(result.pose, Pose.identity())))
         ends_at[cut] = np.array(degrees)
     why(
         "what the target has seen",

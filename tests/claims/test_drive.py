@@ -101,12 +101,12 @@ def test_the_wheels_err_by_their_headings(why):
 def test_matches_forwards_and_backwards_agree():
     """All 224 are believed, with 90 % of the scan explained in the median. Registered the other way round, half of them
     agree to 3 mm, all to 7 cm and 1.1°."""
-    found = chain()
-    assert found.believed.all()
-    assert np.median(found.share[1:]) == pytest.approx(0.9, abs=0.01)
+    result = chain()
+    assert result.believed.all()
+    assert np.median(result.share[1:]) == pytest.approx(0.9, abs=0.01)
     rows = np.arange(1, 225)
     back = match(scans(), rows - 1, rows, telecom_loop().motion[1:].inverse())
-    gap = found.motion[1:].compose(back.pose)
+    gap = result.motion[1:].compose(back.pose)
     shift = np.linalg.norm(gap.t, axis=1)
     assert np.median(shift) < 0.003
     assert shift.max() < 0.07
@@ -142,8 +142,8 @@ def left_out(chain, loops, halves):
 
 
 def every_second(loops):
-    found = np.flatnonzero(loops.believed)
-    return found[::2], found[1::2]
+    rows = np.flatnonzero(loops.believed)
+    return rows[::2], rows[1::2]
 
 
 def test_loops_between_the_edges_close_as_well():
@@ -163,8 +163,8 @@ def test_loops_between_the_edges_close_as_well():
 
 def test_loops_far_from_the_edges_close_less_well():
     """With the first half of the loops as edges, or the second, the rest are missed by up to 5.1 cm and 0.4°."""
-    found = np.flatnonzero(loops().believed)
-    shifts, turns = left_out(chain(), loops(), (found[:27], found[27:]))
+    rows = np.flatnonzero(loops().believed)
+    shifts, turns = left_out(chain(), loops(), (rows[:27], rows[27:]))
     assert max(shift.max() for shift in shifts) == pytest.approx(0.051, abs=0.002)
     assert 0.3 < max(turn.max() for turn in turns) < 0.4
 
@@ -177,8 +177,8 @@ def test_single_scans_from_aside_measure_a_loop_worse(why):
     """Matched to single scans, three of the loops left out are missed by more than 3 cm or 0.2°, the worst by 5.5 cm
     and 0.37°; matched to small maps none."""
     count, worst = {}, {}
-    for name, found in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
-        shift, turn = map(np.concatenate, left_out(chain(), found, every_second(found)))
+    for name, result in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
+        shift, turn = map(np.concatenate, left_out(chain(), result, every_second(result)))
         count[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
         worst[name] = (float(shift.max()), float(turn.max()))
     why("what a loop is matched to", {name: f"{n} beyond 3 cm or 0.2°" for name, n in count.items()})
@@ -192,8 +192,8 @@ def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
     late = delays_of(replace(telecom_loop(), delays=None))
     assert late[0] == pytest.approx([13.5e-3, 1.2e-3], abs=0.2e-3)
     assert late[1] == pytest.approx([10.5e-3, 1.5e-3], abs=0.2e-3)
-    for found, spread in delays_of(telecom_loop()):
-        assert abs(found) < spread
+    for result, spread in delays_of(telecom_loop()):
+        assert abs(result) < spread
 
 
 def delays_of(drive):
@@ -226,9 +226,9 @@ def test_loops_of_scans_as_recorded_disagree_more(why):
     links = scan_to_scan(still, telecom_loop().motion)
     recorded = verified(still, links.poses, *candidates(links.poses))
     left, beyond = {}, {}
-    for name, c, found in (("straightened", chain(), loops()), ("as recorded", links, recorded)):
-        left[name] = optimise(c.poses, edges_of(c, found)[0]).total / found.believed.sum()
-        shift, turn = map(np.concatenate, left_out(c, found, every_second(found)))
+    for name, c, result in (("straightened", chain(), loops()), ("as recorded", links, recorded)):
+        left[name] = optimise(c.poses, edges_of(c, result)[0]).total / result.believed.sum()
+        shift, turn = map(np.concatenate, left_out(c, result, every_second(result)))
         beyond[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
     why("the scans", {name: f"χ² of {chi2:.1f} a loop" for name, chi2 in left.items()})
     assert 1.8 < left["as recorded"] / left["straightened"] < 2.1
@@ -246,9 +246,9 @@ def with_wrong(kernel):
         Pose(np.concatenate([edges.relative.R, np.eye(2)[None]]), np.concatenate([edges.relative.t, np.zeros((1, 2))])),
         np.concatenate([edges.information, np.median(loops().information, axis=0)[None]]),
     )
-    found = optimise(chain().poses, edges, kernel=kernel, robust=np.append(robust, True))
+    result = optimise(chain().poses, edges, kernel=kernel, robust=np.append(robust, True))
     right = close(chain(), loops(), kernel=kernel).poses
-    return float(np.linalg.norm(found.poses.t - right.t, axis=1).max()), float(found.weights[-1])
+    return float(np.linalg.norm(result.poses.t - right.t, axis=1).max()), float(result.weights[-1])
 
 
 def test_least_squares_gives_a_wrong_loop_nearly_its_way():
@@ -290,9 +290,9 @@ def test_a_kernel_believes_a_chain_that_is_wrong(why):
     assert 1.0 < apart.max() < 1.2
     dropped, count = {}, {}
     for name, one in (("one link wrong", wrong), ("none wrong", chain())):
-        found = verified(scans(), one.poses, *candidates(one.poses))
-        dropped[name] = int((close(one, found).weights[224:] < 0.1).sum())
-        count[name] = int(found.believed.sum())
+        result = verified(scans(), one.poses, *candidates(one.poses))
+        dropped[name] = int((close(one, result).weights[224:] < 0.1).sum())
+        count[name] = int(result.believed.sum())
     why("the chain", {name: f"{dropped[name]} of {count[name]} loops dropped" for name in dropped})
     assert (dropped["one link wrong"], count["one link wrong"]) == (19, 49)
     assert dropped["none wrong"] == 0

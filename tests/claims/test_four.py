@@ -95,8 +95,8 @@ def test_a_wide_first_sigma_makes_cpd_forget(why):
             turns = max(np.degrees(rre(other, ends[0])).max() for other in ends[1:])
             shifts = max(rte(other, ends[0]).max() for other in ends[1:])
             apart[method, sigma] = turns, shifts
-    said = [f"up to {apart['cpd-rigid', sigma][1]:.3f} u apart" for sigma in (None, 0.05)]
-    why("the first σ of rigid CPD", {"as usual, of all distances": said[0], "0.05 u": said[1]})
+    messages = [f"up to {apart['cpd-rigid', sigma][1]:.3f} u apart" for sigma in (None, 0.05)]
+    why("the first σ of rigid CPD", {"as usual, of all distances": messages[0], "0.05 u": messages[1]})
     for (method, sigma), (turns, shifts) in apart.items():
         assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 4.0, (method, sigma)
 
@@ -176,8 +176,8 @@ def test_a_size_that_is_not_sought_costs_the_rest(why):
         same, smaller = (np.median(ended(method, scenes(smaller=flag))[3]) for flag in (False, True))
         ratio[method] = smaller / same
         errors.append((smaller, same))
-    said = [" · ".join(f"{pair[k]:.3f} u" for pair in errors) for k in (0, 1)]
-    why("the moving cloud (MMD-Reg · flow · CPD)", {"15 % smaller": said[0], "at its size": said[1]})
+    messages = [" · ".join(f"{pair[k]:.3f} u" for pair in errors) for k in (0, 1)]
+    why("the moving cloud (MMD-Reg · flow · CPD)", {"15 % smaller": messages[0], "at its size": messages[1]})
     assert ratio["cpd"] < 1.3
     assert min(ratio["mmd"], ratio["flow"]) > 5.0
 
@@ -200,8 +200,8 @@ def test_from_a_quarter_turn_mixtures_find_the_other_way_round(why):
         degrees: np.concatenate([ended(m, scenes(seeds=(40, 53, 66)), degrees)[2] for m in ("cpd", "filterreg")])
         for degrees in (90.0, 89.0)
     }
-    said = f"{off[90.0].min():.0f}° off or more", f"{off[89.0].max():.1f}° off or less"
-    why("the start", {"90°": said[0], "89°": said[1]})
+    message = f"{off[90.0].min():.0f}° off or more", f"{off[89.0].max():.1f}° off or less"
+    why("the start", {"90°": message[0], "89°": message[1]})
     assert off[90.0].min() > 175.0
     assert off[89.0].max() < 1.0
 
@@ -246,8 +246,8 @@ def test_how_a_cloud_is_turned_matters_to_the_flow(why):
     """The same two clouds, one handed over at 60° and at 150°: within 5° of the truth the first time, beyond 10° the
     second, on five draws. CPD's failure from there is half a turn instead, to 5°."""
     near, far = ended("flow", scenes())[2], ended("flow", scenes(), 150.0)[2]
-    said = f"{far.min():.0f}° off or more", f"{near.max():.0f}° off or less"
-    why("how the clouds are handed over", {"at 150°": said[0], "at 60°": said[1]})
+    message = f"{far.min():.0f}° off or more", f"{near.max():.0f}° off or less"
+    why("how the clouds are handed over", {"at 150°": message[0], "at 60°": message[1]})
     assert near.max() < 5.0
     assert far.min() > 10.0
     assert ended("cpd", scenes(), 150.0)[2].min() > 175.0

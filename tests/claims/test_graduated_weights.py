@@ -39,10 +39,10 @@ def test_graduated_weights_end_where_ransac_does():
     fits."""
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
-        found, drawn = graduated(scene), consensus(scene)
-        np.testing.assert_allclose(found.matrix, drawn.matrix, atol=1e-10)
-        assert near_truth(found.pose, scene)
-        assert 15 <= found.steps <= 26
+        result, drawn = graduated(scene), consensus(scene)
+        np.testing.assert_allclose(result.matrix, drawn.matrix, atol=1e-10)
+        assert near_truth(result.pose, scene)
+        assert 15 <= result.steps <= 26
 
 
 def test_graduated_weights_break_down_before_ransac():
@@ -51,12 +51,12 @@ def test_graduated_weights_break_down_before_ransac():
     right = {}
     for wrong in (20, 28, 32):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in SEEDS]
-        found = [graduated(scene) for scene in scenes]
-        hits = [near_truth(result.pose, scene) for result, scene in zip(found, scenes, strict=True)]
+        results = [graduated(scene) for scene in scenes]
+        hits = [near_truth(result.pose, scene) for result, scene in zip(results, scenes, strict=True)]
         right[wrong] = sum(hits)
         assert all(near_truth(consensus(scene).pose, scene) for scene in scenes)
         if wrong == 28:
-            missed = [result.status for result, hit in zip(found, hits, strict=True) if not hit]
+            missed = [result.status for result, hit in zip(results, hits, strict=True) if not hit]
             assert missed == [Status.CONVERGED] * 11
     assert right == {20: 25, 28: 14, 32: 2}
 

@@ -132,16 +132,16 @@ def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
         shifts = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
         squares = np.square(np.linalg.norm(scene.source[:, None] - scene.target, axis=2).min(axis=1))
         truth = squares[squares <= 0.09].mean()
-        found = 0
+        result = 0
         for shift in shifts[np.hypot(*shifts.T) > 5.0]:
             moved = scene.source + shift
             near = np.square(np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1))
             used = near <= 0.09
             if 0 < used.sum() <= 4 and near[used].mean() < truth:
-                found += 1
+                result += 1
                 assert field.values(shift) > 4.0 * field.values(np.zeros(2))
                 break
-        assert found == 1
+        assert result == 1
 
 
 def test_kinks_point_upwards(scene):

@@ -149,8 +149,8 @@ def reach_in_degrees(source, target, way, cells):
     """The angle up to which every start turned about the centroid arrives, in steps of 2°."""
     centre, angles = source.mean(axis=0), np.arange(2, 59, 2)
     R = Pose.from_angle(way * np.radians(angles)).R
-    found = arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
-    return int(angles[np.argmin(found)]) - 2
+    result = arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
+    return int(angles[np.argmin(result)]) - 2
 
 
 def test_there_is_no_universal_capture_angle(draws):
@@ -164,7 +164,7 @@ def test_there_is_no_universal_capture_angle(draws):
         ]
         for cells in (FINE, (2.4, 1.2, 0.6))
     }
-    assert [(min(found), max(found)) for found in reach.values()] == [(28, 48), (18, 28)]
+    assert [(min(result), max(result)) for result in reach.values()] == [(28, 48), (18, 28)]
 
 
 def test_converged_far_from_the_truth(draws):

@@ -136,18 +136,18 @@ def test_noise_broadens_the_summit_and_lowers_it():
 def test_outliers_make_cells_that_distract():
     """With 40 % outliers, over ten draws: more cells, a lower score at the truth, and a floor of the map, its median,
     more than three times as high."""
-    found = []
+    results = []
     for fraction in (0.0, 0.4):
         maps = [room(seed, outliers=fraction) for seed in SEEDS[:10]]
         values = [field(scan, cells) for scan, cells in maps]
-        found.append(
+        results.append(
             (
                 np.mean([cells.kept.sum() for _, cells in maps]),
                 np.mean([v[MIDDLE, MIDDLE] for v in values]),
                 np.mean([np.median(v) for v in values]),
             )
         )
-    (cells, truth, floor), (more, lower, higher) = found
+    (cells, truth, floor), (more, lower, higher) = results
     assert more > cells
     assert lower < truth
     assert higher > 3 * floor
@@ -219,8 +219,8 @@ def test_four_grids_make_jumps_smaller_and_more_of_them(why):
     """Along a line through the truth, three draws: the largest jump is at most 0.6 of that with one grid, and there are
     more than one and a half times as many; none of the two is continuous."""
     first = {grids: jumps(SEEDS[0], grids) for grids in (4, 1)}
-    said = {n: f"{len(found)} jumps, the largest {found.max():.4f} a point and grid" for n, found in first.items()}
-    why("the grids", {"four": said[4], "one": said[1]})
+    words = {n: f"{len(result)} jumps, the largest {result.max():.4f} a point and grid" for n, result in first.items()}
+    why("the grids", {"four": words[4], "one": words[1]})
     for seed in SEEDS[:3]:
         one, four = jumps(seed, 1), jumps(seed, 4)
         assert 0 < four.max() < 0.6 * one.max()

@@ -58,10 +58,10 @@ def test_no_contestant_is_best_on_every_seed():
 
 def test_a_median_can_tell_of_one_heap_only():
     """Point to plane has a median of 1.4°: seventeen seeds end below 4°, the other eight beyond 29°, none between."""
-    found = lines(("point-to-plane",))["point-to-plane"]
-    assert (found.rre < 4.0).sum() == 17
-    assert (found.rre > 29.0).sum() == 8
-    assert 1.3 < found.median_rre < 1.5
+    rows = lines(("point-to-plane",))["point-to-plane"]
+    assert (rows.rre < 4.0).sum() == 17
+    assert (rows.rre > 29.0).sum() == 8
+    assert 1.3 < rows.median_rre < 1.5
 
 
 def test_two_thresholds_order_the_field_differently():
@@ -74,12 +74,12 @@ def test_two_thresholds_order_the_field_differently():
 def test_from_the_truth_nearly_all_stay(why):
     """Started at the true pose in the same noisy room with junk, all end within 5°, and all but two methods within
     0.2 u on every seed: 222 of 225 runs in place of 148 from 45° and 1.43 u."""
-    found = lines(degrees=0.0, distance=0.0)
-    far, near = (sum(x.close for x in of.values()) for of in (lines(), found))
+    rows = lines(degrees=0.0, distance=0.0)
+    far, near = (sum(x.close for x in of.values()) for of in (lines(), rows))
     why("the start", {"45° and 1.43 u": f"{far} of 225 runs are right", "the truth": f"{near} of 225"})
     assert (far, near) == (148, 222)
-    assert all(x.turned == 25 for x in found.values())
-    assert {name for name, x in found.items() if x.close < 25} == {"gicp", "mmd"}
+    assert all(x.turned == 25 for x in rows.values())
+    assert {name for name, x in rows.items() if x.close < 25} == {"gicp", "mmd"}
 
 
 def test_mmd_reaches_the_same_optimum_from_far():
@@ -106,8 +106,8 @@ def test_density_alone_changes_who_arrives(why):
     hypothesis mixture to 20; ICP, its variants and the soft targets keep all 25."""
     names = ("icp", "point-to-plane", "gicp", "soft-annealed", "association-bp", "hypothesis-mixture")
     usual, dense = lines(names, setting="clean"), lines(names, setting="clean", density=2.0)
-    said = [" · ".join(f"{of[name].close}" for name in names[-2:]) for of in (dense, usual)]
-    why("the source's density (association BP · hypothesis mixture)", {"twice": said[0], "as usual": said[1]})
+    messages = [" · ".join(f"{of[name].close}" for name in names[-2:]) for of in (dense, usual)]
+    why("the source's density (association BP · hypothesis mixture)", {"twice": messages[0], "as usual": messages[1]})
     assert all(usual[name].close == 25 for name in names)
     kept = {"association-bp": 0, "hypothesis-mixture": 20}
     assert {name: dense[name].close for name in names} == {name: kept.get(name, 25) for name in names}
@@ -118,8 +118,8 @@ def test_density_costs_association_bp_its_reach(why):
     and 1 u, and from the truth, it is right on all 25."""
     right = {}
     for degrees, distance in ((45.0, 1.43), (30.0, 1.0), (0.0, 0.0)):
-        found = lines(("association-bp",), setting="clean", density=2.0, degrees=degrees, distance=distance)
-        right[f"{degrees:g}° and {distance:g} u" if degrees else "the truth"] = found["association-bp"].close
+        rows = lines(("association-bp",), setting="clean", density=2.0, degrees=degrees, distance=distance)
+        right[f"{degrees:g}° and {distance:g} u" if degrees else "the truth"] = rows["association-bp"].close
     why("the start, at twice the density", {start: f"{count} of 25 are right" for start, count in right.items()})
     assert list(right.values()) == [0, 25, 25]
 
@@ -127,10 +127,10 @@ def test_density_costs_association_bp_its_reach(why):
 def test_less_overlap_moves_some_optima_away():
     """Started at the truth in the clean room with 60 % overlap, ICP with its wide gate leaves it on every seed and
     MMD-Reg on most; the other seven stay within 5° and 0.2 u on all."""
-    found = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
-    assert found["icp"].turned == 0
-    assert found["mmd"].close < 13
-    assert {name for name, x in found.items() if x.close == 25} == found.keys() - {"icp", "mmd"}
+    rows = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
+    assert rows["icp"].turned == 0
+    assert rows["mmd"].close < 13
+    assert {name for name, x in rows.items() if x.close == 25} == rows.keys() - {"icp", "mmd"}
 
 
 def with_options(method, controls, **options):
@@ -194,15 +194,15 @@ def test_more_waves_keep_more_of_the_schedule(why):
 def test_stripes_split_the_field_by_what_they_compare(why):
     """Where the sampling is striped, four methods that pull point towards point find no seed, nor does NDT, while point
     to plane, GICP, RANSAC and MMD-Reg find 21 or more. In the clean room, and from the truth, the four find all 25."""
-    found, clean = lines(setting="striped"), lines(setting="clean")
+    result, clean = lines(setting="striped"), lines(setting="clean")
     none = {"icp", "soft-annealed", "association-bp", "hypothesis-mixture"}
-    striped, even = (", ".join(sorted({f"{of[name].close} of 25" for name in none})) for of in (found, clean))
+    striped, even = (", ".join(sorted({f"{of[name].close} of 25" for name in none})) for of in (result, clean))
     why("the sampling", {"in stripes": f"{striped} for each of the four", "even": f"{even} for each"})
     there = lines(tuple(none), setting="striped", degrees=0.0, distance=0.0)
     assert all(clean[name].close == 25 for name in none)
-    assert all(found[name].close == 0 for name in {*none, "ndt"})
+    assert all(result[name].close == 0 for name in {*none, "ndt"})
     assert all(one.close == 25 for one in there.values())
-    assert all(found[name].close >= 21 for name in ("point-to-plane", "gicp", "ransac-congruent", "mmd"))
+    assert all(result[name].close >= 21 for name in ("point-to-plane", "gicp", "ransac-congruent", "mmd"))
 
 
 def soft_counts(setting):
@@ -264,8 +264,8 @@ def test_another_25_seeds_say_otherwise():
     counts = []
     for part in (0, 1, 2):
         seeds = tuple(40 + 13 * (25 * part + k) for k in range(25))
-        found = lines(("point-to-plane", "gicp"), seeds)
-        counts.append((found["point-to-plane"].close, found["gicp"].close))
+        rows = lines(("point-to-plane", "gicp"), seeds)
+        counts.append((rows["point-to-plane"].close, rows["gicp"].close))
     assert [gicp - plane for plane, gicp in counts] == [3, -1, 7]
 
 
@@ -324,17 +324,17 @@ def test_wider_cells_alone_give_ndt_its_reach(why):
     with noise and junk, in the median; more than 90 do with (0.44 u)²."""
     clean, truth = race_problem(Controls(setting="clean"), HUNDRED)
     noisy, _ = race_problem(Controls(setting="combo"), HUNDRED)
-    found = {
+    results = {
         added: ndt_on_changed_cells(clean, truth, lambda of, added=added: of + added**2 * np.eye(2))
         for added in (0.25, 0.44, 0.0)
     }
-    said = {f"({added:g} u)²" if added else "nothing": f"{count} of 100 arrive" for added, count in found.items()}
-    why("what is added to the covariance of every cell, without noise", said)
+    messages = {f"({added:g} u)²" if added else "nothing": f"{count} of 100 arrive" for added, count in results.items()}
+    why("what is added to the covariance of every cell, without noise", messages)
     assert across(clean) < 0.03
     assert across(noisy) == pytest.approx(0.25, abs=0.01)
-    assert found[0.0] == 0
-    assert found[0.25] > 25
-    assert found[0.44] > 90
+    assert results[0.0] == 0
+    assert results[0.25] > 25
+    assert results[0.44] > 90
 
 
 def test_narrow_cells_take_ndt_s_reach_in_the_noisy_room(why):
@@ -342,8 +342,8 @@ def test_narrow_cells_take_ndt_s_reach_in_the_noisy_room(why):
     Gaussian is half as wide, the scans unchanged."""
     noisy, truth = race_problem(Controls(setting="combo"), HUNDRED)
     usual, narrow = (ndt_on_changed_cells(noisy, truth, lambda of, by=by: of * by**2) for by in (1.0, 0.5))
-    said = {"as measured": f"{usual} of 100 arrive", "half as wide": f"{narrow} of 100 arrive"}
-    why("how wide the Gaussians are, with noise and junk", said)
+    messages = {"as measured": f"{usual} of 100 arrive", "half as wide": f"{narrow} of 100 arrive"}
+    why("how wide the Gaussians are, with noise and junk", messages)
     assert usual > 25
     assert narrow <= 5
 
@@ -359,10 +359,10 @@ def test_noise_helps_ndt_in_the_map_alone(why):
         "the scan alone": replace(clean, source=noisy.source),
         "neither": clean,
     }
-    found = {name: ndt_on_changed_cells(problem, truth, lambda of: of) for name, problem in clouds.items()}
-    why("which cloud has noise and junk", {name: f"{count} of 100 arrive" for name, count in found.items()})
-    assert found["the target alone"] > max(40, found["both"])
-    assert found["the scan alone"] == found["neither"] == 0
+    results = {name: ndt_on_changed_cells(problem, truth, lambda of: of) for name, problem in clouds.items()}
+    why("which cloud has noise and junk", {name: f"{count} of 100 arrive" for name, count in results.items()})
+    assert results["the target alone"] > max(40, results["both"])
+    assert results["the scan alone"] == results["neither"] == 0
 
 
 def test_three_share_the_score_of_a_miss():

@@ -42,11 +42,11 @@ def pipeline(steps=70, gate=0.5, **controls):
 @cache
 def race(degrees):
     """The nine lines of the race, which were right, and which have three quarters of their source explained."""
-    found = benchmark(Controls(degrees=degrees))
+    result = benchmark(Controls(degrees=degrees))
     p, truth = problem(degrees=degrees)
-    good = np.stack([right(x.pose, truth) for x in found])
-    explained = np.stack([evidence(p.source, p.target, x.pose, REACH).share >= 0.75 for x in found])
-    converged = np.stack([x.status == 1 for x in found])
+    good = np.stack([right(x.pose, truth) for x in result])
+    explained = np.stack([evidence(p.source, p.target, x.pose, REACH).share >= 0.75 for x in result])
+    converged = np.stack([x.status == 1 for x in result])
     return good, explained, converged
 
 
@@ -60,8 +60,8 @@ def clouds(scene):
 
 def proposed_and_refined(scene):
     source, target, _ = clouds(scene)
-    found = register(source, target, "ransac-congruent", seed=list(SEEDS), **SEARCH)
-    return register(source, target, "icp", start=found.pose, gate=0.5)
+    result = register(source, target, "ransac-congruent", seed=list(SEEDS), **SEARCH)
+    return register(source, target, "icp", start=result.pose, gate=0.5)
 
 
 @pytest.mark.parametrize("setting", ["clean", "combo"])
@@ -80,10 +80,10 @@ def test_no_aid_makes_hard_association_immune(method):
     plain = register(p.source, p.target, method, start=p.start)
     assert not right(plain.pose, truth).any()
     for aid in ({"gate": 0.5}, {"gate": 1.0}, {"weight": "huber"}, {"weight": "tukey"}):
-        found = register(p.source, p.target, method, start=p.start, **aid)
-        assert not right(found.pose, truth).any()
-        assert (rte(found.pose, plain.pose) > 5e-4).all()
-        assert (found.steps >= 5).all()
+        result = register(p.source, p.target, method, start=p.start, **aid)
+        assert not right(result.pose, truth).any()
+        assert (rte(result.pose, plain.pose) > 5e-4).all()
+        assert (result.steps >= 5).all()
 
 
 def test_a_uniform_component_helps_against_uniform_junk(why):
@@ -92,8 +92,8 @@ def test_a_uniform_component_helps_against_uniform_junk(why):
     p, truth = (x[:12] if isinstance(x, Pose) else x for x in problem(setting="outliers", degrees=20.0, distance=0.5))
     counts = {}
     for weight in (0.0, 0.02, 0.12, 0.6):
-        found = register(p.source[:12], p.target[:12], "cpd-rigid", start=p.start[:12], clutter=weight)
-        counts[weight] = int(right(found.pose, truth).sum())
+        result = register(p.source[:12], p.target[:12], "cpd-rigid", start=p.start[:12], clutter=weight)
+        counts[weight] = int(right(result.pose, truth).sum())
     why("the clutter weight", {f"{weight:g}": f"{count} of 12 are right" for weight, count in counts.items()})
     assert counts.pop(0.0) <= 6
     assert set(counts.values()) == {12}
@@ -108,8 +108,8 @@ def part_missing(clutter, sigma=None, from_truth=False):
     right, and the negative log-likelihoods of the ends."""
     p, truth = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
     start = (truth if from_truth else p.start)[:12]
-    found = register(p.source[:12], p.target[:12], "cpd-rigid", start=start, clutter=clutter, sigma=sigma)
-    return right(found.pose, truth[:12]), found.objective
+    result = register(p.source[:12], p.target[:12], "cpd-rigid", start=start, clutter=clutter, sigma=sigma)
+    return right(result.pose, truth[:12]), result.objective
 
 
 def test_no_clutter_weight_helps_from_the_default_sigma():
@@ -123,9 +123,9 @@ def test_no_clutter_weight_helps_from_the_default_sigma():
     assert (sigma > 3.0).all()
     default = register(p.source[:12], p.target[:12], "cpd-rigid", start=p.start[:12], max_steps=3)
     for k in range(12):
-        told = register(p.source[k], p.target[k], "cpd-rigid", start=p.start[k], max_steps=3, sigma=float(sigma[k]))
-        np.testing.assert_allclose(told.pose.matrix, default.pose.matrix[k], atol=1e-9)
-        assert rte(told.pose, p.start[k]) > 0.1
+        result = register(p.source[k], p.target[k], "cpd-rigid", start=p.start[k], max_steps=3, sigma=float(sigma[k]))
+        np.testing.assert_allclose(result.pose.matrix, default.pose.matrix[k], atol=1e-9)
+        assert rte(result.pose, p.start[k]) > 0.1
 
 
 def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
@@ -141,8 +141,8 @@ def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
         },
     )
     assert set(right.pop(None)) == {0}
-    for sigma, found in right.items():
-        assert set(found) == {12}
+    for sigma, result in right.items():
+        assert set(result) == {12}
         assert not part_missing(0.0, sigma)[0].any()
 
 
@@ -168,8 +168,8 @@ def test_proposed_then_refined(why):
         alone = register(p.source, p.target, "icp", start=p.start, gate=2.6)
         ends = pipeline(degrees=degrees).pose, alone.pose, proposal(degrees=degrees).pose
         counts[degrees] = [int(right(pose, truth).sum()) for pose in ends]
-    said = [" · ".join(f"{of[k]} of 25" for of in counts.values()) for k in (0, 1)]
-    why("ICP's start (from 45° · from 180°)", {"RANSAC's proposal": said[0], "the race's start": said[1]})
+    messages = [" · ".join(f"{of[k]} of 25" for of in counts.values()) for k in (0, 1)]
+    why("ICP's start (from 45° · from 180°)", {"RANSAC's proposal": messages[0], "the race's start": messages[1]})
     assert counts == {45.0: [25, 9, 25], 180.0: [25, 0, 25]}
 
 
@@ -180,8 +180,8 @@ def test_refining_sharpens_only_with_a_gate_to_match(why):
     _, truth = problem()
     before, narrow, wide = (x.pose for x in (proposal(), pipeline(), pipeline(gate=2.6)))
     turn = [np.median(rre(pose, truth)) for pose in (before, narrow, wide)]
-    said = [f"{np.degrees(error):.2f}° off in the median" for error in turn]
-    why("ICP's gate", {"0.5 u": said[1], "2.6 u": said[2], "no refinement": said[0]})
+    messages = [f"{np.degrees(error):.2f}° off in the median" for error in turn]
+    why("ICP's gate", {"0.5 u": messages[1], "2.6 u": messages[2], "no refinement": messages[0]})
     assert 0.73 * turn[0] < turn[1] < 0.77 * turn[0]
     assert 0.8 * turn[0] < turn[2] < turn[0]
     away = [np.median(rte(pose, truth)) for pose in (before, narrow, wide)]
@@ -255,10 +255,10 @@ def test_a_symmetric_hall_passes_every_sign_of_the_clouds():
     wrong = np.degrees(rre(pose, truth)) > 179.0
     assert wrong.sum() == 15
     assert right(pose, truth)[~wrong].all()
-    found = evidence(source, target, pose, REACH)
-    assert (found.share == 1.0).all()
-    assert found.rms.max() < 0.06
-    assert found.weakest.min() > 0.2
+    estimate = evidence(source, target, pose, REACH)
+    assert (estimate.share == 1.0).all()
+    assert estimate.rms.max() < 0.06
+    assert estimate.weakest.min() > 0.2
     assert halves(source, target, pose, gate=0.5).max() < 0.02
 
 
@@ -332,14 +332,14 @@ def test_a_corridor_shows_in_the_eigenvalues_alone():
     """In the corridor every source point is explained and all 25 runs converge, with the slide wrong on all but one;
     the smallest eigenvalue is below 0.002 of the largest, while residual and halves are within the figure's limits."""
     source, target, truth = clouds(corridor)
-    found = proposed_and_refined(corridor)
-    signs = evidence(source, target, found.pose, REACH)
-    assert (found.status == 1).all()
-    assert right(found.pose, truth).sum() == 1
+    result = proposed_and_refined(corridor)
+    signs = evidence(source, target, result.pose, REACH)
+    assert (result.status == 1).all()
+    assert right(result.pose, truth).sum() == 1
     assert (signs.share == 1.0).all()
     assert signs.weakest.max() < 0.002
     assert signs.rms.max() < 0.18
-    assert halves(source, target, found.pose, gate=0.5).max() < 0.2
+    assert halves(source, target, result.pose, gate=0.5).max() < 0.2
 
 
 def test_a_certificate_holds_under_its_model():
@@ -360,10 +360,10 @@ def calibration(setting):
     """The mean of eᵀ H e over 100 seeds, H the sum of GICP's pair precisions at its end, started at the truth, and e
     the error of the pose. Were H the inverse of the error's covariance, it would be 3."""
     p, _ = race_problem(Controls(setting=setting, degrees=0.0, distance=0.0), tuple(range(40, 140)))
-    found = register(p.source, p.target, "gicp", start=p.start, gate=0.5)
-    system, used = found.detail("system"), found.detail("pairing").count
-    before = found.pose.inverse().apply(system.centre[:, None])[:, 0]
-    error = np.column_stack([system.centre - before, system.radius * found.pose.angle])
+    result = register(p.source, p.target, "gicp", start=p.start, gate=0.5)
+    system, used = result.detail("system"), result.detail("pairing").count
+    before = result.pose.inverse().apply(system.centre[:, None])[:, 0]
+    error = np.column_stack([system.centre - before, system.radius * result.pose.angle])
     return float((used * np.einsum("bi,bij,bj->b", error, system.information, error)).mean())
 
 

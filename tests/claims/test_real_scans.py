@@ -72,9 +72,9 @@ def runs(name, start):
     method, options = METHODS[name]
     if name == "RANSAC" and start != STARTS[0]:  # it does not look at the start, which its own tests hold it to
         return runs(name, STARTS[0])
-    found = [register(scan(a), scan(b), method, start=begun(start, (a, b)), **options) for a, b in PAIRS]
-    right = np.array([agrees(result.pose, pair) for result, pair in zip(found, PAIRS, strict=True)])
-    return right, np.array([result.status == Status.CONVERGED for result in found])
+    results = [register(scan(a), scan(b), method, start=begun(start, (a, b)), **options) for a, b in PAIRS]
+    right = np.array([agrees(result.pose, pair) for result, pair in zip(results, PAIRS, strict=True)])
+    return right, np.array([result.status == Status.CONVERGED for result in results])
 
 
 @cache
@@ -147,9 +147,9 @@ def test_a_search_needs_no_start_after_a_lap():
     """Scan 192 on scan 42: the correlative search over cells of 0.3 m, without a start, ends within 10 cm and 0.5° of
     the graph; refined by point to plane it is within 2 cm and 0.1°, at −10.09° and (0.309, 0.037) m."""
     pair = (192, 42)
-    found = register(scan(192), scan(42), "correlative", cell=0.3)
-    refined = register(scan(192), scan(42), "point-to-plane", start=found.pose, gate=0.5)
-    shift, turn = off(found.pose, pair)
+    result = register(scan(192), scan(42), "correlative", cell=0.3)
+    refined = register(scan(192), scan(42), "point-to-plane", start=result.pose, gate=0.5)
+    shift, turn = off(result.pose, pair)
     assert 0.02 < shift < 0.1
     assert turn < 0.5
     shift, turn = off(refined.pose, pair)

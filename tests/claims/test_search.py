@@ -39,7 +39,7 @@ def test_summing_the_slopes_first_makes_the_proof_short(monkeypatch, why):
     both = register(scene.source, scene.target, METHOD, **ASKED)
     monkeypatch.setattr(branch_and_bound, "_FINE", 0.0)
     first = register(scene.source, scene.target, METHOD, max_steps=40, **ASKED)
-    boxes = [int(found.detail("examined")) for found in (both, first)]
+    boxes = [int(result.detail("examined")) for result in (both, first)]
     why(
         "summing the linear parts before they are bounded",
         {
@@ -55,17 +55,17 @@ def test_summing_the_slopes_first_makes_the_proof_short(monkeypatch, why):
 
 def test_in_the_hall_a_proof_is_half_a_turn_off_as_often_as_not(halls):
     """Twelve draws: all proved, five within 5° of the truth, seven within 5° of half a turn from it."""
-    scenes, found = halls
-    off = np.degrees([rre(f.pose, s.truth) for f, s in zip(found, scenes, strict=True)])
-    assert all(f.status == Status.PROVED for f in found)
+    scenes, result = halls
+    off = np.degrees([rre(f.pose, s.truth) for f, s in zip(result, scenes, strict=True)])
+    assert all(f.status == Status.PROVED for f in result)
     assert np.count_nonzero(off < 5.0) == 5
     assert np.count_nonzero(off > 175.0) == 7
 
 
 def test_the_hall_has_two_optima_of_one_value(halls):
     """The best pose turned by more than 90° from the answer: half a turn from it, and within 1e-3 u² of its value."""
-    scenes, found = halls
-    for scene, best in zip(scenes, found, strict=True):
+    scenes, result = halls
+    for scene, best in zip(scenes, result, strict=True):
         other = elsewhere(scene, best.pose, 90.0)
         assert other.status == Status.PROVED
         assert np.degrees(rre(other.pose, best.pose)) > 175.0
@@ -126,13 +126,13 @@ def test_a_loop_of_the_drive_needs_no_prediction(why):
     scans, wheels = prepare(drive), chained(drive.motion)
     grid = register(scans.cloud(200), scans.cloud(40), "correlative")
     starts = [wheels[40].inverse().compose(wheels[200]), Pose.identity(2), grid.pose]
-    found = match(scans, [200] * 3, [40] * 3, Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts])))
+    result = match(scans, [200] * 3, [40] * 3, Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts])))
     named = ["the wheels", "no motion", "the best pose of the grid"]
-    why("the start of the match", {n: f"{s:.0%} explained" for n, s in zip(named, found.share, strict=True)})
-    assert found.believed.tolist() == [False, False, True]
-    assert found.share[2] > 0.6
-    assert max(found.share[:2]) < 0.15
-    assert np.linalg.norm(starts[0].t - found.pose.t[2]) > 5.0
-    assert np.linalg.norm(grid.pose.t - found.pose.t[2]) < 0.1
-    assert np.degrees(rre(grid.pose, found.pose[2])) < 1.0
+    why("the start of the match", {n: f"{s:.0%} explained" for n, s in zip(named, result.share, strict=True)})
+    assert result.believed.tolist() == [False, False, True]
+    assert result.share[2] > 0.6
+    assert max(result.share[:2]) < 0.15
+    assert np.linalg.norm(starts[0].t - result.pose.t[2]) > 5.0
+    assert np.linalg.norm(grid.pose.t - result.pose.t[2]) < 0.1
+    assert np.degrees(rre(grid.pose, result.pose[2])) < 1.0
     assert grid.detail("nodes") < 0.01 * grid.detail("poses")

@@ -83,10 +83,10 @@ def bird_error(**options):
 
 def test_from_minus_80_degrees_all_three_fail_in_most_draws():
     """The figure's bird, from −80° over 25 draws: rigid CPD, FilterReg and GMMReg all end more than 5° off in 17."""
-    told = {"volume": AREA, "clutter": 0.1, "tolerance": 1e-3}
+    results = {"volume": AREA, "clutter": 0.1, "tolerance": 1e-3}
     options = {
-        "cpd-rigid": {"sigma": 1.1, **told},
-        "filterreg": {"filter": "exact", "variance": "estimated", "first": 1.1, **told},
+        "cpd-rigid": {"sigma": 1.1, **results},
+        "filterreg": {"filter": "exact", "variance": "estimated", "first": 1.1, **results},
         "gmmreg": {"first": 1.1},
     }
     off = np.zeros((3, 25))
@@ -169,15 +169,15 @@ def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
 def test_one_over_n_depends_on_the_unit():
     """In millimetres the volume's convention gives the same motion, the paper's another one."""
     scene = bird(noise=0.25, clutter=10)
-    found = {}
+    results = {}
     for unit in (1.0, 1000.0):
         start = Pose(scene.start.R, unit * scene.start.t)
         for paper, volume in ((False, AREA * unit**2), (True, float(len(scene.target)))):
             options = {"sigma": 1.1 * unit, "clutter": 0.3, "volume": volume, "max_steps": 60}
             run = register(unit * scene.source, unit * scene.target, "cpd-rigid", start=start, **options)
-            found[unit, paper] = run.pose.apply(unit * scene.source) / unit
-    np.testing.assert_allclose(found[1000.0, False], found[1.0, False], atol=1e-9)
-    assert np.abs(found[1000.0, True] - found[1.0, True]).max() > 0.01
+            results[unit, paper] = run.pose.apply(unit * scene.source) / unit
+    np.testing.assert_allclose(results[1000.0, False], results[1.0, False], atol=1e-9)
+    assert np.abs(results[1000.0, True] - results[1.0, True]).max() > 0.01
 
 
 def test_one_over_v_does_not_depend_on_the_sampling():
@@ -287,8 +287,8 @@ def test_rivals_keep_the_marginals_unlinked(why):
 
     def unlinked(method, source):
         (one,) = contestants([method])
-        found = register(source, scene.target, method, start=start, max_steps=0, seed=40, **one.options)
-        return 1.0 - float(found.detail("support")[0])
+        result = register(source, scene.target, method, start=start, max_steps=0, seed=40, **one.options)
+        return 1.0 - float(result.detail("support")[0])
 
     rivals, alone = (unlinked("association-bp", source) for source in (scene.source, scene.source[:1]))
     why(

@@ -74,13 +74,13 @@ def test_a_line_of_pairs_leaves_a_turn(why):
     poses = poses_about_line(pairs.source, pairs.target, np.radians(np.arange(0.0, 360.0, 10.0)))
     sums = (residuals(poses, pairs.source, pairs.target) ** 2).sum(axis=-1)
     np.testing.assert_allclose(sums, sums[0], rtol=1e-10)
-    found = register(pairs.source, pairs.target, "kabsch")
+    result = register(pairs.source, pairs.target, "kabsch")
     handle = np.array([[RADIUS, 0.0, 0.0]])
     source = np.concatenate([pairs.source, TRUTH.inverse().apply(handle)])
     more = register(source, np.concatenate([pairs.target, handle]), "kabsch")
-    why("a pair off the line", {"without": found.reason, "with": f"{more.status.label}, {off(more):.1f}° off"})
-    assert found.status is Status.DEGENERATE
-    assert "rotation about their line is free" in found.reason
+    why("a pair off the line", {"without": result.reason, "with": f"{more.status.label}, {off(more):.1f}° off"})
+    assert result.status is Status.DEGENERATE
+    assert "rotation about their line is free" in result.reason
     assert more.status is Status.CONVERGED
     assert off(more) < 10.0
 
@@ -142,13 +142,13 @@ def test_the_axis_of_the_start_matters(why):
     Turned by 40° about its axis, by ICP in none and by point to plane in three to seven: from so far, how a machine
     rounds decides some of the runs."""
     axes = {"across, x": (1, 0, 0), "across, y": (0, 1, 0), "its own": (0, 0, 1)}
-    found = {}
+    near = {}
     for name, axis in axes.items():
         start = about(axis, 40.0).compose(TRUTH)
-        found[name] = [int((ends(m, SEEDS[:10], start) < 10.0).sum()) for m in ("icp", "point-to-plane")]
-    why("the axis of the start's turn", {n: f"{a} of 10 by ICP, {b} by point to plane" for n, (a, b) in found.items()})
-    assert found["across, x"] == found["across, y"] == [10, 10]
-    point, plane = found["its own"]
+        near[name] = [int((ends(m, SEEDS[:10], start) < 10.0).sum()) for m in ("icp", "point-to-plane")]
+    why("the axis of the start's turn", {n: f"{a} of 10 by ICP, {b} by point to plane" for n, (a, b) in near.items()})
+    assert near["across, x"] == near["across, y"] == [10, 10]
+    point, plane = near["its own"]
     assert point == 0
     assert 3 <= plane <= 7
 
@@ -162,7 +162,7 @@ def test_how_far_either_reaches():
     for degrees in (20, 40, 60, 80):
         start = about(axes, degrees).compose(scene.truth)
         runs = [register(scene.source, scene.target, m, start=start, max_steps=50) for m in ("icp", "point-to-plane")]
-        counts[degrees] = [int((off(found) < 10.0).sum()) for found in runs]
+        counts[degrees] = [int((off(result) < 10.0).sum()) for result in runs]
     assert counts == {20: [25, 25], 40: [21, 25], 60: [6, 17], 80: [0, 0]}
 
 
@@ -179,8 +179,8 @@ def test_without_its_handle_the_mug_keeps_its_turn(why):
         runs = [
             register(s.source, s.target, "point-to-plane", start=mug_start(), free_below=0.05) for s in scenes
         ]
-        errors[handle] = np.array([off(found) for found in runs])
-        free[handle] = [int(found.states[0].system.free[0].sum()) for found in runs]
+        errors[handle] = np.array([off(result) for result in runs])
+        free[handle] = [int(result.states[0].system.free[0].sum()) for result in runs]
     why(
         "the handle",
         {
@@ -212,9 +212,9 @@ def tilt(neighbours, noise=0.02):
 def test_normals_want_more_neighbours_and_not_too_many(why):
     """On the mug's wall with 0.02 u of noise the median normal is 15° off from two neighbours, 4° from six, 2.5° from
     16, and from 60 it is worse again."""
-    found = {k: tilt(k) for k in (2, 6, 16, 60)}
-    why("the number of neighbours", {str(k): f"{angle:.1f}°" for k, angle in found.items()})
-    assert found[2] == pytest.approx(15.0, abs=1.0)
-    assert found[6] == pytest.approx(4.3, abs=0.3)
-    assert found[16] == pytest.approx(2.5, abs=0.2)
-    assert found[60] > found[16] + 0.5
+    results = {k: tilt(k) for k in (2, 6, 16, 60)}
+    why("the number of neighbours", {str(k): f"{angle:.1f}°" for k, angle in results.items()})
+    assert results[2] == pytest.approx(15.0, abs=1.0)
+    assert results[6] == pytest.approx(4.3, abs=0.3)
+    assert results[16] == pytest.approx(2.5, abs=0.2)
+    assert results[60] > results[16] + 0.5

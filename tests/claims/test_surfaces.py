@@ -24,8 +24,8 @@ def runs(setting, method, start, **options):
     """25 draws of the room from one start: the result, rotation errors in degrees, translation errors."""
     scenes = [room(setting, seed=seed) for seed in SEEDS]
     clouds = [np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target")]
-    found = register(*clouds, method, start=room_start(*start), max_steps=70, **options)
-    return found, np.degrees(rre(found.pose, Pose.identity())), rte(found.pose, Pose.identity())
+    result = register(*clouds, method, start=room_start(*start), max_steps=70, **options)
+    return result, np.degrees(rre(result.pose, Pose.identity())), rte(result.pose, Pose.identity())
 
 
 def successes(setting, method, start, **options):
@@ -37,8 +37,8 @@ def successes(setting, method, start, **options):
 def gaps(method, steps=1, **options):
     """How far the end wall still is, u, after each step: a scan of the corner pushed 0.6 u along its long wall."""
     cloud = sampled(CORNER, 0.1)
-    found = register(cloud - [0.6, 0.0], cloud, method, max_steps=steps, **options)
-    return 0.6 - found.history.poses.t[:, 0]
+    result = register(cloud - [0.6, 0.0], cloud, method, max_steps=steps, **options)
+    return 0.6 - result.history.poses.t[:, 0]
 
 
 # Point pairs at a wall
@@ -155,12 +155,12 @@ def test_walls_leave_the_slide(scene):
     where it was, and says that this slide is free."""
     for seed in SEEDS[:8]:
         drawn = scene(seed=seed)
-        found = register(drawn.source, drawn.target, "point-to-plane", start=drawn.start, free_below=0.05)
+        result = register(drawn.source, drawn.target, "point-to-plane", start=drawn.start, free_below=0.05)
         along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
-        before, after = ((pose.apply(drawn.source) - drawn.source).mean(axis=0) for pose in (drawn.start, found.pose))
-        assert found.status is Status.DEGENERATE
-        assert "slide along" in found.reason
-        assert np.degrees(rre(found.pose, drawn.truth)) < 1.0
+        before, after = ((pose.apply(drawn.source) - drawn.source).mean(axis=0) for pose in (drawn.start, result.pose))
+        assert result.status is Status.DEGENERATE
+        assert "slide along" in result.reason
+        assert np.degrees(rre(result.pose, drawn.truth)) < 1.0
         assert abs(after[1] * along[0] - after[0] * along[1]) < 0.05
         assert along @ after == pytest.approx(along @ before, abs=0.01)
         assert abs(along @ after) > 0.4
@@ -172,18 +172,18 @@ def test_point_pairs_call_a_wall_well_conditioned():
     along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
     for seed in SEEDS[:8]:
         scene = single_wall(seed=seed)
-        found = register(scene.source, scene.target, "icp", start=scene.start)
+        result = register(scene.source, scene.target, "icp", start=scene.start)
         plane = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
         point_off, plane_off = (
-            along @ (pose.apply(scene.source) - scene.source).mean(axis=0) for pose in (found.pose, plane.pose)
+            along @ (pose.apply(scene.source) - scene.source).mean(axis=0) for pose in (result.pose, plane.pose)
         )
-        pairing = found.states[0].pairing
+        pairing = result.states[0].pairing
         eye = np.broadcast_to(np.eye(2), (*pairing.moved.shape, 2))
         centre = pairing.moved.mean(axis=1)
         system = gauss_newton.system(
-            pairing.moved, scene.target[pairing.rows], eye, pairing.weights, centre, found.states[0].radius
+            pairing.moved, scene.target[pairing.rows], eye, pairing.weights, centre, result.states[0].radius
         )
-        assert found.status is Status.CONVERGED
+        assert result.status is Status.CONVERGED
         assert system.condition[0] < 1.1
         assert point_off > 1.0
         assert point_off == pytest.approx(plane_off, abs=0.1)
@@ -195,12 +195,12 @@ def test_point_pairs_call_a_wall_well_conditioned():
 def test_gicp_holds_a_wall_by_a_hundredth():
     """On a noise-free wall the covariances hold the slide with exactly 1/100 of what holds the rest: weak, not free."""
     scene = single_wall(noise=0.0)
-    found = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.1, (0.3, 0.1)))
-    system = found.states[0].system
+    result = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.1, (0.3, 0.1)))
+    system = result.states[0].system
     assert system.condition[0] == pytest.approx(100.0)
     assert not system.free.any()
-    assert found.status is Status.CONVERGED
-    assert rte(found.pose, scene.truth) > 0.2
+    assert result.status is Status.CONVERGED
+    assert rte(result.pose, scene.truth) > 0.2
 
 
 def slides(method, **options):
@@ -209,8 +209,8 @@ def slides(method, **options):
     for seed in SEEDS:
         scene = single_wall(seed=seed, noise=0.1)
         start = room_start(*NEAR)
-        found = register(scene.source, scene.target, method, start=start, max_steps=40, **options)
-        moved.append(along @ (found.pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
+        result = register(scene.source, scene.target, method, start=start, max_steps=40, **options)
+        moved.append(along @ (result.pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
     return np.array(moved)
 
 
@@ -240,14 +240,14 @@ def test_a_bad_normal_does_not_widen_its_covariance():
 def test_no_residual_has_the_widest_basin():
     """From 45°, of 25 draws: with noise, point pairs find all, plane and GICP miss one to three; where the sampling
     thins out, plane finds fewer than point; where it is striped, point finds none and the others all."""
-    found = {
+    results = {
         setting: [successes(setting, method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")]
         for setting in ("noise", "gradient", "striped")
     }
-    assert found["noise"][0] == 25
-    assert all(22 <= count < 25 for count in found["noise"][1:])
-    assert found["gradient"][1] <= found["gradient"][0] - 5
-    assert found["striped"] == [0, 25, 25]
+    assert results["noise"][0] == 25
+    assert all(22 <= count < 25 for count in results["noise"][1:])
+    assert results["gradient"][1] <= results["gradient"][0] - 5
+    assert results["striped"] == [0, 25, 25]
 
 
 def test_fewer_steps_are_no_rule():
@@ -346,9 +346,9 @@ def test_from_midway_robust_weights_find_no_more_rooms():
     """With the same junk from 45°, no weight brings more draws home than no weight does, and with point to plane Tukey
     brings four fewer."""
     plain = {method: successes("outliers", method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")}
-    for method, found in plain.items():
+    for method, result in plain.items():
         for weight in ("huber", "tukey", "welsch"):
-            assert 0 < successes("outliers", method, MIDWAY, weight=weight) <= found
+            assert 0 < successes("outliers", method, MIDWAY, weight=weight) <= result
     assert successes("outliers", "point-to-plane", MIDWAY, weight="tukey") == plain["point-to-plane"] - 4
 
 
@@ -385,8 +385,8 @@ def test_trimming_pure_noise_costs_accuracy(why):
         method: [np.sqrt((runs("noise", method, NEAR, trim=t)[1] ** 2).mean()) for t in (0.0, 0.3)]
         for method in ("icp", "point-to-plane", "gicp")
     }
-    said = [" · ".join(f"{errors[k]:.2f}°" for errors in off.values()) for k in (1, 0)]
-    why("how many pairs are dropped (point · plane · GICP)", {"30 %": said[0], "none": said[1]})
+    messages = [" · ".join(f"{errors[k]:.2f}°" for errors in off.values()) for k in (1, 0)]
+    why("how many pairs are dropped (point · plane · GICP)", {"30 %": messages[0], "none": messages[1]})
     for method, factor in (("icp", 2.0), ("point-to-plane", 1.5), ("gicp", 1.5)):
         whole, cut = off[method]
         assert cut > factor * whole

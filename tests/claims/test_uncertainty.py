@@ -57,12 +57,12 @@ def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
     spots = truth.apply(clean.source)
     far = np.linalg.norm(spots, axis=2, keepdims=True)
     again = spots * (1.0 + 0.04 * rng.standard_normal(far.shape) / far)
-    found = (
+    results = (
         register(noisy.source, again, "kabsch"),
         register(noisy.source, again, "icp", start=truth, gate=GATE),
         register(noisy.source, noisy.target, "icp", start=truth, gate=GATE),
     )
-    known, same, other = (int(covariance(each).covers(truth).sum()) for each in found)
+    known, same, other = (int(covariance(each).covers(truth).sum()) for each in results)
     why("what the points are paired with", {
         "other spots, pairs found": f"{other} of {DRAWS} regions hold the truth",
         "the same spots, pairs found": f"{same} of {DRAWS}",
@@ -129,20 +129,20 @@ def test_more_noise_makes_the_corridor_look_better_known(why):
 def test_true_normals_leave_the_corridor_free():
     """Scanned without noise, point to plane has one free direction in all of 20 draws: the slide. No number is NaN."""
     made = runs("corridor", count=20, noise=0.0, heading=0.0, shift=0.0)
-    found = covariance(made.result, sigma=0.04)
-    assert (found.free.sum(axis=1) == 1).all()
-    assert np.isfinite(found.matrix).all()
-    assert np.isfinite(found.information).all()
-    assert all(found[i].words().startswith("the slide along (0.99, 0.10)") for i in range(20))
+    estimate = covariance(made.result, sigma=0.04)
+    assert (estimate.free.sum(axis=1) == 1).all()
+    assert np.isfinite(estimate.matrix).all()
+    assert np.isfinite(estimate.information).all()
+    assert all(estimate[i].words().startswith("the slide along (0.99, 0.10)") for i in range(20))
 
 
 def test_point_to_point_sees_no_needle():
     """1,000 draws in the corridor: the Hessian's regions are as wide one way as the other, to 1 %, and hold the truth
     in fewer than ten. Where the runs end, σ along the corridor is more than ten times that across it."""
     made = runs("corridor", "icp", DRAWS)
-    found = covariance(made.result)
-    assert (found.deviations[:, 0] < 1.01 * found.deviations[:, 2]).all()
-    assert found.covers(made.scans.truth).sum() < 10
+    estimate = covariance(made.result)
+    assert (estimate.deviations[:, 0] < 1.01 * estimate.deviations[:, 2]).all()
+    assert estimate.covers(made.scans.truth).sum() < 10
     spread = ends_of(made).modes[0]
     assert spread.deviations[0] > 10.0 * spread.deviations[1]
 
@@ -151,21 +151,21 @@ def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
     """1,000 draws of point to plane: the same scans, from headings known to 3° and to 90°. The second cluster of more
     than 5 % is half a turn off; no end is within 1 u of the mean of all, by its angle times the cloud's radius and its
     place."""
-    outcomes, found = {}, {}
+    outcomes, result = {}, {}
     for heading in (90.0, 3.0):
         made = runs("hall", count=DRAWS, heading=heading)
         ends = ends_of(made)
         large = [one for one, share in zip(ends.modes, ends.shares, strict=True) if share > 0.05]
         inside = int(regions(made, "hessian").covers(made.scans.truth).sum())
         outcomes[heading] = (len(large), inside)
-        found[heading] = made, ends, large
+        result[heading] = made, ends, large
     why("how well the heading is known", {
         f"to {heading:.0f}°": f"{count} cluster{'s' * (count > 1)}; {inside} of {DRAWS} Hessian regions hold the truth"
         for heading, (count, inside) in outcomes.items()
     })  # fmt: skip
     assert outcomes[90.0][0] == 2
     assert outcomes[3.0][0] == 1
-    made, ends, large = found[90.0]
+    made, ends, large = result[90.0]
     turn = large[1].mean.compose(made.scans.truth.inverse()).angle
     assert abs(abs(np.degrees(turn)) - 180.0) < 1.0
     assert ends.whole.deviations[0] > 100.0 * large[0].deviations[0]

@@ -394,7 +394,7 @@ def test_sparing_the_walls_that_object_saves_the_trimmed_fit(why):
         "the farthest on horizontal walls": lambda k, d: farthest_left_out(np.where(vertical, -1.0, d)),
     }
     off = [int((arrivals((source, target), NEAR, rule, 100)[1] > 0.2).sum()) for rule in rules.values()]
-    said = [f"{count} of 25 more than 0.2 u off" for count in off]
-    why("which fifth of the pairs is trimmed", dict(zip(rules, said, strict=True)))
+    messages = [f"{count} of 25 more than 0.2 u off" for count in off]
+    why("which fifth of the pairs is trimmed", dict(zip(rules, messages, strict=True)))
     assert off[0] >= 15
     assert off[1] == 0

@@ -60,12 +60,12 @@ def posegraph():
     scans = prepare(drive)
     chain = scan_to_scan(scans, drive.motion)
     edges, robust = edges_of(chain, verified(scans, chain.poses, *candidates(chain.poses)))
-    found = {}
+    results = {}
     for kernel in ("none", "huber", "cauchy", "dcs"):
         end = optimise(chain.poses, edges, kernel=kernel, robust=robust)
-        found[kernel] = [rows(end.poses), float(end.total), end.weights.tolist()]
-    found["marginals"] = marginals(end.poses, edges, [10, 49]).tolist()
-    return found
+        results[kernel] = [rows(end.poses), float(end.total), end.weights.tolist()]
+    results["marginals"] = marginals(end.poses, edges, [10, 49]).tolist()
+    return results
 
 
 def uncertainty():

@@ -21,13 +21,13 @@ def outcomes() -> dict[tuple[str, str], str]:
     """(file, test) → what is wrong with it, "" where nothing is; by one run of all files."""
     command = node_command("--no-warnings", "--test", "--test-reporter=junit", *FILES)
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment(), check=False)
-    found = {}
+    results = {}
     for case in ElementTree.fromstring(done.stdout).iter("testcase"):
         fault = next((child for child in case if child.tag in ("failure", "error", "skipped")), None)
         words = "" if fault is None else f"{fault.tag}: {fault.get('message', '')}\n{fault.text or ''}"
-        found[Path(case.get("file", "")).name, case.get("name", "")] = words
-    assert found, done.stdout + done.stderr
-    return found
+        results[Path(case.get("file", "")).name, case.get("name", "")] = words
+    assert results, done.stdout + done.stderr
+    return results
 
 
 @pytest.mark.parametrize(("path", "name"), NAMES, ids=[f"{path.stem}: {name}" for path, name in NAMES])

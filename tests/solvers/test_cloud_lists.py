@@ -110,13 +110,13 @@ def test_evidence_of_a_list_is_that_of_each(rooms):
     sources, target, result = rooms
     targets = [target[: 100 + k] for k in range(3)]
     for p, q in ((sources, target), (sources, targets), (sources[0], targets), (sources, np.stack([target] * 3))):
-        found = evidence(p, q, result.pose)
+        estimate = evidence(p, q, result.pose)
         for k in range(3):
             own, other = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
             alone = evidence(own, other, result.pose[k])
-            assert np.array_equal(found.explained[k], alone.explained)
+            assert np.array_equal(estimate.explained[k], alone.explained)
             for name in ("share", "rms", "weakest"):
-                assert getattr(found, name)[k] == getattr(alone, name)
+                assert getattr(estimate, name)[k] == getattr(alone, name)
     assert evidence(sources, target, result.pose[0], reach=0.2).share.shape == (3,)
     with pytest.raises(ValueError, match=r"^pose: expected one for all 3 clouds, or one for each"):
         evidence(sources, target, result.pose[:2])

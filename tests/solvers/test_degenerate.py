@@ -30,20 +30,20 @@ PLANAR = [
 @pytest.mark.parametrize(("source", "target", "weights", "reason"), PLANAR)
 def test_what_the_plane_leaves_open_is_said(fit, source, target, weights, reason, scale):
     """No weight, equal points, or two vanishing sums: degenerate, the reason in words, and a finite pose."""
-    found = fit(source, target, weights, scale=scale)
-    assert found.status == Status.DEGENERATE
-    assert reason in found.reason
-    assert np.array_equal(found.pose.R, np.eye(2))
-    assert found.pose.scale == 1.0
-    assert np.isfinite(found.pose.t).all()
-    assert found.condition == np.inf
+    result = fit(source, target, weights, scale=scale)
+    assert result.status == Status.DEGENERATE
+    assert reason in result.reason
+    assert np.array_equal(result.pose.R, np.eye(2))
+    assert result.pose.scale == 1.0
+    assert np.isfinite(result.pose.t).all()
+    assert result.condition == np.inf
 
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 def test_a_degenerate_answer_still_brings_the_centroids_together(fit):
     """Where the rotation is open, the pose only brings the centroids together; with no weight it is the identity."""
-    found = fit(SQUARE + 5.0, SQUARE * [1.0, -1.0] - 2.0)
-    assert np.allclose(found.pose.t, [-7.0, -7.0])
+    result = fit(SQUARE + 5.0, SQUARE * [1.0, -1.0] - 2.0)
+    assert np.allclose(result.pose.t, [-7.0, -7.0])
     nothing = fit(TRIANGLE, TRIANGLE + 4.0, np.zeros(3))
     assert np.array_equal(nothing.pose.t, [0.0, 0.0])
 
@@ -55,9 +55,9 @@ def test_one_point_is_not_enough_and_two_are_in_the_plane(fit):
     truth = Pose.from_angle(2.5, (1.0, -3.0))
     two = np.array([[1.0, 2.0], [1.5, 2.0]])
     for points in (two, np.repeat(two, 4, axis=0)):
-        found = fit(points, truth.apply(points))
-        assert found.status == Status.CONVERGED
-        assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-13)
+        result = fit(points, truth.apply(points))
+        assert result.status == Status.CONVERGED
+        assert np.allclose(result.pose.matrix, truth.matrix, atol=1e-13)
     only_one_counts = fit(two, truth.apply(two), [1.0, 0.0])
     assert only_one_counts.status == Status.DEGENERATE
 
@@ -71,10 +71,10 @@ def test_points_equal_but_for_rounding_are_equal(rng):
 def test_in_space_a_line_leaves_the_turn_about_itself_free(rng, random_pose):
     """Collinear points in 3-D fit equally well after any turn about their line, so no rotation is claimed."""
     truth = random_pose(rng, 3)
-    found = fit_rigid(LINE, truth.apply(LINE))
-    assert found.status == Status.DEGENERATE
-    assert "collinear" in found.reason
-    assert "about their line is free" in found.reason
+    fit = fit_rigid(LINE, truth.apply(LINE))
+    assert fit.status == Status.DEGENERATE
+    assert "collinear" in fit.reason
+    assert "about their line is free" in fit.reason
     # The claim itself: a turn about the line changes nothing of the sum of squares.
     axis = (LINE[1] - LINE[0]) / np.linalg.norm(LINE[1] - LINE[0])
     K = np.cross(np.eye(3), axis)
@@ -87,10 +87,10 @@ def test_in_space_three_noncollinear_pairs_suffice(rng, random_pose):
     """Three correct pairs off one line fix the rotation in 3-D; two pairs do not."""
     truth = random_pose(rng, 3)
     source = rng.standard_normal((3, 3))
-    found = fit_rigid(source, truth.apply(source))
-    assert found.status == Status.CONVERGED
-    assert found.determinant == 0
-    assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-12)
+    fit = fit_rigid(source, truth.apply(source))
+    assert fit.status == Status.CONVERGED
+    assert fit.determinant == 0
+    assert np.allclose(fit.pose.matrix, truth.matrix, atol=1e-12)
     two = fit_rigid(source[:2], truth.apply(source[:2]))
     assert two.status == Status.DEGENERATE
     assert "collinear" in two.reason
@@ -108,9 +108,9 @@ def test_the_cloud_at_fault_is_named(rng):
 def test_in_space_a_correlation_without_direction_is_said():
     """A mirrored regular cross in 3-D fits several rotations equally well, although its points spread."""
     cross = np.vstack([np.eye(3), -np.eye(3)])
-    found = fit_rigid(cross, -cross)
-    assert found.status == Status.DEGENERATE
-    assert "several rotations equally well" in found.reason
+    fit = fit_rigid(cross, -cross)
+    assert fit.status == Status.DEGENERATE
+    assert "several rotations equally well" in fit.reason
     free = fit_rigid(cross, -cross, proper=False)
     assert free.status == Status.CONVERGED
     assert free.cost < 1e-28
@@ -124,10 +124,10 @@ def test_where_rotation_and_reflection_tie_the_rotation_is_taken(rng):
     target = truth.apply(source)
     H = (source - source.mean(1, keepdims=True)).swapaxes(1, 2) @ (target - target.mean(1, keepdims=True))
     assert {-1.0, 1.0} <= set(np.sign(np.linalg.det(H)).tolist())
-    for found in (fit_rigid(source, target, proper=False), fit_planar(source, target)):
-        assert np.all(found.status == Status.CONVERGED)
-        assert np.all(found.determinant == 0)
-        assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-12)
+    for result in (fit_rigid(source, target, proper=False), fit_planar(source, target)):
+        assert np.all(result.status == Status.CONVERGED)
+        assert np.all(result.determinant == 0)
+        assert np.allclose(result.pose.matrix, truth.matrix, atol=1e-12)
 
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
@@ -136,9 +136,9 @@ def test_an_undefined_angle_far_from_the_origin_is_still_undefined(fit, moved):
     """Where the sums vanish but for the rounding of large coordinates, no angle is read out of the rounding."""
     clouds = {"source": 0.1 * SQUARE, "target": 0.1 * SQUARE * [1.0, -1.0]}
     clouds[moved] = clouds[moved] + [12345.678, -98765.4321]
-    found = fit(**clouds)
-    assert found.status == Status.DEGENERATE
-    assert "both sums" in found.reason
+    result = fit(**clouds)
+    assert result.status == Status.DEGENERATE
+    assert "both sums" in result.reason
 
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
@@ -147,13 +147,13 @@ def test_a_hopeless_problem_leaves_its_batch_alone(fit, rng):
     source, target = rng.standard_normal((5, 4, 2)), rng.standard_normal((5, 4, 2))
     source[1] = 0.3
     source[3], target[3] = SQUARE, SQUARE * [1.0, -1.0]
-    found = fit(source, target)
-    assert found.status.tolist() == [1, 4, 1, 4, 1]
-    assert "source" in found.reason[1]
-    assert "both sums" in found.reason[3]
-    assert [bool(r) for r in found.reason] == [False, True, False, True, False]
+    result = fit(source, target)
+    assert result.status.tolist() == [1, 4, 1, 4, 1]
+    assert "source" in result.reason[1]
+    assert "both sums" in result.reason[3]
+    assert [bool(r) for r in result.reason] == [False, True, False, True, False]
     for i in (0, 2, 4):
-        assert np.allclose(found.pose[i].matrix, fit(source[i], target[i]).pose.matrix, atol=1e-13)
+        assert np.allclose(result.pose[i].matrix, fit(source[i], target[i]).pose.matrix, atol=1e-13)
 
 
 @pytest.mark.parametrize("method", ["kabsch", "similarity"])

@@ -68,10 +68,10 @@ def test_a_narrow_problem_leaves_its_batch_alone():
 def test_one_point_and_equal_points_are_degenerate(method):
     """No method claims a rotation of clouds that have none, and each says why."""
     for n in (1, 6):
-        found = register(np.full((n, 2), 3.5), np.ones((n, 2)), method)
-        assert found.status == Status.DEGENERATE
-        assert found.reason
-        assert np.isfinite(found.matrix).all()
+        result = register(np.full((n, 2), 3.5), np.ones((n, 2)), method)
+        assert result.status == Status.DEGENERATE
+        assert result.reason
+        assert np.isfinite(result.matrix).all()
 
 
 PLACE = np.full((12, 2), (0.3, 0.1))

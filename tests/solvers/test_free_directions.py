@@ -42,26 +42,26 @@ def wall(n=60, d=2):
 def test_a_corner_is_observable_and_found_from_a_large_motion(method, rng):
     """The room from 45° and 1.43 u away: the truth to the noise, and no direction reported free."""
     scene = room("clean")
-    found = register(scene.source, scene.target, method, start=room_start(), gate=2.6)
-    assert found.status is Status.CONVERGED
-    assert rre(found.pose, scene.truth) < np.radians(0.5)
-    assert rte(found.pose, scene.truth) < 0.03
-    assert not found.states[0].system.free.any()
+    result = register(scene.source, scene.target, method, start=room_start(), gate=2.6)
+    assert result.status is Status.CONVERGED
+    assert rre(result.pose, scene.truth) < np.radians(0.5)
+    assert rte(result.pose, scene.truth) < 0.03
+    assert not result.states[0].system.free.any()
 
 
 def test_one_straight_wall_leaves_its_slide_free():
     """Point to plane on one wall: turned and moved onto it, and degenerate: the slide along it is named."""
     tilt = turn(np.radians(30.0))
     start = Pose.from_angle(np.radians(-20.0), (0.7, 0.4))
-    found = register(wall() @ tilt.T, wall() @ tilt.T, "point-to-plane", start=start)
-    assert found.status is Status.DEGENERATE
-    assert "slide along" in found.reason
-    system = found.states[0].system
+    result = register(wall() @ tilt.T, wall() @ tilt.T, "point-to-plane", start=start)
+    assert result.status is Status.DEGENERATE
+    assert "slide along" in result.reason
+    system = result.states[0].system
     np.testing.assert_allclose(np.abs(system.directions[0, :2, 0] @ tilt[:, 0]), 1.0, atol=1e-6)
     assert abs(system.directions[0, 2, 0]) < 1e-6
     assert system.condition[0] > 1e6
     # What is observable was found all the same: every moved point lies on the wall.
-    assert np.abs(found.transform(wall() @ tilt.T) @ tilt[:, 1]).max() < 1e-9
+    assert np.abs(result.transform(wall() @ tilt.T) @ tilt[:, 1]).max() < 1e-9
 
 
 def test_a_noisy_wall_says_how_weak_its_slide_is():
@@ -69,8 +69,8 @@ def test_a_noisy_wall_says_how_weak_its_slide_is():
     still tell it, and a run may demand more of a direction before it believes it."""
     rng = np.random.default_rng(7)
     target = wall() + 0.02 * rng.standard_normal((60, 2))
-    found = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)))
-    system = found.states[0].system
+    result = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)))
+    system = result.states[0].system
     assert 10.0 < system.condition[0] < 1e6
     assert abs(system.directions[0, 0, 0]) > 0.99
     strict = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)), free_below=0.1)
@@ -82,21 +82,21 @@ def test_on_a_circle_the_turn_is_free():
     """Point to plane on a circle is degenerate: the turn about its centre is named as free, and all else is found."""
     angle = 2.0 * np.pi * np.arange(48) / 48
     circle = 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + [3.0, 1.0]
-    found = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
-    assert found.status is Status.DEGENERATE
-    assert "turn about (3.00, 1.00)" in found.reason
-    np.testing.assert_allclose(np.linalg.norm(found.transform(circle) - [3.0, 1.0], axis=1), 2.0, atol=1e-3)
+    result = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
+    assert result.status is Status.DEGENERATE
+    assert "turn about (3.00, 1.00)" in result.reason
+    np.testing.assert_allclose(np.linalg.norm(result.transform(circle) - [3.0, 1.0], axis=1), 2.0, atol=1e-3)
 
 
 def test_a_plane_in_space_leaves_two_slides_and_a_turn_free():
     """Of the six motions in space a single plane holds three; the scan lies on the plane, and the run is degenerate."""
     flat = wall(150, 3)
     R = in_space((1.0, 2.0, -0.5), 0.9)
-    found = register(flat @ R.T, flat @ R.T, "point-to-plane", start=Pose(in_space((0, 1, 1), 0.2), (0.1, 0.2, 0.3)))
-    assert found.status is Status.DEGENERATE
-    assert found.states[0].system.free.tolist() == [[True, True, True, False, False, False]]
-    assert "3 of 6" in found.reason
-    assert np.abs(found.transform(flat @ R.T) @ R[:, 2]).max() < 1e-8
+    result = register(flat @ R.T, flat @ R.T, "point-to-plane", start=Pose(in_space((0, 1, 1), 0.2), (0.1, 0.2, 0.3)))
+    assert result.status is Status.DEGENERATE
+    assert result.states[0].system.free.tolist() == [[True, True, True, False, False, False]]
+    assert "3 of 6" in result.reason
+    assert np.abs(result.transform(flat @ R.T) @ R[:, 2]).max() < 1e-8
 
 
 @BOTH
@@ -106,10 +106,10 @@ def test_in_space_a_large_motion_is_found(method, rng):
     truth = Pose(in_space((0.3, -1.0, 0.5), np.radians(140.0)), (0.6, -0.3, 0.4))
     start = truth.compose(Pose(in_space((1.0, 1.0, -0.2), np.radians(20.0)), (0.1, 0.05, -0.1)))
     source = (points - truth.t) @ truth.R
-    found = register(source, points, method, start=start)
-    assert found.status is Status.CONVERGED
-    np.testing.assert_allclose(found.pose.matrix, truth.matrix, atol=1e-4)
-    assert np.linalg.det(found.pose.R) == pytest.approx(1.0, abs=1e-13)
+    result = register(source, points, method, start=start)
+    assert result.status is Status.CONVERGED
+    np.testing.assert_allclose(result.pose.matrix, truth.matrix, atol=1e-4)
+    assert np.linalg.det(result.pose.R) == pytest.approx(1.0, abs=1e-13)
 
 
 @BOTH
@@ -122,26 +122,26 @@ def test_in_space_a_large_motion_is_found(method, rng):
     ],
 )
 def test_hopeless_scenes_are_degenerate_and_leave_the_batch_alone(method, name, source, target, options, words):
-    found = register([room().source, source], [room().target, target], method, **options)
-    assert found.status[1] == Status.DEGENERATE
-    assert words in found.reason[1]
-    assert found.status[0] == Status.CONVERGED
-    assert np.isfinite(found.pose.matrix).all()
+    result = register([room().source, source], [room().target, target], method, **options)
+    assert result.status[1] == Status.DEGENERATE
+    assert words in result.reason[1]
+    assert result.status[0] == Status.CONVERGED
+    assert np.isfinite(result.pose.matrix).all()
 
 
 def test_two_points_are_a_wall():
     two = np.array([[0.0, 0.0], [2.0, 0.0]])
-    found = register(two, two + np.array([0.3, 0.2]), "point-to-plane")
-    assert found.status is Status.DEGENERATE
-    assert "slide along (1.00, 0.00)" in found.reason
+    result = register(two, two + np.array([0.3, 0.2]), "point-to-plane")
+    assert result.status is Status.DEGENERATE
+    assert "slide along (1.00, 0.00)" in result.reason
 
 
 def test_gicp_keeps_a_hundredth_of_its_hold_along_a_wall():
     """Canonical covariances leave precision along the tangent: on one wall GICP determines the slide, too, from pairs
     that say nothing about it, at normal/tangent of the precision across. The condition number tells, the status not."""
-    found = register(wall()[::2], wall(), "gicp", start=Pose.from_angle(0.1, (0.3, 0.2)))
-    assert found.status is Status.CONVERGED
-    system = found.states[0].system
+    result = register(wall()[::2], wall(), "gicp", start=Pose.from_angle(0.1, (0.3, 0.2)))
+    assert result.status is Status.CONVERGED
+    system = result.states[0].system
     np.testing.assert_allclose(system.condition, 100.0, rtol=0.05)
     np.testing.assert_allclose(np.abs(system.directions[0, :, 0]), [1.0, 0.0, 0.0], atol=0.02)
 

@@ -54,10 +54,10 @@ def test_any_finite_pairs_get_a_finite_answer(pairs, scale):
     """Coincident, collinear, mirrored, huge and tiny points: always a proper rotation or degenerate, never NaN."""
     source, target, weights = pairs
     for fit in [fit_rigid, fit_planar] if source.shape[1] == 2 else [fit_rigid]:
-        found = fit(source, target, weights, scale=scale)
-        check(found.pose, found.status, found.reason, found.cost)
-        assert not np.isnan(found.singular_values).any()
-        assert not np.isnan(found.condition)
+        result = fit(source, target, weights, scale=scale)
+        check(result.pose, result.status, result.reason, result.cost)
+        assert not np.isnan(result.singular_values).any()
+        assert not np.isnan(result.condition)
     free = fit_rigid(source, target, weights, scale=scale, proper=False)
     assert np.isfinite(free.pose.matrix).all()
     assert free.cost <= fit_rigid(source, target, weights, scale=scale).cost * (1 + 1e-6) + 1e-300
@@ -124,8 +124,8 @@ def test_a_weight_that_vanishes_is_zero_to_who_has_numpy_raise_errors_too(method
     both = scene.source[::3], scene.target[::3]
     expected = register(*both, method, **options)
     with np.errstate(all="raise"):
-        found = register(*both, method, **options)
-    assert found.pose == expected.pose
+        result = register(*both, method, **options)
+    assert result.pose == expected.pose
 
 
 
@@ -173,14 +173,14 @@ def test_what_is_no_input_is_refused_by_name(name, junk, data):
     method = data.draw(st.sampled_from(takers(name)))
     rng = np.random.default_rng(3)
     arguments = {"source": rng.standard_normal((3, 2)), "target": rng.standard_normal((3, 2)), name: junk}
-    said, result = "", None
+    text, result = "", None
     try:
         result = register(method=method, **arguments)
     except ValueError as error:
-        said = str(error)
+        text = str(error)
     if result is None:
         # A source that is a cloud after all, of another size, is found out at its target.
-        assert said.startswith((f"{name}: ", "target: ") if name == "source" else f"{name}: ")
+        assert text.startswith((f"{name}: ", "target: ") if name == "source" else f"{name}: ")
     else:
         assert isinstance(result, Result)
         assert np.isfinite(result.pose.matrix).all()

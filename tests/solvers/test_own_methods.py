@@ -104,7 +104,7 @@ def test_what_is_no_method_is_refused() -> None:
 
 def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
     page = (ROOT / "content/docs/package.md").read_text("utf-8")
-    found = re.search(r"## A new method.*?```python\n(.*?)```", page, re.DOTALL)
-    assert found
-    exec(found[1], {"__name__": "__main__"})
+    match = re.search(r"## A new method.*?```python\n(.*?)```", page, re.DOTALL)
+    assert match
+    exec(match[1], {"__name__": "__main__"})
     assert "Result(centred: finished, steps=1, pose=Pose(angle=0°, t=(1, 3), scale=1))" in capsys.readouterr().out

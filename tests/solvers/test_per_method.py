@@ -43,10 +43,10 @@ def test_a_function_takes_its_method_s_options_and_tells_them(name: str) -> None
     assert taken[2 : 2 + len(own)] == own
     assert ("pairs" in taken, "weights" in taken) == (method.paired, method.weighted)
     assert one.__name__ == name
-    told = inspect.getdoc(one)
-    assert told is not None  # the suite runs with docstrings
-    assert all(f"\n{option} : " in told for option in taken)
-    assert told.index("Parameters\n---") < told.index("Returns\n---")
+    doc = inspect.getdoc(one)
+    assert doc is not None  # the suite runs with docstrings
+    assert all(f"\n{option} : " in doc for option in taken)
+    assert doc.index("Parameters\n---") < doc.index("Returns\n---")
 
 
 def test_a_function_answers_as_register_does(clouds: tuple[np.ndarray, np.ndarray]) -> None:
@@ -78,8 +78,8 @@ def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray])
     assert not set(ALIASES) & set(METHODS)
     assert all(name in METHODS for name in ALIASES)
     assert register(*clouds, "umeyama").method == "similarity"
-    near, told = register(*clouds, max_distance=0.8), register(*clouds, gate=0.8)
-    assert np.array_equal(near.matrix, told.matrix)
+    near, report = register(*clouds, max_distance=0.8), register(*clouds, gate=0.8)
+    assert np.array_equal(near.matrix, report.matrix)
     with pytest.raises(ValueError, match="max_distance: is another name of gate; give one of them"):
         register(*clouds, gate=0.8, max_distance=0.8)
     capped = solvers.capped_icp(*clouds, max_distance=0.8)
@@ -155,10 +155,10 @@ def test_functions_have_the_field_s_names_too() -> None:
 )
 def test_a_wrong_name_leads_to_the_right_one(wrong: str, meant: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
     """Of part of a name, of a slip, and of the field's names; from `METHODS` as from `register`."""
-    told = f"'{wrong}' is unknown, did you mean {meant}[?]; known: association-bp, branch-and-bound"
-    with pytest.raises(ValueError, match=f"method: {told}"):
+    message = f"'{wrong}' is unknown, did you mean {meant}[?]; known: association-bp, branch-and-bound"
+    with pytest.raises(ValueError, match=f"method: {message}"):
         register(*clouds, wrong)
-    with pytest.raises(KeyError, match=told):
+    with pytest.raises(KeyError, match=message):
         METHODS[wrong]
 
 
@@ -166,9 +166,9 @@ def test_methods_show_what_they_are() -> None:
     lines = repr(METHODS).splitlines()
     assert [line.split()[0] for line in lines] == list(METHODS)
     assert repr(METHODS["icp"]).startswith("<method 'icp': pairs of nearest points")
-    told = inspect.getdoc(METHODS["icp"])
-    assert told is not None
-    assert "gate : float, default inf\n    Pairs farther apart" in told
+    doc = inspect.getdoc(METHODS["icp"])
+    assert doc is not None
+    assert "gate : float, default inf\n    Pairs farther apart" in doc
 
 
 def test_modules_come_when_they_are_asked_for() -> None:
@@ -188,10 +188,10 @@ def test_debug_messages_tell_the_course(
     """What is run, each step, and how it ended; without a listener nothing is said."""
     with caplog.at_level("DEBUG", "solvers"):
         result = solvers.icp(*clouds)
-    said = [record.getMessage() for record in caplog.records]
-    assert said[0].startswith("icp: 40 points on to 40, a batch of 1, IcpOptions(gate=inf")
-    assert len(said) == 2 + result.steps
-    assert said[-1] == repr(result)
+    messages = [record.getMessage() for record in caplog.records]
+    assert messages[0].startswith("icp: 40 points on to 40, a batch of 1, IcpOptions(gate=inf")
+    assert len(messages) == 2 + result.steps
+    assert messages[-1] == repr(result)
     caplog.clear()
     solvers.icp(*clouds)
     assert not caplog.records
@@ -230,8 +230,8 @@ def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray,
     if METHODS[name].scaled:
         assert register(*clouds, name, start=start).pose.scale == pytest.approx(1.0, abs=1e-6)
     else:
-        told = rf"start.scale: scale the source first: method '{name}' finds rigid motions.* not 1.25"
-        with pytest.raises(ValueError, match=told):
+        message = rf"start.scale: scale the source first: method '{name}' finds rigid motions.* not 1.25"
+        with pytest.raises(ValueError, match=message):
             register(*clouds, name, start=start)
     assert [each for each in METHODS if METHODS[each].scaled] == ["similarity", "cpd-similarity"]
 

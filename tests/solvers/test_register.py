@@ -111,9 +111,9 @@ def test_pairs_name_the_partners(scene):
 
 def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
     """Where pairs are given, one row a pair: any two of them may name the same point."""
-    found = kabsch(scene.source, scene.target, pairs=[[5, 5], [2, 2], [9, 9], [9, 9]], weights=[1.0, 1.0, 1.0, 0.0])
-    assert found.correspondences.tolist() == [0, 1, 2, -1]
-    assert found.fitness == 0.75
+    result = kabsch(scene.source, scene.target, pairs=[[5, 5], [2, 2], [9, 9], [9, 9]], weights=[1.0, 1.0, 1.0, 0.0])
+    assert result.correspondences.tolist() == [0, 1, 2, -1]
+    assert result.fitness == 0.75
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -297,9 +297,9 @@ def test_a_start_may_be_a_matrix(scene):
 def test_in_space_a_start_is_a_matrix_of_four_rows(rng, scene):
     points = rng.standard_normal((40, 3))
     start = Pose.from_rotvec([0.1, -0.2, 0.3], (0.2, 0.0, -0.1))
-    found = register(points, start.apply(points), start=start.matrix)
-    assert np.array_equal(found.history.poses.matrix[0], start.matrix)
-    assert found.history.objective[0] < 1e-28
+    result = register(points, start.apply(points), start=start.matrix)
+    assert np.array_equal(result.history.poses.matrix[0], start.matrix)
+    assert result.history.objective[0] < 1e-28
     with pytest.raises(ValueError, match="start: moves points in 3 dimensions, the clouds have 2"):
         register(scene.source, scene.target, start=np.eye(4))
 

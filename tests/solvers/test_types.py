@@ -87,8 +87,8 @@ def test_a_mistake_is_told_and_nothing_else(tmp_path: Path, monkeypatch: pytest.
     calls = tmp_path / "calls.py"
     calls.write_text(HEAD + RIGHT + WRONG, "utf-8")
     monkeypatch.chdir(ROOT)
-    said, errors, _ = api.run(["--strict", str(calls)])
+    text, errors, _ = api.run(["--strict", str(calls)])
     assert errors == ""
-    told = {int(line) for line in re.findall(r"calls\.py:(\d+): error:", said)}
+    matches = {int(line) for line in re.findall(r"calls\.py:(\d+): error:", text)}
     first = (HEAD + RIGHT).count("\n") + 2
-    assert told == set(range(first, first + WRONG.strip().count("\n") + 1))
+    assert matches == set(range(first, first + WRONG.strip().count("\n") + 1))

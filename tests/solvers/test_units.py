@@ -111,8 +111,8 @@ def with_junk(seed):
 
 def test_no_robust_path_is_forgotten():
     """The methods with an option `weight` are those tried here."""
-    found = {name for name in METHODS if "weight" in {f.name for f in fields(METHODS[name].options)}}
-    assert found == set(WEIGHTED)
+    names = {name for name in METHODS if "weight" in {f.name for f in fields(METHODS[name].options)}}
+    assert names == set(WEIGHTED)
 
 
 @pytest.mark.parametrize(("method", "options"), PATHS, ids=[f"{m} {o.get('weight', '')}".strip() for m, o in PATHS])

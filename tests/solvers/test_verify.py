@@ -12,24 +12,24 @@ from solvers.verify import evidence, halves, usual_reach
 
 def test_a_cloud_on_itself_is_explained_without_residual():
     scene = room("clean")
-    found = evidence(scene.target, scene.target, Pose.identity())
-    assert found.share == 1.0
-    assert found.rms == 0.0
-    assert found.explained.all()
+    estimate = evidence(scene.target, scene.target, Pose.identity())
+    assert estimate.share == 1.0
+    assert estimate.rms == 0.0
+    assert estimate.explained.all()
 
 
 def test_a_cloud_far_away_is_not_explained_and_holds_nothing():
     scene = room("clean")
-    found = evidence(scene.source, scene.target, Pose.from_angle(0.0, (100.0, 0.0)))
-    assert found.share == found.rms == found.weakest == 0.0
+    estimate = evidence(scene.source, scene.target, Pose.from_angle(0.0, (100.0, 0.0)))
+    assert estimate.share == estimate.rms == estimate.weakest == 0.0
 
 
 def test_a_known_offset_is_the_residual():
     target = np.column_stack([np.arange(6.0), np.zeros(6)])
-    found = evidence(target[:4], target, Pose.from_angle(0.0, (0.0, 0.25)))
-    assert found.rms == pytest.approx(0.25)
-    assert found.share == 1.0
-    assert found.weakest == 0.0  # a straight line holds no slide
+    estimate = evidence(target[:4], target, Pose.from_angle(0.0, (0.0, 0.25)))
+    assert estimate.rms == pytest.approx(0.25)
+    assert estimate.share == 1.0
+    assert estimate.weakest == 0.0  # a straight line holds no slide
 
 
 def test_a_corridor_is_weak_and_a_hall_is_not():
@@ -63,13 +63,13 @@ def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
     """As `register` takes them: poses of any leading axes, one source or one target for all of them."""
     scene = room("combo")
     poses = Pose.from_angle(np.zeros((2, 3)), np.array([0.0, 0.1, 5.0])[:, None] * [1.0, 0.5])
-    found = evidence(scene.source, scene.target, poses, 0.3)
-    assert found.explained.shape == (2, 3, len(scene.source))
+    estimate = evidence(scene.source, scene.target, poses, 0.3)
+    assert estimate.explained.shape == (2, 3, len(scene.source))
     sources = np.stack([scene.source, scene.source + 0.2])[:, None]
     apart = evidence(sources, scene.target, poses, 0.3)
     for i in (0, 1):
         for j in (0, 1, 2):
-            for many, cloud in ((found, scene.source), (apart, sources[i, 0])):
+            for many, cloud in ((estimate, scene.source), (apart, sources[i, 0])):
                 one = evidence(cloud, scene.target, poses[i, j], 0.3)
                 for name in ("explained", "share", "rms", "weakest"):
                     np.testing.assert_allclose(getattr(many, name)[i, j], getattr(one, name), rtol=1e-12)
@@ -161,6 +161,6 @@ def test_what_is_refused():
 def test_the_rms_is_that_of_explained_points_alone():
     target = np.column_stack([np.arange(6.0), np.zeros(6)])
     source = np.array([[0.0, 0.25], [1.0, 0.25], [2.0, 0.25], [2.0, 50.0]])
-    found = evidence(source, target, Pose.identity(), 0.5)
-    assert found.share == 0.75
-    assert found.rms == pytest.approx(0.25)
+    estimate = evidence(source, target, Pose.identity(), 0.5)
+    assert estimate.share == 0.75
+    assert estimate.rms == pytest.approx(0.25)

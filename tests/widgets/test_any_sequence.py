@@ -78,9 +78,9 @@ def check_any_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
         assert not wrong, f"{at(plain)}: {wrong[0]!r} is written in the panel {panel['name']}: {words!r}"
     assert len(set(ids)) == len(ids), f"{at(plain)}: two Groups of one panel have one name: {sorted(ids)}"
     check_handles(widget.name, frame)
-    said = [frame["description"], frame["note"]]
-    plainly = re.search(r"(?<!\w)-\d", " ".join(said))
-    assert not plainly, f"{at(plain)}: write negative numbers by picture.number or worded, with a minus sign: {said}"
+    words = [frame["description"], frame["note"]]
+    plainly = re.search(r"(?<!\w)-\d", " ".join(words))
+    assert not plainly, f"{at(plain)}: write negative numbers by picture.number or worded, with a minus sign: {words}"
     assert "None" not in [readout["value"] for readout in frame["readouts"]], f'{at(plain)}: show "–" in place of None'
 
 

@@ -40,7 +40,7 @@ def test_eight_steps_of_points_come_less_far_than_of_planes() -> None:
 def test_a_short_length_scale_breaks_the_landscape() -> None:
     """7.1: at 0.3 u fewer of the 49 starts reach the truth, and there are more minima and more ends."""
     usual, short = readouts("landscape", "default", "sow"), readouts("landscape", "default", "sow", length=0.3)
-    arrived = [int(found["reached"].split(" ")[0]) for found in (usual, short)]
+    arrived = [int(result["reached"].split(" ")[0]) for result in (usual, short)]
     assert arrived[1] < arrived[0]
     assert int(short["minima"]) > int(usual["minima"])
     assert int(short["places"]) > int(usual["places"])

@@ -53,9 +53,9 @@ def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 def ends(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """Of those the first and the last of each run of presses."""
-    found = taped(name)
-    logs = [len(plain["log"]) for plain, _ in found]
-    return [pair for pair, k, after in zip(found, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
+    result = taped(name)
+    logs = [len(plain["log"]) for plain, _ in result]
+    return [pair for pair, k, after in zip(result, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -91,11 +91,11 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
         assert readout["value"].strip(), f'{text}; where there is no value yet, show "–"'
         assert not re.search(r"nan|inf|e-\d|-", readout["value"]), f"{text}; write numbers by picture.number"
         assert readout["role"] == "" or readout["role"] in ROLES, f"{text}; its role is none of {', '.join(ROLES)}"
-    said = frame["description"]
-    sentences = re.fullmatch(r"[A-Z0-9].{60,}\.", said)
-    assert sentences, f"{here}: describe what is seen in whole sentences, 60 characters or more, not {said!r}"
-    wrong = re.search(r"\bnan\b|\binf\b|  ", said + frame["note"])
-    assert not wrong, f"{here}: {wrong[0]!r} in the description or the note: {said!r}, {frame['note']!r}"
+    message = frame["description"]
+    sentences = re.fullmatch(r"[A-Z0-9].{60,}\.", message)
+    assert sentences, f"{here}: describe what is seen in whole sentences, 60 characters or more, not {message!r}"
+    wrong = re.search(r"\bnan\b|\binf\b|  ", message + frame["note"])
+    assert not wrong, f"{here}: {wrong[0]!r} in the description or the note: {message!r}, {frame['note']!r}"
     words = unescape(json.dumps({key: part for key, part in frame.items() if key != "python"}, ensure_ascii=False))
     straight = re.search(r".{0,30}(?:[a-zA-Z]'|'[a-zA-Z]).{0,30}", words)
     assert not straight, f"{here}: write an apostrophe as ’, quotes as ‘…’, in {straight[0]!r}"
@@ -246,11 +246,11 @@ def test_the_words_tell_the_settings(name: str) -> None:
         for part in (0.4, 0.8):
             value = round(spec.low + spec.step * round(part * (spec.high - spec.low) / spec.step), spec.decimals)
             frame = host.render("fig-x", preset(WIDGETS[name], "default", {control: value}).plain())
-            told = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
+            words = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
             share = value if spec.unit == "%" else 100 * value
             shown = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
-            found = re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", told)
-            assert found, f"{name}: {control} is {value}; say {shown!r} in the description or a caption, not {told!r}"
+            match = re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", words)
+            assert match, f"{name}: {control} is {value}; say {shown!r} in the description or a caption, not {words!r}"
 
 
 @pytest.mark.parametrize("name", WIDGETS)

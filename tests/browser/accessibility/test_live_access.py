@@ -112,8 +112,8 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
     expect(race.root.locator(".job-words")).to_contain_text("step", timeout=LIVE)
     race.page.keyboard.press("Enter")
     expect(begin).to_be_focused()
-    found = [*violations(race.page, "race with a result")]
-    assert found == []
+    faults = [*violations(race.page, "race with a result")]
+    assert faults == []
 
 
 def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> None:

@@ -51,10 +51,10 @@ def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> N
 
     page.locator("button.search-open").click()
     page.keyboard.type("icp")
-    found = page.locator("[role=option]")
-    expect(found.first).to_have_attribute("aria-selected", "true")
+    result = page.locator("[role=option]")
+    expect(result.first).to_have_attribute("aria-selected", "true")
     page.mouse.move(0, 0)
-    assert found.nth(0).evaluate(LOOK) != found.nth(1).evaluate(LOOK)
+    assert result.nth(0).evaluate(LOOK) != result.nth(1).evaluate(LOOK)
 
     page = one.open("clouds.html")
     pens = Figure(page, "fig-own").live().root.locator("[data-pen]")

@@ -28,9 +28,9 @@ CURRENT = """() => {
 def decks(site: Path, pytestconfig: pytest.Config) -> list[str]:
     """All of them; with --pages those that are named."""
     named = pytestconfig.getoption("--pages")
-    found = sorted(path.name for path in site.glob("slides-*.html"))
-    assert len(found) >= 16
-    return [name for name in found if not named or name in named.split(",")]
+    paths = sorted(path.name for path in site.glob("slides-*.html"))
+    assert len(paths) >= 16
+    return [name for name in paths if not named or name in named.split(",")]
 
 
 def stands_at(page: Page, number: int) -> None:
@@ -47,18 +47,18 @@ def opened(reader: Callable[..., Reader], path: str = DECK, width: int = 1280, h
 def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: list[str]) -> None:
     """At each size all of a slide is seen, words are as large as said, and no label is under 11 px of 1280; with
     scripts, which bring the buttons, and on paper."""
-    one, found = reader(reduced_motion="reduce"), []
+    one, result = reader(reduced_motion="reduce"), []
     for name in decks:
         page = one.open(name)
         assert page.evaluate(LATE_FONTS, True) == [], f"{name} asks for a font after its styles are read: it may shift"
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            found += [f"{name} at {width}: {each}" for each in remaining(page, MISFITS, CUT)]
+            result += [f"{name} at {width}: {each}" for each in remaining(page, MISFITS, CUT)]
         page.set_viewport_size({"width": 390, "height": 844})
-        found += [f"{name} at 390: {each}" for each in remaining(page, BEYOND, SMALL)]
+        result += [f"{name} at 390: {each}" for each in remaining(page, BEYOND, SMALL)]
         assert page.title().endswith(": slides · The Registration Ladder")
         page.close()
-    assert not found, "\n".join(found)
+    assert not result, "\n".join(result)
 
 
 def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
@@ -316,12 +316,12 @@ def test_axe_finds_nothing_on_a_deck(reader: Callable[..., Reader]) -> None:
     page = opened(reader, f"{DECK}#5", color_scheme="light")
     Figure(page, "fig-solve").live()
     page.keyboard.press("n")
-    found = [*violations(page, "notes")]
+    faults = [*violations(page, "notes")]
     page.emulate_media(color_scheme="dark")
-    found += violations(page, "dark", runOnly={"type": "rule", "values": ["color-contrast"]})
+    faults += violations(page, "dark", runOnly={"type": "rule", "values": ["color-contrast"]})
     page.keyboard.press("Escape")
-    found += violations(page, "overview")
+    faults += violations(page, "overview")
     page.keyboard.press("Escape")
     page.set_viewport_size({"width": 390, "height": 844})
-    found += violations(page, "narrow")
-    assert not found, "\n".join(found)
+    faults += violations(page, "narrow")
+    assert not faults, "\n".join(faults)

@@ -63,21 +63,21 @@ def test_the_title_slide_fits_however_many_chapters_there_are(
     reader: Callable[..., Reader], many: tuple[int, Path]
 ) -> None:
     """On each screen, in both themes: the first, a middle and the last deck; a rung is high enough to be hit."""
-    count, found = many[0], []
+    count, result = many[0], []
     one = reader(reduced_motion="reduce")
     for number in (0, count // 2, count - 1):
         page = one.open(f"slides-c{number:02}.html")
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            found += [f"deck {number} at {width} × {height}: {each}" for each in remaining(page, MISFITS)]
+            result += [f"deck {number} at {width} × {height}: {each}" for each in remaining(page, MISFITS)]
             if width >= 1200:
                 rungs = page.evaluate(RUNGS_SEEN)
                 assert min(high for _, high, _ in rungs) >= 24, rungs
         page.set_viewport_size({"width": 390, "height": 844})
-        found += [f"deck {number} at 390: {each}" for each in remaining(page, BEYOND)]
+        result += [f"deck {number} at 390: {each}" for each in remaining(page, BEYOND)]
         stands(page, number, count)
         page.close()
-    assert not found, "\n".join(found)
+    assert not result, "\n".join(result)
 
 
 def stands(page: Page, number: int, count: int) -> None:

@@ -57,7 +57,7 @@ def reading(running: Browser, server: SiteServer) -> Iterator[Reading]:
     one = Reading(window, server.origin)
     yield one
     try:
-        wrong = [said for said in window.complaints() if not any(part in said for part in one.expected)]
+        wrong = [text for text in window.complaints() if not any(part in text for part in one.expected)]
     finally:
         window.close()
     assert not wrong, f"the browser complained: {wrong}"

@@ -109,10 +109,10 @@ class FirefoxWindow:
 
     def evaluate(self, expression: str) -> str:
         target = {"context": self.tab}
-        said = self.session.call("script.evaluate", expression=expression, target=target, awaitPromise=True)
-        if said["type"] == "exception":
-            raise RuntimeError(said["exceptionDetails"]["text"])
-        return str(said["result"]["value"])
+        text = self.session.call("script.evaluate", expression=expression, target=target, awaitPromise=True)
+        if text["type"] == "exception":
+            raise RuntimeError(text["exceptionDetails"]["text"])
+        return str(text["result"]["value"])
 
     def pointer(self, path: Sequence[Place]) -> None:
         self.call("input.performActions", actions=pointer_actions(path))
@@ -127,8 +127,8 @@ class FirefoxWindow:
         self.session.call("session.status")  # brings the events that are under way
         logged = [event["params"] for event in self.session.events if event["method"] == "log.entryAdded"]
         mine = [entry for entry in logged if entry["source"].get("context", self.tab) == self.tab]
-        said = [str(entry["text"]) for entry in mine if entry["level"] in ("error", "warn")]
-        return [text for text in said if not text.startswith(HALF_READ)]
+        messages = [str(entry["text"]) for entry in mine if entry["level"] in ("error", "warn")]
+        return [text for text in messages if not text.startswith(HALF_READ)]
 
     def close(self) -> None:
         self.session.call("browser.removeUserContext", userContext=self.user)

@@ -68,7 +68,7 @@ def test_a_picture_that_cannot_be_made_says_so(reader: Callable[..., Reader]) ->
     page = reader(accept_downloads=True).open("kabsch.html")
     root = page.locator("#fig-solve")
     root.locator(".figure-more summary").click()
-    png, told = root.locator('[data-picture="png"]'), root.locator(".figure-take [role=status]")
+    png, report = root.locator('[data-picture="png"]'), root.locator(".figure-take [role=status]")
     page.evaluate("""() => {
         const { toBlob } = HTMLCanvasElement.prototype;
         HTMLCanvasElement.prototype.toBlob = function (heard) {
@@ -77,10 +77,10 @@ def test_a_picture_that_cannot_be_made_says_so(reader: Callable[..., Reader]) ->
         };
     }""")
     png.click()
-    expect(told).to_have_text("No PNG can be made: too large for an image. Save it as SVG.")
+    expect(report).to_have_text("No PNG can be made: too large for an image. Save it as SVG.")
     with page.expect_download():
         png.click()
-    expect(told).to_have_text("")
+    expect(report).to_have_text("")
 
 
 def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: Path) -> None:

@@ -215,8 +215,8 @@ def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer
         page.goto(f"{server.origin}/kabsch.html")
         Figure(page, "fig-solve").live()
         (worker,) = page.workers
-        found = worker.evaluate(REACHES, f"http://127.0.0.1:{other.server_port}")
+        result = worker.evaluate(REACHES, f"http://127.0.0.1:{other.server_port}")
     other.shutdown()
     other.server_close()
-    assert (set(found.values()), Listener.asked) == ({"stopped"}, [])
-    assert set(found) == {"fetch", "import", "evaluated", "request", "socket", "events"}
+    assert (set(result.values()), Listener.asked) == ({"stopped"}, [])
+    assert set(result) == {"fetch", "import", "evaluated", "request", "socket", "events"}

@@ -28,17 +28,17 @@ def solve(reader: Callable[..., Reader]) -> Figure:
 def records() -> list[dict[str, Any]]:
     """Every widget as it opens, what its tape begins with, and a drag or pick of each of its places. What node draws by
     the same Python, tests/pyodide/test_frames.py, has the other presets, the rest of the tape and every control too."""
-    found = []
+    results = []
     for widget in WIDGETS.values():
         plain = preset(widget, "default").plain()
-        found.append(plain)
-        found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
-        found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
-        found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
+        results.append(plain)
+        results += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
+        results += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
+        results += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
         for changes, presses in widget.tape[:1]:
             log = [["press", press] for press in presses]
-            found.append({**preset(widget, "default", changes).plain(), "log": log})
-    return found
+            results.append({**preset(widget, "default", changes).plain(), "log": log})
+    return results
 
 
 def test_live_frames_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
@@ -216,8 +216,8 @@ def others(spec: dict[str, Any], value: Any) -> list[Any]:
 
 def pressed(record: Record, button: str) -> Record:
     """The record after a press of a button; "run" repeats another one a few times."""
-    (found,) = (each for each in WIDGETS[record["widget"]].buttons if each.name == button)
-    presses = [["press", found.repeats]] * 4 if found.does == "run" else [["press", button]]
+    (result,) = (each for each in WIDGETS[record["widget"]].buttons if each.name == button)
+    presses = [["press", result.repeats]] * 4 if result.does == "run" else [["press", button]]
     return {**record, "log": [*record["log"], *presses]}
 
 
@@ -265,8 +265,8 @@ def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], site
         placed = PLACED.findall((site / name).read_text("utf-8"))
         assert len(placed) == layout.placed(site, name), name
         for figure_id, text in placed:
-            found = json.loads(text)
-            record, controls = found["record"], found["spec"]["controls"]
+            report = json.loads(text)
+            record, controls = report["record"], report["spec"]["controls"]
             primary = next((each.name for each in WIDGETS[record["widget"]].buttons if each.primary), "")
             for control, spec in controls.items():
                 if (record["widget"], control) in SLICING:

@@ -142,9 +142,9 @@ def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., R
     turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     ghost = (start - middle) @ turned.T + middle + (0.3, 0.5)
     far = np.linalg.norm(ghost - end, axis=1).mean()
-    said = re.search(r"are ([\d.]+) u away", box.get_by_role("status").inner_text())
-    assert said
-    assert abs(float(said[1]) - far) < 0.02  # the drawing is in tenths of a px
+    match = re.search(r"are ([\d.]+) u away", box.get_by_role("status").inner_text())
+    assert match
+    assert abs(float(match[1]) - far) < 0.02  # the drawing is in tenths of a px
     expect(figure.root.locator(".predict-ghost")).to_have_count(1)
     figure.button("reset").click()
     expect(figure.root.locator(".predict-ghost")).to_have_count(0)
@@ -300,8 +300,8 @@ def test_the_run_that_decides_is_seen_step_by_step(
     expect(box).to_have_attribute("data-told", "right")
     counted = steps(figure)
     assert counted == list(range(len(counted)))
-    told, running = figure.page.evaluate("[seen.told, seen.running]")
-    assert not any(told[:-1])
+    report, running = figure.page.evaluate("[seen.told, seen.running]")
+    assert not any(report[:-1])
     assert all(running[1:-1])
     assert figure.page.evaluate("id => Ladder.figures.get(id).running", figure.name) is False
     assert len(counted) - 1 == most or (most is None and len(counted) > 5)
@@ -313,12 +313,12 @@ def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Read
     """And one that is reset half-way asks anew."""
     figure, box = asks(reader().open("icp.html"), "fig-wall")
     figure.live()
-    for button, told in (("reset", None), ("finish", "right")):
+    for button, report in (("reset", None), ("finish", "right")):
         box.locator("[data-right=yes]").first.click()
         expect(figure.root.locator('[data-button="reset"]')).to_have_attribute("aria-disabled", "false")
         figure.button(button).click()
-        if told:
-            expect(box).to_have_attribute("data-told", told)
+        if report:
+            expect(box).to_have_attribute("data-told", report)
             assert figure.record()["log"][-1] == ["press", "finish"]
         else:
             expect(box.locator("[aria-pressed=true]")).to_have_count(0)

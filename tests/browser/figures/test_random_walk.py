@@ -66,11 +66,11 @@ MARKUP = """svgs => {
 
 def links(page: Page) -> dict[str, Any]:
     """Of each figure of the page: its link, whose record is the figure's whole state."""
-    found = {name: page.evaluate(LINK, name) for name in page.evaluate("[...Ladder.figures.keys()]")}
-    for name, link in found.items():
+    results = {name: page.evaluate(LINK, name) for name in page.evaluate("[...Ladder.figures.keys()]")}
+    for name, link in results.items():
         assert link["same"], f"{name}: its link {link['url']} is read as {link['record']}"
         assert link["ignored"] == [], f"{name}: of its link {link['url']}, {link['ignored']} is ignored"
-    return found
+    return results
 
 
 def draw_natively(page: Page, host: Host) -> None:

@@ -36,8 +36,8 @@ SEEN = """name => {
 
 def posted(figure: Figure) -> list[dict[str, Any]]:
     """What Python was asked about the figure so far."""
-    found: list[dict[str, Any]] = figure.page.evaluate("name => posted.filter(p => p.figure === name)", figure.name)
-    return found
+    result: list[dict[str, Any]] = figure.page.evaluate("name => posted.filter(p => p.figure === name)", figure.name)
+    return result
 
 
 @pytest.fixture

@@ -23,8 +23,8 @@ PLACES = """() => document.fonts.ready.then(() => [...document.querySelectorAll(
 
 
 def script(site: Path) -> str:
-    (found,) = site.glob("assets/site.*.js")
-    return found.name
+    (result,) = site.glob("assets/site.*.js")
+    return result.name
 
 
 def untouched(page: Page) -> None:

@@ -23,12 +23,12 @@ def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reade
         yield from ()
 
     checks = {"fails": fails, "complains": complains, "finds nothing": lambda page, path: []}
-    found = found_on(reader(), ["404.html", "references.html"], checks)
-    first, other, again, thrown = found["fails"]
+    result = found_on(reader(), ["404.html", "references.html"], checks)
+    first, other, again, thrown = result["fails"]
     assert first == "404.html: the first"
     assert other.startswith("404.html: not this one")
     assert again == "references.html: the first"
     assert thrown.startswith("references.html: ")
     assert "thrown" in thrown
-    assert found["complains"] == found["finds nothing"] == []
-    assert found[QUIET] == ["404.html: console: of 404.html", "references.html: console: of references.html"]
+    assert result["complains"] == result["finds nothing"] == []
+    assert result[QUIET] == ["404.html: console: of 404.html", "references.html: console: of references.html"]

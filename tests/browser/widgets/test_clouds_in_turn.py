@@ -101,7 +101,7 @@ def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[...,
         page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
     for there, full in ((60, False), (1, True)):
-        said = own.root.locator('[data-told="source"]').inner_text()
+        text = own.root.locator('[data-told="source"]').inner_text()
         move(0.1, 0.1)
         page.mouse.down()
         for k in range(there):  # between two places the pen sets its points evenly
@@ -110,4 +110,4 @@ def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[...,
         page.mouse.up()
         own.settled()
         assert own.root.evaluate(DRAWN, own.name) is True
-        assert (own.root.locator('[data-told="source"]').inner_text() == said) is full
+        assert (own.root.locator('[data-told="source"]').inner_text() == text) is full

@@ -124,10 +124,10 @@ def test_two_files_give_a_pose_that_their_script_finds_again(reader: Callable[..
         assert np.abs(pose.apply(middle) - TRUTH.apply(middle)).max() < 15.0
         matrix = [[float(v) for v in row.split(",")] for row in saved(page, own, "pose.csv").splitlines()]
         assert matrix == held["matrix_4x4"]
-        found = printed(own.frame()["python"], tmp_path)
-        assert found["rotation"] == pytest.approx(held["angle_degrees"], abs=1e-7)
-        assert [found["x"], found["y"]] == pytest.approx(held["translation"], abs=1e-5)
-        assert found["rms"] == pytest.approx(held["residual_rms"], abs=1e-6)
+        result = printed(own.frame()["python"], tmp_path)
+        assert result["rotation"] == pytest.approx(held["angle_degrees"], abs=1e-7)
+        assert [result["x"], result["y"]] == pytest.approx(held["translation"], abs=1e-5)
+        assert result["rms"] == pytest.approx(held["residual_rms"], abs=1e-6)
 
 
 def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[..., Reader]) -> None:
@@ -211,8 +211,8 @@ def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tm
     own.set("method", "cpd-rigid")
     own.settled()
     to_the_end(own)
-    found = printed(own.frame()["python"], tmp_path)
-    assert found["rotation"] == pytest.approx(180 / 7, abs=0.05)
+    result = printed(own.frame()["python"], tmp_path)
+    assert result["rotation"] == pytest.approx(180 / 7, abs=0.05)
     assert float(own.readout("rms")) < 0.01
 
 
@@ -377,8 +377,8 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
     link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
     page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
     own = Figure(page, "fig-own").live().settled()
-    said = f"Ignored in the state in this page’s address: {ignored}."
-    expect(own.root.locator(".figure-status")).to_contain_text(said)
+    message = f"Ignored in the state in this page’s address: {ignored}."
+    expect(own.root.locator(".figure-status")).to_contain_text(message)
     assert own.record().get("given") == kept
     assert own.record()["controls"]["method"] == "gicp"
     for place in kept or {}:

@@ -35,10 +35,10 @@ def test_the_arguments_of_a_function() -> None:
 def test_an_address_is_told_where_it_stands() -> None:
     """Quoted or not, within a rule of a condition or in a list; not one in a comment."""
     sheet = "/* url(no.png) */\n@media print {\n  a { background: none, url(one.svg) }\n}\nb { src: url( 'two.png' ) }"
-    found = list(urls(sheet))
-    assert found == [Url("one.svg", 3, 29), Url("two.png", 5, 16)]
+    results = list(urls(sheet))
+    assert results == [Url("one.svg", 3, 29), Url("two.png", 5, 16)]
     lines = sheet.splitlines()
-    assert all(lines[url.line - 1][url.column - 1 :].startswith(url.address) for url in found)
+    assert all(lines[url.line - 1][url.column - 1 :].startswith(url.address) for url in results)
 
 
 def test_imports_are_told_where_their_addresses_stand() -> None:

@@ -54,11 +54,11 @@ def test_our_snippets_give_what_is_kept(name: str, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(gallery_run, "FEWEST", 1)
     monkeypatch.setattr(gallery_run, "ENOUGH", 0.0)
     task = TASKS[name]
-    told = gallery_run.run(gallery.snippet(name, "solvers"), list(task.given("solvers").values()))
+    report = gallery_run.run(gallery.snippet(name, "solvers"), list(task.given("solvers").values()))
     kept = FOUND[name]["solvers"]
-    off = gallery.errors(told["matrix"], task.truth)
+    off = gallery.errors(report["matrix"], task.truth)
     np.testing.assert_allclose(off, [kept[key] for key in ("rotation", "translation", "scale")], atol=5e-6)
-    assert len(told["seconds"]) == 1
+    assert len(report["seconds"]) == 1
 
 
 def test_known_pairs_have_one_answer() -> None:
@@ -119,8 +119,8 @@ def test_sizes_are_those_that_the_page_names() -> None:
 def test_errors_are_those_that_were_put_in(lifts: bool) -> None:
     """Of a pose that is off by 2°, 5 u and 10 % of scale; in space as in the plane."""
     truth = Pose.from_angle(np.radians(170.0), (1.0, 2.0), scale=2.0)
-    found = Pose.from_angle(np.radians(-188.0), (4.0, 6.0), scale=2.2).matrix
-    rotation, translation, scale = gallery.errors(found, truth)
+    result = Pose.from_angle(np.radians(-188.0), (4.0, 6.0), scale=2.2).matrix
+    rotation, translation, scale = gallery.errors(result, truth)
     assert (rotation, translation, scale) == pytest.approx((2.0, 5.0, 0.1))
     if lifts:
         rigid = Pose.from_angle(np.radians(172.0), (4.0, 6.0)).matrix

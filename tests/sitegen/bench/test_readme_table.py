@@ -55,19 +55,19 @@ def test_the_headlines_are_lines_of_the_table() -> None:
     shown = cells(readme.partition(MARKS[1])[0])
     assert [row[0] for row in shown] == [line.what for line in LINES if line.headline]
     assert not [row for row in shown if row not in cells(page)]
-    results = [row[3] for row in cells(page) if len(row) > 3]
-    told = f"Of {results.count('met') + results.count('missed')} measured targets {results.count('missed')} are missed"
-    assert told in readme
+    marks = [row[3] for row in cells(page) if len(row) > 3]
+    count = f"Of {marks.count('met') + marks.count('missed')} measured targets {marks.count('missed')} are missed"
+    assert count in readme
 
 
 def test_a_line_shows_what_is_farthest_from_its_aim(tmp_path: Path) -> None:
     """A row over its aim makes its line a missed one, whatever the others say; every line stands there once."""
     late = Row("first answer, of some page", 3.14159, "ms", 2.0)
-    found = {row[0]: row[2:] for row in kept(tmp_path, [*MEASURED, late])}
-    assert set(found) == {line.what for line in LINES if line.rows}
+    results = {row[0]: row[2:] for row in kept(tmp_path, [*MEASURED, late])}
+    assert set(results) == {line.what for line in LINES if line.rows}
     of_it = next(line.what for line in LINES if "first answer" in line.rows)
-    assert found[of_it] == ["3.14 ms", "missed"]
-    assert {found[line.what][1] for line in LINES if line.rows and line.what != of_it} == {"met"}
+    assert results[of_it] == ["3.14 ms", "missed"]
+    assert {results[line.what][1] for line in LINES if line.rows and line.what != of_it} == {"met"}
 
 
 def test_what_tests_hold_is_listed_with_their_names(tmp_path: Path) -> None:

@@ -52,21 +52,21 @@ def test_each_figure_is_held_to_its_rungs_aim() -> None:
     """16 ms for handles up to rung 3½, 25 ms for the nine panels, none elsewhere, nor for a slider; frames missed are
     counted over all figures."""
     named = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5b")]
-    found = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
-    found.append(Followed("atlas", "icp.html", "3", "slider gate", [4.0] * 20, 0, 0, warm_up=7.0))
-    assert [row.aim for row in rows(found)] == [16.0, 16.0, 25.0, None, None, 1, None]
-    assert [row.value for row in rows(found)] == [4.0, 4.0, 4.0, 4.0, 4.0, 1.0, 7.0]
+    candidates = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
+    candidates.append(Followed("atlas", "icp.html", "3", "slider gate", [4.0] * 20, 0, 0, warm_up=7.0))
+    assert [row.aim for row in rows(candidates)] == [16.0, 16.0, 25.0, None, None, 1, None]
+    assert [row.value for row in rows(candidates)] == [4.0, 4.0, 4.0, 4.0, 4.0, 1.0, 7.0]
 
 
 def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
     """A near rung has 4 ms and 1.5 times the control figure; the other rungs have theirs to read only."""
     near = Followed("icp", "icp.html", "3", "source", [9.0] * 20, 0, 100, [(2.0, 1.0)] * 20, [6.0] * 20)
     other = Followed("mmd", "mmd.html", "5b", "source", [9.0] * 20, 0, 100, [(4.0, 1.0)] * 20)
-    found = {row.what: (row.value, row.aim) for row in rows([near, other])}
-    assert found["near rungs, our share of it, 95th percentile, icp.html"] == (3.0, 4.0)
-    assert found["near rungs, of the control figure's, 95th percentile, icp.html"] == (1.5, 1.5)
-    assert found["our share of it, 95th percentile, mmd.html"] == (5.0, None)
-    assert len(found) == 7
+    results = {row.what: (row.value, row.aim) for row in rows([near, other])}
+    assert results["near rungs, our share of it, 95th percentile, icp.html"] == (3.0, 4.0)
+    assert results["near rungs, of the control figure's, 95th percentile, icp.html"] == (1.5, 1.5)
+    assert results["our share of it, 95th percentile, mmd.html"] == (5.0, None)
+    assert len(results) == 7
 
 
 def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:

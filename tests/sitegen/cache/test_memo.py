@@ -20,9 +20,9 @@ def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
 
     def length(text: str, name: str = "length") -> int:
         known = Remembered(tmp_path, name)
-        found = known.answer(text, lambda: asked.append(text) or len(text))
+        result = known.answer(text, lambda: asked.append(text) or len(text))
         known.keep()
-        return int(found)
+        return int(result)
 
     assert [length("abc"), length("abc"), length("abcd"), length("abc", "other")] == [3, 3, 4, 3]
     assert asked == ["abc", "abcd", "abc"]

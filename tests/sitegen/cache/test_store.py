@@ -197,8 +197,8 @@ def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
         shutil.rmtree(project.cache / kind)
     report = project.build(pack=True)
     assert contents(project.site) == right
-    (told,) = [str(problem) for problem in report.warnings]
-    assert told == f"{project.cache}:0:0: nothing can be kept in this cache: No space left on device; " + (
+    (message,) = [str(problem) for problem in report.warnings]
+    assert message == f"{project.cache}:0:0: nothing can be kept in this cache: No space left on device; " + (
         "every build makes it all anew"
     )
     monkeypatch.undo()

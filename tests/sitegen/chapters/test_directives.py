@@ -21,12 +21,12 @@ from widgets.engine.registry import WIDGETS
 
 def test_a_directive_knows_where_its_parts_stand() -> None:
     source = 'see :claim[A `]` and $(0, 1]$ and [x](y)]{a::b key="two words" n=1} end'
-    found = read(source, 4, len(source), ":")
-    assert found is not None
-    assert (found.name, found.text) == ("claim", "A `]` and $(0, 1]$ and [x](y)")
-    assert source[found.text_start :].startswith("A `]`")
-    assert source[found.end :] == " end"
-    words = attributes(found)
+    result = read(source, 4, len(source), ":")
+    assert result is not None
+    assert (result.name, result.text) == ("claim", "A `]` and $(0, 1]$ and [x](y)")
+    assert source[result.text_start :].startswith("A `]`")
+    assert source[result.end :] == " end"
+    words = attributes(result)
     assert [(a.name, a.plain) for a in words] == [("", "a::b"), ("key", "two words"), ("n", 1)]
     assert source[words[1].start :].startswith("key=")
     assert source[words[1].value_start :].startswith('"two')
@@ -40,10 +40,10 @@ def test_what_is_no_directive(text: str) -> None:
 
 
 def test_an_unclosed_quote_is_named() -> None:
-    found = read(':x[a]{b c"}', 0, 11, ":")
-    assert found is not None
+    result = read(':x[a]{b c"}', 0, 11, ":")
+    assert result is not None
     with pytest.raises(DirectiveError, match="quotes") as error:
-        attributes(found)
+        attributes(result)
     assert error.value.offset == 9
 
 
@@ -180,8 +180,8 @@ def test_a_claim_is_the_whole_sentence_where_it_stands_alone(project: Project) -
     """Of a term, a reference and a link it has the words, and leads nowhere."""
     entry = "gate:\n  term: Gate\n  says: The largest distance.\n  chapter: second\n"
     project.write("content/glossary.yaml", entry)
-    said = "A :term[gate] and *:ref[second#deep]* [are](https://example.org/) open."
-    project.write("content/01-second.md", f"{SECOND}\n:claim[{said}]{{tests/test_claimed.py::test_it_holds}}\n")
+    message = "A :term[gate] and *:ref[second#deep]* [are](https://example.org/) open."
+    project.write("content/01-second.md", f"{SECOND}\n:claim[{message}]{{tests/test_claimed.py::test_it_holds}}\n")
     project.build()
     assert '<em><a class="ref"' in project.page("second.html")
     assert "<h2>A gate and <em>A section</em> are open.</h2>" in project.page("checks-second.html")

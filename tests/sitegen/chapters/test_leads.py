@@ -24,9 +24,9 @@ def led(desk: Project, attributes: str, caption: str = "C") -> str:
     """The figure's HTML, with these attributes."""
     desk.chapter(f"\n::figure[{caption}]{{toy id=demo {attributes}}}\n")
     desk.build()
-    found = re.search(r'<figure class="figure".*?</figure>', desk.page("second.html"), re.DOTALL)
-    assert found is not None
-    return found[0]
+    match = re.search(r'<figure class="figure".*?</figure>', desk.page("second.html"), re.DOTALL)
+    assert match is not None
+    return match[0]
 
 
 def parts(html: str) -> tuple[str, str]:
@@ -153,8 +153,8 @@ def test_a_legend_names_first_what_may_be_seen_first(
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=draw, legend=legend, tape=(({}, ("go",)), ({"scene": "noisy"}, ("go",))))
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
-    assert found == [first, behind]
+    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    assert matches == [first, behind]
 
 
 @pytest.mark.parametrize(
@@ -191,8 +191,8 @@ def test_a_legend_names_first_what_the_chosen_option_draws(
     legend = (*TOY.legend, Key("source", "of the noisy scene", "ring", under=("scene", "noisy")))
     desk.widgets["toy"] = replace(TOY, legend=legend)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
-    assert found == [first, behind]
+    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    assert matches == [first, behind]
 
 
 def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> None:

@@ -174,11 +174,11 @@ LINE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20"><path d="M0 
 
 def places(marked: str, first: int) -> list[str]:
     """The marks' places as line:column, the text beginning in line `first`."""
-    found, plain = [], ""
+    result, plain = [], ""
     for piece in marked.split("¦")[:-1]:
         plain += piece
-        found.append(f"{first + plain.count(chr(10))}:{len(plain) - plain.rfind(chr(10))}")
-    return found
+        result.append(f"{first + plain.count(chr(10))}:{len(plain) - plain.rfind(chr(10))}")
+    return result
 
 
 @pytest.fixture
@@ -194,9 +194,9 @@ def desk(project: Project) -> Project:
 def agree(found: list[str], wanted: list[tuple[str, str]]) -> None:
     """Each problem stands at its place and holds its words, in order, and there are no others."""
     pairs = [re.fullmatch(r"(?s)content/(\S+?:\d+:\d+): (.*)", problem) for problem in found]
-    said = [(match[1], match[2]) for match in pairs if match]
-    assert [place for place, _ in said] == [place for place, _ in wanted], "\n".join(found)
-    for (place, message), (_, words) in zip(said, wanted, strict=True):
+    messages = [(match[1], match[2]) for match in pairs if match]
+    assert [place for place, _ in messages] == [place for place, _ in wanted], "\n".join(found)
+    for (place, message), (_, words) in zip(messages, wanted, strict=True):
         assert words in message, f"{place}: {message}"
 
 
@@ -204,7 +204,7 @@ def agree(found: list[str], wanted: list[tuple[str, str]]) -> None:
 def test_a_mistake_in_the_text(desk: Project, name: str) -> None:
     text, words = TEXT[name]
     desk.write("content/01-second.md", FRONT + text.replace("¦", "") + "\n")
-    agree(desk.problems(), [(f"01-second.md:{at}", said) for at, said in zip(places(text, 6), words, strict=True)])
+    agree(desk.problems(), [(f"01-second.md:{at}", each) for at, each in zip(places(text, 6), words, strict=True)])
 
 
 @pytest.mark.parametrize("name", FENCES)
@@ -232,7 +232,7 @@ def save(desk: Project, name: str) -> list[tuple[str, str]]:
     text, words = FILES[name]
     data = SAVED.get(name, str.encode)(text.replace("¦", ""))
     (desk.root / "content" / name).write_bytes(data)
-    return [(f"{name}:{at}", said) for at, said in zip(places(text, 1) or ["0:0"], words, strict=True)]
+    return [(f"{name}:{at}", message) for at, message in zip(places(text, 1) or ["0:0"], words, strict=True)]
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -251,7 +251,7 @@ def test_all_mistakes_are_told_in_one_build(desk: Project) -> None:
     body, wanted = "", []
     for name, text in texts.items():
         first = 6 + body.count("\n")
-        wanted += [(f"01-second.md:{at}", said) for at, said in zip(places(text, first), TEXT[name][1], strict=True)]
+        wanted += [(f"01-second.md:{at}", each) for at, each in zip(places(text, first), TEXT[name][1], strict=True)]
         body += text.replace("¦", "") + "\n\n"
     desk.write("content/01-second.md", FRONT + body)
     for name in FILES:
@@ -288,6 +288,6 @@ LISTS = {
 
 @pytest.mark.parametrize("name", LISTS)
 def test_quotes_and_tabs_of_the_lists_are_told_where_they_are(desk: Project, name: str) -> None:
-    for text, said in zip(LISTS[name], ("the quote that begins here", "a tab: indent with"), strict=True):
+    for text, message in zip(LISTS[name], ("the quote that begins here", "a tab: indent with"), strict=True):
         desk.write(f"content/{name}", text.replace("¦", ""))
-        agree(desk.problems(), [(f"{name}:{places(text, 1)[0]}", said)])
+        agree(desk.problems(), [(f"{name}:{places(text, 1)[0]}", message)])

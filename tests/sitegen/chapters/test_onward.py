@@ -69,17 +69,17 @@ def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
     line = 1 + before.count("\n")
     column = len(before) - before.rfind("\n")
     desk.write("content/01-second.md", text.replace("¦", ""))
-    (said,) = desk.problems()
+    (message,) = desk.problems()
     where = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of what a key holds, the key's
-    assert said.startswith(f"content/01-second.md:{where}: ")
-    assert words in said
+    assert message.startswith(f"content/01-second.md:{where}: ")
+    assert words in message
 
 
 def test_a_place_in_a_draft_is_told_as_such(desk: Project) -> None:
     desk.write("content/02-later.md", "---\ntitle: Later\nslug: later\nsummary: S\ndraft: true\n---\n\nText.\n")
     desk.write("content/01-second.md", f"{FRONT}next:\n  - to: later\n    says: S\n---\n\nText.\n")
-    (said,) = desk.problems()
-    assert "'later' is a draft" in said
+    (text,) = desk.problems()
+    assert "'later' is a draft" in text
 
 
 def test_an_edit_of_the_place_shows_where_it_is_named(desk: Project) -> None:

@@ -22,9 +22,9 @@ def drawn(project: Project, attributes: str, caption: str = "C") -> str:
     """The picture's HTML, with these attributes."""
     project.chapter(f"\n::picture[{caption}]{{toy {attributes}}}\n")
     project.build()
-    found = FIGURE.search(project.page("second.html"))
-    assert found is not None
-    return found[0]
+    result = FIGURE.search(project.page("second.html"))
+    assert result is not None
+    return result[0]
 
 
 def test_a_picture_is_drawn_in_its_state_and_has_nothing_to_do(project: Project) -> None:

@@ -27,12 +27,12 @@ def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, 
     """The record that decides, each answer with whether it is right, and all that stands in the question's section."""
     project.chapter(f"\n{FIGURE}\n\n{line}\n")
     project.build()
-    found = re.search(r'<div class="predict" .*?role="status"></p>\s*</div>', project.page("second.html"), re.DOTALL)
-    assert found
-    record = re.search(r'data-record="([^"]*)"', found[0])
+    match = re.search(r'<div class="predict" .*?role="status"></p>\s*</div>', project.page("second.html"), re.DOTALL)
+    assert match
+    record = re.search(r'data-record="([^"]*)"', match[0])
     assert record
-    answers = re.findall(r'data-right="(\w+)"[^>]*>(.*?)</button>', found[0])
-    return json.loads(unescape(record[1])), [(words, right) for right, words in answers], found[0]
+    answers = re.findall(r'data-right="(\w+)"[^>]*>(.*?)</button>', match[0])
+    return json.loads(unescape(record[1])), [(words, right) for right, words in answers], match[0]
 
 
 def drawn_with(project: Project, mark: Any) -> None:
@@ -117,8 +117,8 @@ def test_what_is_wrong_with_a_question(project: Project, line: str, said: str) -
     drawn_with(project, Group("source", ()))
     project.chapter(f"\n{FIGURE}\n\n{line.replace('¦', '')}\n")
     where = f"content/01-second.md:{10 + before.count(chr(10))}:{1 + len(before.rpartition(chr(10))[2])}"
-    found = project.problems()
-    assert any(problem.startswith(f"{where}: {said}") for problem in found), found
+    messages = project.problems()
+    assert any(problem.startswith(f"{where}: {said}") for problem in messages), messages
 
 
 def test_a_slide_asks_nothing(project: Project) -> None:

@@ -174,26 +174,26 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_content(second: Fails, name: str) -> None:
     body, expected = BROKEN[name]
-    found = second(body)
-    assert len(found) == len(expected), found
-    for said, wanted in zip(found, expected, strict=True):
-        assert said.startswith(wanted), found
+    result = second(body)
+    assert len(result) == len(expected), result
+    for text, wanted in zip(result, expected, strict=True):
+        assert text.startswith(wanted), result
         if not wanted.endswith(": ") and "reference 'no" not in wanted and "no image" not in wanted:
-            assert said == wanted
+            assert text == wanted
 
 
 def test_all_problems_of_a_build_are_told_at_once(project: Project) -> None:
     project.write("content/00-start.md", START + "\n:ref[nowhere]\n")
     project.write("content/01-second.md", SECOND.replace("[@one2001;", "[@on2001;"))
     project.write("content/references.yaml", REFERENCES.replace("year: 2002", "yaer: 2002"))
-    found = project.problems()
-    assert [problem.split(": ")[0] for problem in found] == [
+    messages = project.problems()
+    assert [problem.split(": ")[0] for problem in messages] == [
         "content/00-start.md:9:6",
         "content/01-second.md:10:64",
         "content/references.yaml:8:1",
         "content/references.yaml:11:3",
     ]
-    assert found[3].endswith("no key 'yaer'; did you mean 'year'?")
+    assert messages[3].endswith("no key 'yaer'; did you mean 'year'?")
 
 
 FRONT = {
@@ -231,18 +231,18 @@ def test_front_matter(project: Project, name: str) -> None:
         project.chapter(body, front)
     else:
         project.write("content/01-second.md", "Text.\n")
-    found = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
-    assert len(found) == len(expected), found
-    assert all(said.startswith(wanted) for said, wanted in zip(found, expected, strict=True)), found
+    messages = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
+    assert len(messages) == len(expected), messages
+    assert all(text.startswith(wanted) for text, wanted in zip(messages, expected, strict=True)), messages
 
 
 def test_two_chapters_of_one_name_or_number(project: Project) -> None:
     project.write("content/01-other.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n")
     project.write("content/notes.md", "Text\n")
-    found = project.problems()
-    assert "content/01-second.md:0:0: has the same number as 01-other.md" in found
-    assert "content/notes.md:0:0: a chapter's file is called like 01-kabsch.md: number, hyphen, name" in found
-    assert any("the page name 'second' is taken by content/01-other.md" in problem for problem in found)
+    messages = project.problems()
+    assert "content/01-second.md:0:0: has the same number as 01-other.md" in messages
+    assert "content/notes.md:0:0: a chapter's file is called like 01-kabsch.md: number, hyphen, name" in messages
+    assert any("the page name 'second' is taken by content/01-other.md" in problem for problem in messages)
 
 
 SETTINGS = {
@@ -271,9 +271,9 @@ def test_settings(project: Project, name: str) -> None:
     text, expected = SETTINGS[name]
     project.write("content/site.yaml", text)
     name = "content/site.yaml:"
-    found = [problem.removeprefix(name) for problem in project.problems() if problem.startswith(name)]
-    assert len(found) == len(expected), found
-    assert all(said.startswith(wanted) for said, wanted in zip(found, expected, strict=True)), found
+    messages = [problem.removeprefix(name) for problem in project.problems() if problem.startswith(name)]
+    assert len(messages) == len(expected), messages
+    assert all(message.startswith(wanted) for message, wanted in zip(messages, expected, strict=True)), messages
 
 
 def test_what_is_not_utf8_is_named_in_every_file(project: Project) -> None:
@@ -318,5 +318,5 @@ def test_a_figure_that_cannot_be_drawn_is_named(project: Project) -> None:
     project.widgets["toy"] = replace(project.widgets["toy"], draw=fails)  # type: ignore[arg-type]
     project.chapter("::figure[C]{toy id=broken}\n")
     project.write("content/00-start.md", START.partition("Read")[0])
-    said = "figure toy, draw: ZeroDivisionError: by nought (preset default; content/01-second.md:7 places it)"
-    assert project.problems() == [f"content/01-second.md:7:1: {said}"]
+    message = "figure toy, draw: ZeroDivisionError: by nought (preset default; content/01-second.md:7 places it)"
+    assert project.problems() == [f"content/01-second.md:7:1: {message}"]

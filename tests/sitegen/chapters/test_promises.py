@@ -24,11 +24,11 @@ def told(desk: Project, body: str) -> list[tuple[str, str]]:
     """The problems of a body with marks ¦, each with the text that follows its place up to the line's end."""
     desk.chapter(body)
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
-    found = []
+    results = []
     for problem in desk.problems():
         _, line, column, says = problem.split(":", 3)
-        found.append((lines[int(line) - 1][int(column) - 1 :], says.strip()))
-    return found
+        results.append((lines[int(line) - 1][int(column) - 1 :], says.strip()))
+    return results
 
 
 @pytest.mark.parametrize(
@@ -78,9 +78,9 @@ def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: 
     """In a caption, in the text and in a button each is told once, at its own place, with what is there instead."""
     set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
     figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
-    found = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
-    assert len(found) == 3
-    for at, says in found:
+    result = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
+    assert len(result) == 3
+    for at, says in result:
         assert at.startswith(expected.partition("¦")[2] or '"')
         assert says.startswith(said)
 
@@ -106,8 +106,8 @@ def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> No
     ],
 )
 def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str, said: str) -> None:
-    found = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
-    assert [at for at, says in found if said in says] == [written.partition("¦")[2]]
+    result = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
+    assert [at for at, says in result if said in says] == [written.partition("¦")[2]]
 
 
 def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project) -> None:
@@ -122,8 +122,8 @@ def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project)
         f"\n{figures}:promise[Text]{{lost press=go expect=x}}\n",
         f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
     )
-    said = [problem.split(": ", 1)[1] for problem in desk.problems()]
-    assert said == ["no widget 'tyo'; did you mean 'toy'?", "no figure 'other' in this chapter; there are demo"]
+    messages = [problem.split(": ", 1)[1] for problem in desk.problems()]
+    assert messages == ["no widget 'tyo'; did you mean 'toy'?", "no figure 'other' in this chapter; there are demo"]
 
 
 @pytest.mark.parametrize(
@@ -205,11 +205,11 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
     front = f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'
     desk.chapter("\n::figure[C]{toy id=demo}\n", front.replace("¦", ""))
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
-    found = []
+    places = []
     for problem in desk.problems():
         _, line, column, says = problem.split(":", 3)
-        found.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(" promises")[0]))
-    assert found == [("breaks", " 'breaks'"), ("recovers", " 'recovers'")]
+        places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(" promises")[0]))
+    assert places == [("breaks", " 'breaks'"), ("recovers", " 'recovers'")]
 
 
 def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:

@@ -88,9 +88,9 @@ def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project:
     """Either would be lost in silence: the inner claim's test, and what the directive stands for."""
     body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
     project.write("content/00-start.md", START.partition("Read")[0] + body)
-    said = [line.partition("content/00-start.md:")[2] for line in project.problems()]
-    assert "7:10: a claim cannot contain another: put it beside" in said
-    assert any("an image's alternative text is plain: no directives or citations" in line for line in said)
+    messages = [line.partition("content/00-start.md:")[2] for line in project.problems()]
+    assert "7:10: a claim cannot contain another: put it beside" in messages
+    assert any("an image's alternative text is plain: no directives or citations" in line for line in messages)
 
 
 def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:

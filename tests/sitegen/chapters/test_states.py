@@ -44,10 +44,10 @@ def test_a_link_opens_a_figure_of_another_page(desk: Project) -> None:
     """It holds what differs from the figure as it opens there, as the record that Python reads."""
     desk.write("content/00-start.md", FIRST + "See :ref[fig:demo]{noise=0.25 seed=53 press=go*2}.\n")
     desk.build()
-    to, said = link(desk.page("index.html"))
+    to, text = link(desk.page("index.html"))
     assert to == "second.html#fig-demo"
-    assert said == {"widget": "toy", "controls": {"noise": 0.25}, "seed": 53, "log": [["press", "go"], ["press", "go"]]}
-    record = parsed(desk.widgets["toy"], said)
+    assert text == {"widget": "toy", "controls": {"noise": 0.25}, "seed": 53, "log": [["press", "go"], ["press", "go"]]}
+    record = parsed(desk.widgets["toy"], text)
     assert (record.controls.noise, record.seed, len(record.log)) == (0.25, 53, 2)
 
 
@@ -55,9 +55,9 @@ def test_a_link_opens_a_figure_of_its_own_page(desk: Project) -> None:
     desk.write("content/01-second.md", f"---\ntitle: T\nslug: second\nsummary: S\n---\n{FIGURE}\n"
                "See :ref[fig:demo]{scene=noisy press=go} and :ref[fig:demo].\n")  # fmt: skip
     desk.build()
-    to, said = link(desk.page("second.html"))
+    to, text = link(desk.page("second.html"))
     assert to == "#fig-demo"
-    assert said["controls"] == {"scene": "noisy", "noise": 0.9}  # with what the scene brings
+    assert text["controls"] == {"scene": "noisy", "noise": 0.9}  # with what the scene brings
     assert 'href="#fig-demo">' in desk.page("second.html")
 
 
@@ -67,6 +67,7 @@ def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
     text = f"{FIRST}See :ref[{given}.\n"
     before = text.partition("¦")[0]
     desk.write("content/00-start.md", text.replace("¦", ""))
-    (said,) = desk.problems()
-    assert said.startswith(f"content/00-start.md:{1 + before.count(chr(10))}:{len(before) - before.rfind(chr(10))}: ")
-    assert words in said
+    (message,) = desk.problems()
+    line, column = 1 + before.count("\n"), len(before) - before.rfind("\n")
+    assert message.startswith(f"content/00-start.md:{line}:{column}: ")
+    assert words in message

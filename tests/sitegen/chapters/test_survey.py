@@ -61,19 +61,19 @@ def of_type(chapter: Chapter, *types: str) -> list[Token]:
 def test_each_token_is_looked_up_in_the_survey() -> None:
     """What it has become, by the token alone."""
     chapter = chapter_of(TEXT)
-    found, _ = surveyed(chapter)
-    assert [found.anchor(token) for token in of_type(chapter, "heading_open")] == ["first", "one"]
-    assert [found.is_first(token) for token in of_type(chapter, "footnote_ref")] == [True, False]
-    assert [found.number(token) for token in of_type(chapter, "math_block_label")] == ["1.1"]
-    assert [found.figure(token) for token in of_type(chapter, "figure")] == list(found.figures.values())
-    assert [found.plot(token) for token in of_type(chapter, "plot")] == list(found.plots.values())
-    (button,) = map(found.button, of_type(chapter, "try"))
+    result, _ = surveyed(chapter)
+    assert [result.anchor(token) for token in of_type(chapter, "heading_open")] == ["first", "one"]
+    assert [result.is_first(token) for token in of_type(chapter, "footnote_ref")] == [True, False]
+    assert [result.number(token) for token in of_type(chapter, "math_block_label")] == ["1.1"]
+    assert [result.figure(token) for token in of_type(chapter, "figure")] == list(result.figures.values())
+    assert [result.plot(token) for token in of_type(chapter, "plot")] == list(result.plots.values())
+    (button,) = map(result.button, of_type(chapter, "try"))
     assert button is not None
-    assert button.figure is found.figures["a"]
-    (promise,) = map(found.promise, of_type(chapter, "promise_open"))
+    assert button.figure is result.figures["a"]
+    (promise,) = map(result.promise, of_type(chapter, "promise_open"))
     assert promise is not None
-    assert promise.figure is found.figures["b"]
-    assert found.promises == [promise]
+    assert promise.figure is result.figures["b"]
+    assert result.promises == [promise]
 
 
 def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None:
@@ -92,8 +92,8 @@ def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None
 def test_two_equal_lines_are_two_tokens() -> None:
     """What is said of one is not said of the other."""
     chapter = chapter_of("::figure[A toy.]{toy id=a}\n\n" * 2)
-    found, problems = surveyed(chapter)
-    first, second = map(found.figure, of_type(chapter, "figure"))
+    result, problems = surveyed(chapter)
+    first, second = map(result.figure, of_type(chapter, "figure"))
     assert first is not None
     assert second is not None
     assert first.place.line < second.place.line
@@ -103,9 +103,9 @@ def test_two_equal_lines_are_two_tokens() -> None:
 @pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])
 def test_a_footnote_holds_nothing_that_is_numbered(inside: str) -> None:
     """That is told once, where it stands."""
-    found, problems = surveyed(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
+    result, problems = surveyed(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
     assert [(problem.line, "not in a footnote" in problem.message) for problem in problems.found] == [(5, True)]
-    assert found.figures == {}
+    assert result.figures == {}
 
 
 def test_what_a_token_stands_for_is_asked_by_its_kind() -> None:

@@ -131,10 +131,10 @@ def test_a_run_notes_the_outcomes_and_refuses_tests_without(tmp_path: Path, proc
     (tmp_path / "test_runs.py").write_text(RUNS, "utf-8")
     command = [sys.executable, "-c", RUNNER, "-n", processes, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    printed, _, said = done.stdout.partition("SAID ")
-    assert said.count('"failed"') == 4, done.stdout + done.stderr
-    assert said.count('"passed"') == 1
-    assert said.count('["the gate", [["0.6 u", "3"], ["none", "25"]]]') >= 1
+    printed, _, message = done.stdout.partition("SAID ")
+    assert message.count('"failed"') == 4, done.stdout + done.stderr
+    assert message.count('"passed"') == 1
+    assert message.count('["the gate", [["0.6 u", "3"], ["none", "25"]]]') >= 1
     assert "takes the fixture `why` and has recorded no outcomes" in printed
     assert "1 error in" in printed, "a test that has failed is not told a second time"
 

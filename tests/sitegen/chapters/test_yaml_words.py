@@ -60,12 +60,12 @@ def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str
     name = setting.partition(":")[0]
     kept = "\n".join(line for line in SITE.splitlines() if not line.startswith((f"{name}:", "  ")))
     project.write("content/site.yaml", f"{kept}\n{setting}\n")
-    found = [line for line in project.problems() if not line.endswith("ladder")]
-    assert len([line for line in found if line.endswith(says)]) == 1
-    assert all(line.startswith("content/site.yaml:") for line in found)
+    messages = [line for line in project.problems() if not line.endswith("ladder")]
+    assert len([line for line in messages if line.endswith(says)]) == 1
+    assert all(line.startswith("content/site.yaml:") for line in messages)
 
 
 def test_settings_that_are_missing_are_told_once(project: Project) -> None:
     (project.root / "content/site.yaml").unlink()
-    told = [line for line in project.problems() if line.startswith("content/site.yaml")]
-    assert told == ["content/site.yaml:0:0: the site's settings are missing"]
+    messages = [line for line in project.problems() if line.startswith("content/site.yaml")]
+    assert messages == ["content/site.yaml:0:0: the site's settings are missing"]

@@ -93,8 +93,8 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
     page = site / "index.html"
     assert old in page.read_text("utf-8")
     page.write_text(page.read_text("utf-8").replace(old, new, 1), "utf-8")
-    told = [str(problem) for problem in rules.check_site(site)]
-    assert any(message in line and line.startswith("site/index.html:") for line in told), told
+    problems = [str(problem) for problem in rules.check_site(site)]
+    assert any(message in line and line.startswith("site/index.html:") for line in problems), problems
 
 
 @pytest.mark.parametrize(
@@ -111,16 +111,16 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
 def test_a_fault_of_another_file_is_named(site: Path, file: str, text: str, message: str) -> None:
     """Style sheets, scripts, names and redirects."""
     (site / file).write_text(text, "utf-8")
-    told = [str(problem) for problem in rules.check_site(site)]
-    assert any(message in line for line in told), told
+    problems = [str(problem) for problem in rules.check_site(site)]
+    assert any(message in line for line in problems), problems
 
 
 def test_a_policy_may_name_what_stands_in_the_page(site: Path) -> None:
     """A style whose hash is in the page's policy is in order; one letter more, and it is not."""
     style = "p { color: red }"
     page = site / "two.html"
-    told = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
-    page.write_text(told.replace("</head>", f"<style>{style}</style></head>", 1), "utf-8")
+    text = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
+    page.write_text(text.replace("</head>", f"<style>{style}</style></head>", 1), "utf-8")
     assert rules.check_site(site) == []
     page.write_text(page.read_text("utf-8").replace(style, f"{style} "), "utf-8")
     (problem,) = rules.check_site(site)
@@ -132,9 +132,9 @@ def test_all_faults_are_told_at_once(site: Path) -> None:
     page = site / "two.html"
     page.write_text(page.read_text("utf-8").replace("</body>", '<a href="a.html">a</a><a href="b.html">b</a></body>'))
     (site / "assets/a.png").unlink()
-    told = rules.check_site(site)
-    assert [p.path for p in told] == ["site/index.html", "site/two.html", "site/two.html"]
-    assert told == sorted(told)
+    problems = rules.check_site(site)
+    assert [p.path for p in problems] == ["site/index.html", "site/two.html", "site/two.html"]
+    assert problems == sorted(problems)
 
 
 def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,8 +145,8 @@ def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch
     assert weight.total == sum(weight.parts.values()) > 0
     assert set(runtime_weight(page).parts) == {"runtime/x/core.wasm"}
     monkeypatch.setattr(rules, "PAGE_LIMIT", weight.total - 1)
-    told = [str(problem) for problem in rules.check_site(site)]
-    assert [line.partition(" kB")[0] for line in told] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
+    problems = [str(problem) for problem in rules.check_site(site)]
+    assert [line.partition(" kB")[0] for line in problems] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
 
 
 def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:

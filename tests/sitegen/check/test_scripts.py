@@ -35,14 +35,14 @@ def test_lint_tells_a_mistake_and_an_import_upwards(checkout: Path, capsys: pyte
     edit(checkout / SCRIPTS / "base/record.js", "const LONGEST", 'import "../figure/state.js";\nconst LONGEST')
     edit(checkout / "sitegen/serve/preview/swap.js", "const kept = keep();", "let kept = keep();")
     assert script_lint(checkout) == 1
-    told = capsys.readouterr().err.splitlines()
-    places, rules = zip(*((line.split(":")[0], line.rpartition("(")[2]) for line in told), strict=True)
+    output = capsys.readouterr().err.splitlines()
+    places, rules = zip(*((line.split(":")[0], line.rpartition("(")[2]) for line in output), strict=True)
     assert places == (
         "sitegen/serve/preview/swap.js", f"{SCRIPTS}/base/emitter.js", f"{SCRIPTS}/base/emitter.js",
         f"{SCRIPTS}/base/record.js",
     )  # fmt: skip
     assert rules == ("prefer-const)", "no-unused-vars)", "prefer-const)", "no-restricted-imports)")
-    assert all(re.match(r"[^:]+:[1-9]\d*:[1-9]\d*: ", line) for line in told)
+    assert all(re.match(r"[^:]+:[1-9]\d*:[1-9]\d*: ", line) for line in output)
 
 
 def test_types_are_told(checkout: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -51,7 +51,7 @@ def test_types_are_told(checkout: Path, capfd: pytest.CaptureFixture[str]) -> No
     edit(checkout / "templates/assets/sw.js", "worker.registration", "worker.registrations")
     edit(checkout / "sitegen/serve/preview/swap.js", "ladder()?.describeCards()", "ladder().describeCards()")
     assert script_types(checkout) == 1
-    told = capfd.readouterr().out
-    assert f"{SCRIPTS}/figure/motion.js(" in told
-    assert "templates/assets/sw.js(" in told
-    assert "sitegen/serve/preview/swap.js(" in told
+    output = capfd.readouterr().out
+    assert f"{SCRIPTS}/figure/motion.js(" in output
+    assert "templates/assets/sw.js(" in output
+    assert "sitegen/serve/preview/swap.js(" in output

@@ -69,15 +69,15 @@ def test_what_a_chapter_s_edit_runs(checkout: Path) -> None:
     chapter, drives = "content/02-ransac.md", "tests/browser/widgets/test_ransac.py"
     claim = "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials"
     edited(checkout, chapter, "summary: ", "summary: Once more. ")
-    found = chosen(checkout, [chapter])
-    assert found.pages == ("ransac.html", "slides-ransac.html")
-    assert not any(name.startswith("tests/claims/test_corrupted") for name in found.tests)
-    assert {*OF_PAGES, *OF_WORDS} <= set(found.tests)
-    assert drives not in found.tests
+    result = chosen(checkout, [chapter])
+    assert result.pages == ("ransac.html", "slides-ransac.html")
+    assert not any(name.startswith("tests/claims/test_corrupted") for name in result.tests)
+    assert {*OF_PAGES, *OF_WORDS} <= set(result.tests)
+    assert drives not in result.tests
     edited(checkout, chapter, f"]{{{claim}}}", f" indeed]{{{claim}}}")
-    found = chosen(checkout, [chapter])
-    assert claim in found.tests
-    assert drives not in found.tests
+    result = chosen(checkout, [chapter])
+    assert claim in result.tests
+    assert drives not in result.tests
     edited(checkout, chapter, "]{ransac ", "]{ransac  ")
     assert drives in chosen(checkout, [chapter]).tests
     (checkout / "content/20-new.md").write_text("---\ntitle: New\nslug: new\n---\n\nWords.\n", "utf-8")
@@ -90,9 +90,9 @@ def test_the_start_page_and_the_docs_have_pages_of_other_names() -> None:
 
 
 def test_with_python_beside_it_every_page_is_looked_at() -> None:
-    found = chosen(ROOT, ["content/02-ransac.md", "widgets/figures/race/field.py"])
-    assert found.pages == ()
-    assert set(OF_PAGES) <= set(found.tests)
+    result = chosen(ROOT, ["content/02-ransac.md", "widgets/figures/race/field.py"])
+    assert result.pages == ()
+    assert set(OF_PAGES) <= set(result.tests)
 
 
 def test_all_that_is_named_is_there() -> None:
@@ -172,9 +172,9 @@ def test_steps_are_taken_by_kind(file: str, due: set[str]) -> None:
 
 def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() -> None:
     """Through modules, through a helper of the tests, and through the fixtures of their folder."""
-    found = importing(ROOT, ["sitegen/cli/changed.py"])
-    assert {"tests/sitegen/cli/test_changed.py", "tests/sitegen/cli/test_run_tests.py"} <= found
-    assert "tests/solvers/test_units.py" not in found
+    result = importing(ROOT, ["sitegen/cli/changed.py"])
+    assert {"tests/sitegen/cli/test_changed.py", "tests/sitegen/cli/test_run_tests.py"} <= result
+    assert "tests/solvers/test_units.py" not in result
     assert "tests/solvers/test_units.py" in importing(ROOT, ["solvers/core/pose.py"])
     helped = importing(ROOT, ["tests/browser/layout.py"])
     assert "tests/browser/accessibility/test_axe.py" in helped

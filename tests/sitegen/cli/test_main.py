@@ -196,9 +196,9 @@ def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
 
     monkeypatch.setattr(shutil, "rmtree", stubborn)
     assert clean(checkout) == 1
-    told = capsys.readouterr()
-    assert told.err == "clean: .mypy_cache cannot be removed: Read-only file system\n"
-    assert "removed .ruff_cache" in told.out
+    output = capsys.readouterr()
+    assert output.err == "clean: .mypy_cache cannot be removed: Read-only file system\n"
+    assert "removed .ruff_cache" in output.out
     assert not (checkout / "site" / "index.html").exists()
 
 

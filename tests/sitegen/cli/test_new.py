@@ -100,12 +100,12 @@ def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
     made.write_text(text, "utf-8")
     words = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "my-figure", "tests/widgets"]
     done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
-    for told in (
+    for report in (
         "draw puts no Group of that name into that panel",
         "my-figure: give every state the same readouts (names, labels) and the same panels, each with one view",
         "my-figure: noise is 0.2; say '0.20 u' in the description or a caption",
     ):
-        assert told in done.stdout
+        assert report in done.stdout
 
 
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
@@ -154,8 +154,8 @@ def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.
     """A tree that can only be read, or here a file in the place of a folder: one line, exit code 1."""
     project.write("tests/widgets/figures", "a file")
     assert new_command(project.root, "figure", "mine", "") == 1
-    told = capsys.readouterr().err
-    assert re.fullmatch(r"new figure: tests/widgets/figures/test_mine\.py: .+; nothing was created\n", told)
+    output = capsys.readouterr().err
+    assert re.fullmatch(r"new figure: tests/widgets/figures/test_mine\.py: .+; nothing was created\n", output)
     assert not (project.root / "widgets" / "figures" / "mine.py").exists()
 
 
@@ -164,9 +164,9 @@ def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
     choosing = chosen("two-poses").strip('"')
     words = ["-m", "pytest", "--collect-only", "-q", "-k", choosing, "tests/widgets", "tests/pyodide/test_frames.py"]
     done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
-    found = [line.removeprefix("tests/") for line in done.stdout.splitlines() if "::" in line]
-    own = [line for line in found if line.startswith("widgets/figures/test_two_poses.py::")]
-    cases = [line for line in found if line.endswith("[two-poses]")]
+    output = [line.removeprefix("tests/") for line in done.stdout.splitlines() if "::" in line]
+    own = [line for line in output if line.startswith("widgets/figures/test_two_poses.py::")]
+    cases = [line for line in output if line.endswith("[two-poses]")]
     assert len(own) > 3
     files = {line.partition("::")[0] for line in cases}
     over_all = {
@@ -175,7 +175,7 @@ def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
         if re.search(r'parametrize\("name", (?:list\()?WIDGETS\)?\)', path.read_text("utf-8"))
     }
     assert over_all == files >= {"widgets/test_every_widget.py", "pyodide/test_frames.py"}
-    assert not [line for line in found if line not in own and "[" in line and "two-poses" not in line]
+    assert not [line for line in output if line not in own and "[" in line and "two-poses" not in line]
 
 
 def test_a_name_is_given_once(project: Project, capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,28 +64,28 @@ def metadata(inside: dict[str, bytes]) -> Message:
 def test_the_wheel_holds_the_solvers_and_nothing_else(made: tuple[Path, Path]) -> None:
     """Byte for byte the sources of `solvers` that the page's wheel holds too; beside them its own metadata."""
     inside = members(made[1])
-    found = {name: data for name, data in inside.items() if ".dist-info/" not in name}
-    (types,) = [name for name in found if name.endswith(".pyi")]  # for editors; no page reads them
-    assert found.pop(types) == (ROOT / types).read_bytes()
-    assert found == {name: data for name, data in page.sources().items() if name.startswith("solvers/")}
-    assert {"solvers/py.typed", "solvers/methods/flow/trained/flow.int8"} < set(found)
+    results = {name: data for name, data in inside.items() if ".dist-info/" not in name}
+    (types,) = [name for name in results if name.endswith(".pyi")]  # for editors; no page reads them
+    assert results.pop(types) == (ROOT / types).read_bytes()
+    assert results == {name: data for name, data in page.sources().items() if name.startswith("solvers/")}
+    assert {"solvers/py.typed", "solvers/methods/flow/trained/flow.int8"} < set(results)
     licences = {name.partition("/licenses/")[2] for name in inside if "/licenses/" in name}
     assert licences == {"LICENSE", "solvers/scenes/recorded/telecom-loop.LICENSE.txt"}
 
 
 def test_its_metadata_says_what_an_index_shows(made: tuple[Path, Path]) -> None:
     """The README of its own, and every field of pyproject.toml in the words of the standard."""
-    said = metadata(members(made[1]))
-    assert (said["Name"], said["Version"]) == ("registration-ladder", solvers.__version__)
-    assert (said["Summary"], said["Requires-Python"]) == (PROJECT["description"], ">=3.11")
-    assert said["Author"] == "The Registration Ladder authors"
-    assert said["License-Expression"] == "MIT AND BSD-3-Clause"
-    assert said.get_all("Provides-Extra") == ["scipy", "plot"]
-    assert said.get_all("Requires-Dist") == ["numpy>=2.0", 'scipy; extra == "scipy"', 'matplotlib; extra == "plot"']
-    assert said.get_all("Classifier") == PROJECT["classifiers"]
-    assert said["Keywords"].split(",") == PROJECT["keywords"]
-    assert said["Description-Content-Type"] == "text/markdown"
-    assert said.get_payload(decode=True).decode().strip() == README.strip()
+    text = metadata(members(made[1]))
+    assert (text["Name"], text["Version"]) == ("registration-ladder", solvers.__version__)
+    assert (text["Summary"], text["Requires-Python"]) == (PROJECT["description"], ">=3.11")
+    assert text["Author"] == "The Registration Ladder authors"
+    assert text["License-Expression"] == "MIT AND BSD-3-Clause"
+    assert text.get_all("Provides-Extra") == ["scipy", "plot"]
+    assert text.get_all("Requires-Dist") == ["numpy>=2.0", 'scipy; extra == "scipy"', 'matplotlib; extra == "plot"']
+    assert text.get_all("Classifier") == PROJECT["classifiers"]
+    assert text["Keywords"].split(",") == PROJECT["keywords"]
+    assert text["Description-Content-Type"] == "text/markdown"
+    assert text.get_payload(decode=True).decode().strip() == README.strip()
 
 
 def test_the_source_distribution_can_be_built_and_tested_and_carries_no_site(made: tuple[Path, Path]) -> None:
@@ -215,11 +215,11 @@ def test_pypa_s_build_is_handed_over_to(tmp_path: Path) -> None:
 
 
 def test_oldest_and_newest_are_tried() -> None:
-    found = [Interpreter((3, k, 1), k != 14, Path(f"python3.{k}")) for k in (13, 11, 14, 12)]
-    assert [one.name for one in ends(found)] == ["3.11.1", "3.13.1"]
-    assert [one.name for one in ends(found[:1])] == ["3.13.1"]
+    candidates = [Interpreter((3, k, 1), k != 14, Path(f"python3.{k}")) for k in (13, 11, 14, 12)]
+    assert [one.name for one in ends(candidates)] == ["3.11.1", "3.13.1"]
+    assert [one.name for one in ends(candidates[:1])] == ["3.13.1"]
     with pytest.raises(PackageError, match="ensurepip"):
-        ends(found[2:3])
+        ends(candidates[2:3])
 
 
 def test_releases_are_read_from_what_pip_lists() -> None:

@@ -244,9 +244,9 @@ def test_what_is_no_place_is_refused_before_anything_is_built(
     before = {path: path.stat().st_mtime_ns for path in project.rglob("*")}
     monkeypatch.setattr(publish, "attempt", lambda *_, **__: pytest.fail("it was built"))
     assert cli.run(project, cli.parse(["publish", "--", where])) == 2
-    told = capsys.readouterr().err
-    assert re.match(f"publish: .*{REFUSED[where]}", told)
-    assert told.count("\n") == 1
+    output = capsys.readouterr().err
+    assert re.match(f"publish: .*{REFUSED[where]}", output)
+    assert output.count("\n") == 1
     assert {path: path.stat().st_mtime_ns for path in project.rglob("*")} == before
 
 

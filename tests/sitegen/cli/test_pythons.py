@@ -26,8 +26,8 @@ def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
     """By the name that a PATH has it under."""
     (tmp_path / "python3").symlink_to(sys.executable)
     (tmp_path / "python3-config").symlink_to(sys.executable)
-    found = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
-    assert [(one.version, one.path) for one in found] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
+    result = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
+    assert [(one.version, one.path) for one in result] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
 
 
 def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> None:
@@ -43,8 +43,8 @@ def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> No
     for version in ("3.12.1", "3.12.10", "3.13.0"):
         program(pyenv / "versions" / version / "bin" / "python3", f"{version.replace('.', ' ')} final True")
     environ = {"PATH": os.pathsep.join([str(path), str(tmp_path / "absent")]), "PYENV_ROOT": str(pyenv)}
-    found = interpreters(candidates(environ))
-    assert [(one.name, one.can_set_up) for one in found] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
+    result = interpreters(candidates(environ))
+    assert [(one.name, one.can_set_up) for one in result] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
 
 
 def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
@@ -68,19 +68,19 @@ def test_one_that_fails_fails_the_whole_and_the_others_are_tried(
     for name in ("build.py", "site/.gitignore"):
         (tmp_path / "root" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "root" / name).touch()
-    found = [
+    results = [
         Interpreter((3, 98, 0), True, program(tmp_path / "a", "fails", 1)),
         Interpreter((3, 99, 0), True, program(tmp_path / "b", "passes")),
         Interpreter((3, 99, 1), False, program(tmp_path / "c", "is not run")),
         Interpreter((*sys.version_info[:2], 0), True, program(tmp_path / "d", "is not run")),
     ]
-    monkeypatch.setattr(pythons, "interpreters", lambda paths: found)
+    monkeypatch.setattr(pythons, "interpreters", lambda paths: results)
     monkeypatch.setenv("LADDER_CACHE", str(tmp_path / "cache"))
     assert pythons.test_pythons(tmp_path / "root") == 1
-    said = capfd.readouterr().out
-    assert "Python 3.98.0: FAILED" in said
-    assert "Python 3.99.0: builds the site, solver tests pass" in said
-    assert "without ensurepip" in said
-    assert said.count("fails\n") == 1, "what needs a site is not begun where there is none"
-    assert said.count("passes\n") == len(pythons.steps())
-    assert "is not run\n" not in said
+    output = capfd.readouterr().out
+    assert "Python 3.98.0: FAILED" in output
+    assert "Python 3.99.0: builds the site, solver tests pass" in output
+    assert "without ensurepip" in output
+    assert output.count("fails\n") == 1, "what needs a site is not begun where there is none"
+    assert output.count("passes\n") == len(pythons.steps())
+    assert "is not run\n" not in output

@@ -78,8 +78,8 @@ def ran(
 
 def test_a_whole_run_leaves_nothing_out(checkout: Path) -> None:
     """Also with words on how to run it, and where all the tests are named."""
-    for code, told, printed in ran(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
-        assert (code, told) == (0, WHOLE), printed
+    for code, report, printed in ran(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
+        assert (code, report) == (0, WHOLE), printed
         assert "3 passed" in printed
 
 
@@ -97,11 +97,11 @@ PARTS = {
 
 def test_a_part_gets_what_it_needs(checkout: Path) -> None:
     """No lint, no spelling, no types, no checks, no sweep; and the tracked file of results is not written."""
-    for (needs, passed), found in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
-        assert found[:2] == (0, needs), found[2]
-        assert f"{passed} passed" in found[2]
-    ((code, told, _),) = ran(checkout, "--collect-only tests/browser")
-    assert (code, told) == (0, [])
+    for (needs, passed), result in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
+        assert result[:2] == (0, needs), result[2]
+        assert f"{passed} passed" in result[2]
+    ((code, report, _),) = ran(checkout, "--collect-only tests/browser")
+    assert (code, report) == (0, [])
 
 
 def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
@@ -116,15 +116,15 @@ def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
 
 
 def test_a_site_that_cannot_be_built_ends_the_part(checkout: Path) -> None:
-    ((code, told, printed),) = ran(checkout, "tests/test_looks.py", builds=1)
-    assert (code, told) == (1, ["build"])
+    ((code, report, printed),) = ran(checkout, "tests/test_looks.py", builds=1)
+    assert (code, report) == (1, ["build"])
     assert "which cannot be built" in printed
     assert "passed" not in printed
 
 
 def test_an_engine_s_tests_write_no_results(checkout: Path) -> None:
-    ((code, told, printed),) = ran(checkout, "", engines=("firefox",))
-    assert (code, told) == (0, ["browser", "check"]), printed
+    ((code, report, printed),) = ran(checkout, "", engines=("firefox",))
+    assert (code, report) == (0, ["browser", "check"]), printed
     assert "1 passed" in printed
 
 
@@ -162,24 +162,24 @@ def test_changed_runs_what_a_chapter_s_edit_touches(committed: Path) -> None:
     """Its claim and the tests of every page, these on its own; lint, spelling and check, and no other step."""
     chapter = committed / "content" / "01-one.md"
     chapter.write_text(chapter.read_text("utf-8") + "More.\n", "utf-8")
-    ((code, told, printed),) = ran(committed, "-n0 -v -rP", commit="HEAD")
-    assert (code, told) == (0, BRIEF), printed
+    ((code, report, printed),) = ran(committed, "-n0 -v -rP", commit="HEAD")
+    assert (code, report) == (0, BRIEF), printed
     assert "2 passed" in printed
     assert "one.html,slides-one.html" in printed
 
 
 def test_changed_runs_what_a_module_s_edit_touches(committed: Path) -> None:
     (committed / "solvers" / "__init__.py").write_text("ONE = 1\n", "utf-8")
-    ((code, told, printed),) = ran(committed, "-n0", commit="HEAD")
-    assert (code, told) == (0, ["browser", "ruff", "spelling", "mypy", "imports", "check", "sweep"]), printed
+    ((code, report, printed),) = ran(committed, "-n0", commit="HEAD")
+    assert (code, report) == (0, ["browser", "ruff", "spelling", "mypy", "imports", "check", "sweep"]), printed
     assert "1 passed" in printed
 
 
 def test_changed_runs_everything_where_everything_may_depend_on_it(committed: Path) -> None:
     (committed / "solvers" / "__init__.py").unlink()
     (committed / "tests" / "test_solvers.py").write_text("def test_solvers(): pass\n", "utf-8")
-    ((_, told, _),) = ran(committed, "-n0", commit="HEAD")
-    assert told[: len(WHOLE) - 1] == WHOLE[:-1]
+    ((_, report, _),) = ran(committed, "-n0", commit="HEAD")
+    assert report[: len(WHOLE) - 1] == WHOLE[:-1]
 
 
 def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
@@ -188,8 +188,8 @@ def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
     assert nothing[:2] == (0, [])
     assert "nothing differs from HEAD" in nothing[2]
     assert unknown[:2] == (2, [])
-    ((code, told, printed),) = ran(committed, "", commit="nowhere")
-    assert (code, told) == (2, [])
+    ((code, report, printed),) = ran(committed, "", commit="nowhere")
+    assert (code, report) == (2, [])
     assert "git cannot compare with 'nowhere'" in printed
 
 
@@ -199,8 +199,8 @@ def test_changed_fails_where_something_does(committed: Path, fails: str) -> None
     root = committed.rename(committed.with_name("misspelt")) if fails == "step" else committed
     wrong = "assert False" if fails == "test" else "pass"
     (root / "tests" / "test_solvers.py").write_text(f"def test_solvers(): {wrong}\n", "utf-8")
-    ((code, told, printed),) = ran(root, "-n0", commit="HEAD")
-    assert (code, told) == (1, BRIEF), printed
+    ((code, report, printed),) = ran(root, "-n0", commit="HEAD")
+    assert (code, report) == (1, BRIEF), printed
     assert ("1 failed" if fails == "test" else "1 passed") in printed
     assert ("failed: spelling (see above)" in printed) == (fails == "step")
 
@@ -248,9 +248,9 @@ def test_an_import_against_the_direction_of_the_rooms_fails(
             file.write(f"\n\n{line}")
     capfd.readouterr()
     assert imports() == 1
-    told = capfd.readouterr().out
+    output = capfd.readouterr().out
     for broken in ("The rooms of solvers", "No family of methods knows another", "The rooms of the generator"):
-        assert re.search(rf"{broken}.* BROKEN", told)
+        assert re.search(rf"{broken}.* BROKEN", output)
 
 
 def test_a_skipped_test_is_not_recorded_as_passed() -> None:

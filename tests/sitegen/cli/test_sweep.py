@@ -12,9 +12,9 @@ from sitegen.cli import main, sweep
 
 def test_names_that_are_none_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sweep.sweep(tmp_path, 1, "", ["tabel"], ["icpp"]) == 2
-    told = capsys.readouterr().err
-    assert "no icpp, tabel; there are table, basins, curves, coarse-to-fine, coverage, " in told
-    assert ", trial-budget, icp, " in told
+    output = capsys.readouterr().err
+    assert "no icpp, tabel; there are table, basins, curves, coarse-to-fine, coverage, " in output
+    assert ", trial-budget, icp, " in output
     assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
 
 

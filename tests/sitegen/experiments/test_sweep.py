@@ -52,18 +52,18 @@ def home(tmp_path: Path) -> Path:
 
 def swept(home: Path, methods: list[str], which: Sweep = SMALL) -> dict[str, Any]:
     sweep.run(home, which, methods, home / "cache", quiet, 1)
-    found: dict[str, Any] = json.loads((home / "content/data/sweep/small.json").read_text("utf-8"))
-    return found
+    result: dict[str, Any] = json.loads((home / "content/data/sweep/small.json").read_text("utf-8"))
+    return result
 
 
 def test_a_unit_is_the_benchmark() -> None:
     """25 seeds of one setting end as the race's benchmark has them, to the digits that are kept."""
     chosen = tuple(40 + 13 * k for k in range(25))
-    found = run_unit(Unit("gicp", ({"setting": "clean"},), chosen))
+    result = run_unit(Unit("gicp", ({"setting": "clean"},), chosen))
     (row,) = benchmark(Controls(setting="clean"), seeds=chosen, contestants=contestants(["gicp"]))
-    assert found["rre"] == [float(e) for e in np.round(row.rre, 4)]
-    assert found["steps"] == row.steps.tolist()
-    assert sum(close(found)) == row.close
+    assert result["rre"] == [float(e) for e in np.round(row.rre, 4)]
+    assert result["steps"] == row.steps.tolist()
+    assert sum(close(result)) == row.close
 
 
 def test_cells_of_different_sizes_and_starts_stand_in_one_unit() -> None:
@@ -113,12 +113,12 @@ def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
     asked = [Unit("icp", ({"setting": "clean"},), (40, 53)), Unit("gicp", ({"setting": "clean"},), (40, 53))]
     expected = {unit.method: run_unit(unit) for unit in asked}
     with sweep.workers(ROOT, asked, 2) as finished:
-        assert {unit.method: found for unit, found in finished} == expected
+        assert {unit.method: result for unit, result in finished} == expected
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
         sweep.workers(ROOT, asked, cluster.scheduler_address) as finished,
     ):
-        assert {unit.method: found for unit, found in finished} == expected
+        assert {unit.method: result for unit, result in finished} == expected
 
 
 def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,9 +213,9 @@ def test_what_is_reached_and_imported() -> None:
     assert imports(source, ROOT) == ["solvers", "solvers.core.validate", "numpy"]
     several = "from solvers.core.pose import (\n    Pose,  # a comment\n)\nif 1:\n    import solvers.methods.icp.icp\n"
     assert imports(several, ROOT) == ["solvers.core.pose", "solvers.methods.icp.icp"]
-    found = closure(["solvers.methods.pairs.kabsch"], ROOT, skip=["solvers.core.registry"])
-    assert "solvers.geometry.rigid" in found
-    assert "solvers.methods.icp.icp" not in found
+    result = closure(["solvers.methods.pairs.kabsch"], ROOT, skip=["solvers.core.registry"])
+    assert "solvers.geometry.rigid" in result
+    assert "solvers.methods.icp.icp" not in result
     with pytest.raises(LookupError, match=r"no module solvers\.kabsch under"):
         closure(["solvers.kabsch"], ROOT)
     with pytest.raises(LookupError, match=r"no module solvers\.gone under"):

@@ -31,8 +31,8 @@ def test_another_seed_is_another_batch() -> None:
 def test_studies_that_differ_by_more_than_the_bound_are_told() -> None:
     kept = [{"variant": "flow", "kind": "k", "count": 200, "turned": 150, "placed": 140}]
     assert training.differences(kept, [{**kept[0], "turned": 121, "placed": 169}]) == []
-    told = training.differences(kept, [{**kept[0], "turned": 119}])
-    assert told == ["flow, k: turned 150 of 200, and now 119"]
+    report = training.differences(kept, [{**kept[0], "turned": 119}])
+    assert report == ["flow, k: turned 150 of 200, and now 119"]
 
 
 def test_the_second_training_that_was_noted_is_within_the_bounds() -> None:

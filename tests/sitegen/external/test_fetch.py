@@ -83,8 +83,8 @@ def test_a_file_comes_once_and_then_from_the_cache(tmp_path: Path, web: Web) -> 
     given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
     seen: list[tuple[str, int, int]] = []
     for _ in range(2):
-        found = gather(["thing"], cache=tmp_path / "c", progress=lambda *a: seen.append(a), manifest=given)
-        assert found["thing/a.txt"].read_bytes() == RIGHT
+        result = gather(["thing"], cache=tmp_path / "c", progress=lambda *a: seen.append(a), manifest=given)
+        assert result["thing/a.txt"].read_bytes() == RIGHT
     assert web.asked == ["/a.txt"]
     assert seen[-1] == ("a.txt", len(RIGHT), len(RIGHT))
     (licence,) = licences(["thing"], cache=tmp_path / "c", manifest=given)

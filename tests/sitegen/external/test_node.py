@@ -35,12 +35,12 @@ def waited(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Waited]:
     once = 'if (readFileSync(said, "utf-8") === "x") '
     bodies = {"answers": ("console.log(7);\n" + STAY, {"attempts": 1}), "always": (STAY, {})}
     with ThreadPoolExecutor() as threads:
-        found = {}
+        results = {}
         for name, (body, options) in {**bodies, "at first": (once + STAY + "else console.log(7);", {})}.items():
             folder = tmp_path_factory.mktemp("node")
             path, begun = script(folder, 'appendFileSync(said, "x");\n' + body), folder / "begun"
-            found[name] = (threads.submit(run_node, path, str(begun), timeout=5, **options), begun)
-        yield found
+            results[name] = (threads.submit(run_node, path, str(begun), timeout=5, **options), begun)
+        yield results
 
 
 def test_an_answer_counts_although_its_process_never_ends(waited: Waited) -> None:

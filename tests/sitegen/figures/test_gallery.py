@@ -201,76 +201,76 @@ def result(name: str) -> Any:
 
 def test_failures_at_the_budget_stay_within_the_promise() -> None:
     """Runs of N trials that are told the true share fail no more often than the confidence allows, at every share."""
-    found = result("trial-budget")
-    for p, failures in zip(found.confidences, found.failures, strict=True):
-        assert max(failures) <= (1.0 - p) * found.runs
-    missed, failed = (of(found, 0.5, 0.9) for of in (trial_budget.missed, trial_budget.failed))
+    outcome = result("trial-budget")
+    for p, failures in zip(outcome.confidences, outcome.failures, strict=True):
+        assert max(failures) <= (1.0 - p) * outcome.runs
+    missed, failed = (of(outcome, 0.5, 0.9) for of in (trial_budget.missed, trial_budget.failed))
     assert 10.0 - missed > missed - failed > 0.0, "most of the margin is rounding"
 
 
 def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
     """Never right more often than RANSAC, and with wrong partners all round at least as often as with a lean."""
-    found = result("graduated")
-    ransac, leaning, scattered = found.successes
+    outcome = result("graduated")
+    ransac, leaning, scattered = outcome.successes
     assert all(a >= b >= c for a, b, c in zip(ransac, scattered, leaning, strict=True))
-    assert min(ransac) > 0.95 * found.runs > 2 * leaning[-1]
+    assert min(ransac) > 0.95 * outcome.runs > 2 * leaning[-1]
 
 
 def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
     """Plateaus end at other angles in other settings; junk lets some far starts arrive from which no clean one does."""
-    found = result("icp-reach")
-    ends = {s: (icp_reach.sure(found, s, -1), icp_reach.sure(found, s, 1)) for s in found.settings}
+    outcome = result("icp-reach")
+    ends = {s: (icp_reach.sure(outcome, s, -1), icp_reach.sure(outcome, s, 1)) for s in outcome.settings}
     assert len(set(ends.values())) == len(ends)
     assert ends["clean"][0] != -ends["clean"][1]
-    assert icp_reach.success(found, "outliers", -50) > icp_reach.success(found, "clean", -50) == 0.0
+    assert icp_reach.success(outcome, "outliers", -50) > icp_reach.success(outcome, "clean", -50) == 0.0
 
 
 def test_weights_help_from_near_and_not_from_midway() -> None:
     """No weight is behind each weight from near, and behind none of them from midway, for every residual."""
-    found = result("residual-weights")
-    near, midway = found.successes
+    outcome = result("residual-weights")
+    near, midway = outcome.successes
     assert all(row[0] < min(row[1:]) for row in near)
     assert all(row[0] >= max(row[1:]) for row in midway)
-    assert wilson(midway[0][0], found.runs)[0] < wilson(midway[0][1], found.runs)[1], "so this shows no harm"
+    assert wilson(midway[0][0], outcome.runs)[0] < wilson(midway[0][1], outcome.runs)[1], "so this shows no harm"
 
 
 def test_point_pairs_crab_and_planes_do_not() -> None:
     """Point pairs never overtake a mean that the long wall holds back, and stop short; planes arrive in two steps."""
-    found = result("crab-walk")
-    point, plane = found.gaps
-    held = [0.6 * (1.0 - found.facing) ** step for step in range(len(point))]
+    outcome = result("crab-walk")
+    point, plane = outcome.gaps
+    held = [0.6 * (1.0 - outcome.facing) ** step for step in range(len(point))]
     assert all(a >= b - 1e-9 for a, b in zip(point, held, strict=True))
     assert point[-1] == point[-2] > 0.15
     assert abs(plane[2]) < 0.01
-    assert [corners[0][2][0] for corners in found.corners] == pytest.approx([7.4, 7.4])
+    assert [corners[0][2][0] for corners in outcome.corners] == pytest.approx([7.4, 7.4])
 
 
 def test_four_grids_jump_more_often_and_less_far() -> None:
-    found = result("score-continuity")
-    assert found.jumps[1] > found.jumps[0] > 100
-    assert found.mean[1] < found.mean[0]
-    assert found.largest[1] < found.largest[0]
+    outcome = result("score-continuity")
+    assert outcome.jumps[1] > outcome.jumps[0] > 100
+    assert outcome.mean[1] < outcome.mean[0]
+    assert outcome.largest[1] < outcome.largest[0]
 
 
 def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
-    found = result("coarse-to-fine")
-    for one, fine in (found.by_angle, found.by_offset):
+    outcome = result("coarse-to-fine")
+    for one, fine in (outcome.by_angle, outcome.by_offset):
         assert all(a <= b for a, b in zip(one, fine, strict=True))
         assert sum(one) < sum(fine)
         assert fine[-1] == 0
     # Outwards from the truth, either way and by offset, the one cell size comes to zero first.
-    middle = found.angles.index(0)
-    ways = [*(tuple(row[middle::way] for row in found.by_angle) for way in (1, -1)), found.by_offset]
+    middle = outcome.angles.index(0)
+    ways = [*(tuple(row[middle::way] for row in outcome.by_angle) for way in (1, -1)), outcome.by_offset]
     assert all(one.index(0) < fine.index(0) for one, fine in ways)
 
 
 def test_the_basins_are_as_the_chapter_says() -> None:
     """RANSAC's map is one colour, MMD-Reg's basin the widest of the others, in both settings."""
-    found = result("basins")
-    for setting in found.settings:
-        flat = found.successes[found.methods.index("ransac-congruent")][found.settings.index(setting)]
+    outcome = result("basins")
+    for setting in outcome.settings:
+        flat = outcome.successes[outcome.methods.index("ransac-congruent")][outcome.settings.index(setting)]
         assert len({count for row in flat for count in row}) == 1
-        shares = {m: basins.share(found, m, setting) for m in found.methods if m != "ransac-congruent"}
+        shares = {m: basins.share(outcome, m, setting) for m in outcome.methods if m != "ransac-congruent"}
         assert max(shares, key=lambda m: shares[m]) == "mmd"
     table = result("sweep-table")
     assert sweep_table.rotation(table, "mmd", "clean") > 2.0 * sweep_table.rotation(table, "icp", "clean")

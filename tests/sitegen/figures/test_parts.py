@@ -33,23 +33,23 @@ def test_what_is_kept_is_not_run(parts: Parts) -> None:
     """Without a file the parts are run; with one none is, and the result is the same."""
     assert parts.kept() is None
     assert parts.result() == 14
-    found = {asked: parts.run(asked) for asked in parts.asked}
-    assert found["a", 2] == [4, "a"], "as it comes from a file"
-    parts.keep(found)
+    results = {asked: parts.run(asked) for asked in parts.asked}
+    assert results["a", 2] == [4, "a"], "as it comes from a file"
+    parts.keep(results)
     kept = replace(parts, part=never)
-    assert kept.kept() == found
+    assert kept.kept() == results
     assert kept.result() == 14
 
 
 def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
     """The parts are run, and `keep` makes a whole file of it again."""
-    found = {asked: parts.run(asked) for asked in parts.asked}
-    parts.keep(found)
+    results = {asked: parts.run(asked) for asked in parts.asked}
+    parts.keep(results)
     parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")
     assert parts.kept() is None
     assert parts.result() == 14
-    parts.keep(found)
-    assert parts.kept() == found
+    parts.keep(results)
+    assert parts.kept() == results
 
 
 @pytest.mark.parametrize(
@@ -78,10 +78,10 @@ def test_the_files_in_the_repository_are_whole(name: str) -> None:
     assert parts is not None
     names = [named(asked) for asked in parts.asked]
     assert len(set(names)) == len(names)
-    found = json.loads(parts.file.read_text("utf-8"))["parts"]
-    assert list(found) == names
+    report = json.loads(parts.file.read_text("utf-8"))["parts"]
+    assert list(report) == names
     assert plot.compute == parts.result
-    assert isinstance(parts.whole({asked: found[named(asked)] for asked in parts.asked}), plot.result)
+    assert isinstance(parts.whole({asked: report[named(asked)] for asked in parts.asked}), plot.result)
     assert len(parts.file.read_text("utf-8").splitlines()) == len(names) + 2
 
 

@@ -273,19 +273,19 @@ def marked(name: str, source: str, said: str) -> tuple[str, str]:
 @pytest.mark.parametrize("case", MISTAKES)
 def test_a_mistake_in_a_figure(project: Project, module: Callable[[str, str], None], case: str) -> None:
     """It is told at its place, with its figure, its field and what was expected, once, beside the chapter's own."""
-    old, new, said = MISTAKES[case]
+    old, new, text = MISTAKES[case]
     name = "-".join(re.findall("[a-z]+", f"case {case}"))
     assert MODULE.count(old.replace("¦", "")) == 1
-    source, place = marked(name, MODULE.replace(old.replace("¦", ""), new), said)
+    source, place = marked(name, MODULE.replace(old.replace("¦", ""), new), text)
     module(name, source)
     project.chapter(PLACED.replace("NAME", name) + "\nAnd [@on2001].\n")
-    other, *found = project.problems()
+    other, *result = project.problems()
     assert other.startswith("content/01-second.md:13:7: no reference 'on2001'")
-    assert len(found) == 1, "\n".join(found)
-    words = said.replace("NAME", name)
-    assert found[0].startswith(f"{place}: figure {name}{'' if words[0] == ' ' else ', '}{words}"), found[0]
+    assert len(result) == 1, "\n".join(result)
+    words = text.replace("NAME", name)
+    assert result[0].startswith(f"{place}: figure {name}{'' if words[0] == ' ' else ', '}{words}"), result[0]
     if words.split(":")[0] in ("draw", "start", "act", "python", "motion"):
-        assert "content/01-second.md:7 places it)" in found[0]
+        assert "content/01-second.md:7 places it)" in result[0]
 
 
 def test_a_sound_figure_has_no_faults(project: Project, module: Callable[[str, str], None]) -> None:
@@ -303,12 +303,12 @@ def test_a_strict_build_draws_what_no_chapter_shows(project: Project, module: Ca
     module("case-unplaced", source)
     project.chapter("Text.\n")
     project.build()
-    said = "figure case-unplaced, draw: panel 'main', mark 1 (Points): no role 'sorce'; did you mean 'source'?"
+    message = "figure case-unplaced, draw: panel 'main', mark 1 (Points): no role 'sorce'; did you mean 'source'?"
     place = f"widgets/figures/case_unplaced.py:{line}:1"
-    assert project.problems(strict=True) == [f"{place}: {said} (preset noisy press=go; no chapter places it)"]
+    assert project.problems(strict=True) == [f"{place}: {message} (preset noisy press=go; no chapter places it)"]
     project.chapter(PLACED.replace("NAME", "case-unplaced"))
     assert project.problems(strict=True) == [
-        f"{place}: {said} (preset noisy press=go; content/01-second.md:7 places it)"
+        f"{place}: {message} (preset noisy press=go; content/01-second.md:7 places it)"
     ]
 
 
@@ -331,8 +331,8 @@ def test_a_slide_of_a_figure_that_fails_is_no_traceback(project: Project, module
     module("case-slide", MODULE.replace("Points([[controls.noise, 0.5]]", f"Points([[{bad}, 0.5]]"))
     slide = "slides:\n  - title: A\n    figure: demo\n    set: noise=0.8"
     project.chapter(PLACED.replace("NAME", "case-slide"), f"title: T\nslug: second\nsummary: S\n{slide}")
-    (found,) = project.problems()
-    assert "figure case-slide, draw: panel 'main', mark 1 (Points): xy: row 0 is (nan, 0.5)" in found
+    (result,) = project.problems()
+    assert "figure case-slide, draw: panel 'main', mark 1 (Points): xy: row 0 is (nan, 0.5)" in result
 
 
 def test_the_figures_of_the_site_are_sound() -> None:

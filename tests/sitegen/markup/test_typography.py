@@ -74,10 +74,10 @@ class Straight:
 
 def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
     """In its text, and in what is read out: prose, figures' words and labels, docstrings, the tests' own words."""
-    found = {}
+    results = {}
     for path in site.glob("*.html"):
         page = Straight()
         read(path.read_text("utf-8"), page)
         if page.found:
-            found[path.name] = page.found
-    assert found == {}
+            results[path.name] = page.found
+    assert results == {}

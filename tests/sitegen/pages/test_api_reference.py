@@ -162,8 +162,8 @@ def check_defaults(thing: griffe.Object) -> None:
         own = getattr(own, name)
     for each in parameters(thing):
         if isinstance(each.default, str) and not each.name.startswith("*"):
-            told = {"inf": np.inf, "π": np.pi, "1/75": 1.0 / 75.0}.get(each.default) or ast.literal_eval(each.default)
-            assert inspect.signature(own).parameters[each.name].default == told, each.name
+            value = {"inf": np.inf, "π": np.pi, "1/75": 1.0 / 75.0}.get(each.default) or ast.literal_eval(each.default)
+            assert inspect.signature(own).parameters[each.name].default == value, each.name
 
 
 def test_every_option_of_every_method_is_explained() -> None:

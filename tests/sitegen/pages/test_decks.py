@@ -119,10 +119,10 @@ def test_broken_slides(project: Project, name: str) -> None:
     slides, expected = BROKEN[name]
     project.chapter(BODY, f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slides.rstrip()}')
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
-    found = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
-    assert len(found) == len(expected), found
-    assert all(said == wanted or (wanted.endswith(":") and said.startswith(wanted))
-               for said, wanted in zip(found, expected, strict=True)), found  # fmt: skip
+    messages = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
+    assert len(messages) == len(expected), messages
+    assert all(text == wanted or (wanted.endswith(":") and text.startswith(wanted))
+               for text, wanted in zip(messages, expected, strict=True)), messages  # fmt: skip
 
 
 def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None:
@@ -231,7 +231,7 @@ def decks(site: Path) -> dict[str, str]:
     chapters = [path for path in sorted(site.glob("*.html")) if 'class="chapter"' in path.read_text("utf-8")]
     assert len(chapters) >= 16, f"no built site in {site}: run `python3 build.py` first"
     linked = {path.name: re.findall(r'href="(slides-[^"]*)"', path.read_text("utf-8")) for path in chapters}
-    assert all(len(found) == 1 for found in linked.values()), linked
+    assert all(len(result) == 1 for result in linked.values()), linked
     return {page: (site / name).read_text("utf-8") for page, (name,) in linked.items()}
 
 

@@ -91,8 +91,8 @@ def test_mistakes_in_the_docs_are_told_where_they_are(project: Project) -> None:
         "(figures are fig:id, equations eq:label)",
     ]
     with_docs(project, one=ONE.replace("redirects:", "rung: '1'\nredirects:"))
-    (said,) = project.problems()
-    assert said.startswith("content/docs/one.md:5:1: no key 'rung'")
+    (text,) = project.problems()
+    assert text.startswith("content/docs/one.md:5:1: no key 'rung'")
 
 
 def test_every_page_of_the_docs_is_led_to(project: Project) -> None:
@@ -108,7 +108,7 @@ def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:
     with_docs(project, **{"Odd name": HIDDEN})
     project.write("content/02-third.md", "---\ntitle: T\nslug: docs-one\nsummary: S\n---\n\nText.\n")
     project.write("content/docs/one.md", ONE.replace("old-one", "second"))
-    said = project.problems()
-    assert any("content/docs/Odd name.md:0:0: a page of the docs is called like authoring.md" in each for each in said)
-    assert "content/02-third.md:3:1: the page name 'docs-one' is taken by content/docs/one.md" in said
-    assert any("redirect from 'second': that name is taken by content/01-second.md" in each for each in said)
+    faults = project.problems()
+    assert any("Odd name.md:0:0: a page of the docs is called like authoring.md" in line for line in faults)
+    assert "content/02-third.md:3:1: the page name 'docs-one' is taken by content/docs/one.md" in faults
+    assert any("redirect from 'second': that name is taken by content/01-second.md" in line for line in faults)

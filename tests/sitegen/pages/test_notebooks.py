@@ -31,9 +31,9 @@ def read(path: Path) -> nbformat.NotebookNode:
 def books(site: Path, pytestconfig: pytest.Config) -> dict[str, nbformat.NotebookNode]:
     """The built site's notebooks by name; with --pages those of the pages that are named."""
     named = pytestconfig.getoption("--pages")
-    found = {path.stem: path for path in sorted((site / "notebooks").glob("*.ipynb"))}
-    assert len(found) >= 17, f"no notebooks in {site}: run `python3 build.py` first"
-    return {name: read(path) for name, path in found.items() if not named or f"{name}.html" in named.split(",")}
+    paths = {path.stem: path for path in sorted((site / "notebooks").glob("*.ipynb"))}
+    assert len(paths) >= 17, f"no notebooks in {site}: run `python3 build.py` first"
+    return {name: read(path) for name, path in paths.items() if not named or f"{name}.html" in named.split(",")}
 
 
 def text_of(book: nbformat.NotebookNode, kind: str = "markdown") -> str:
@@ -45,19 +45,19 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     project.build()
     book = read(project.site / "notebooks" / "second.ipynb")
     nbformat.validate(book)
-    said = text_of(book)
+    text = text_of(book)
     assert book.cells[0].source.startswith("# The </title><script>alert(1)</script> second\n\n*Is it")
     assert re.match(r"# %pip install registration_ladder-[\d.]+-py3-none-any\.whl$", book.cells[1].source)
-    assert r"A first paragraph with $a^2 \in \mathbb{R}$ and a note.<sup>1</sup> It cites ([" in said
-    assert "](https://example.org/ladder/references.html#ref-one2001)" in said
-    assert "−7.250. It *holds*." in said
-    assert r"\tag{1.1}" in said
-    assert "> Beside the *point*." in said
-    assert "> <sup>1</sup> The note, with (" in said
+    assert r"A first paragraph with $a^2 \in \mathbb{R}$ and a note.<sup>1</sup> It cites ([" in text
+    assert "](https://example.org/ladder/references.html#ref-one2001)" in text
+    assert "−7.250. It *holds*." in text
+    assert r"\tag{1.1}" in text
+    assert "> Beside the *point*." in text
+    assert "> <sup>1</sup> The note, with (" in text
     figure = "[Figure 1.1](https://example.org/ladder/second.html#fig-demo)"
-    assert f"- To try on the page, in {figure}: Press **go** twice." in said
-    assert not OURS.search(said)
-    assert not re.search(r"\]\((?!https://)", said)
+    assert f"- To try on the page, in {figure}: Press **go** twice." in text
+    assert not OURS.search(text)
+    assert not re.search(r"\]\((?!https://)", text)
     before = (project.site / "notebooks" / "second.ipynb").read_bytes()
     project.build()
     assert (project.site / "notebooks" / "second.ipynb").read_bytes() == before
@@ -88,18 +88,18 @@ def test_every_chapters_notebook_is_whole(site: Path, books: dict[str, nbformat.
     for name, book in books.items():
         nbformat.validate(book)
         assert (site / "notebooks" / f"{name}.ipynb").stat().st_size < LARGEST
-        said = re.sub(r"base64,[^\"]*", "", text_of(book))
-        assert not OURS.search(said), name
-        assert not re.search(r"&(?:amp|lt|gt|quot|#\d+);", re.sub(r"<img [^>]*>", "", said)), name
-        assert said.count("$") % 2 == 0, name
-        assert ("references.html#ref-" in said) == ("## References" in said), name
+        text = re.sub(r"base64,[^\"]*", "", text_of(book))
+        assert not OURS.search(text), name
+        assert not re.search(r"&(?:amp|lt|gt|quot|#\d+);", re.sub(r"<img [^>]*>", "", text)), name
+        assert text.count("$") % 2 == 0, name
+        assert ("references.html#ref-" in text) == ("## References" in text), name
 
 
 def test_pictures_need_nothing(books: dict[str, nbformat.NotebookNode]) -> None:
     """Each is XML that parses, with its rules inside and no variable of the page's, and has words in its place."""
     of = {name: IMAGE.findall(text_of(book)) for name, book in books.items()}
-    assert [name for name, found in of.items() if len(found) < 4] == []
-    pictures = [picture for found in of.values() for picture in found]
+    assert [name for name, result in of.items() if len(result) < 4] == []
+    pictures = [picture for result in of.values() for picture in result]
     for words, data in pictures:
         assert len(words.split()) > 1
         svg = base64.b64decode(data).decode()

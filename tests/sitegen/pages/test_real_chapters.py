@@ -59,8 +59,8 @@ def test_it_has_three_exercises_whose_answers_are_computed(chapter: Path) -> Non
     answers = parts(exercises, "answer")
     wanted = 0 if chapter.name == INSTRUMENT else 3
     assert len(answers) == len(re.findall(r"^\*\*\d\.\*\* ", exercises, re.MULTILINE)) == wanted
-    said = [k for k, answer in enumerate(answers, 1) if ":value[" not in answer and ":readout[" not in answer]
-    assert said == IN_WORDS.get(chapter.name, [])
+    bare = [k for k, answer in enumerate(answers, 1) if ":value[" not in answer and ":readout[" not in answer]
+    assert bare == IN_WORDS.get(chapter.name, [])
 
 
 def test_counts_are_folded_in_every_chapter_that_has_them() -> None:
@@ -79,9 +79,9 @@ def test_its_head_links_slides_notebook_and_sources(chapter: Path, site: Path) -
     assert slug
     page = (site / f"{slug[1]}.html").read_text("utf-8")
     (links,) = re.findall(r'<p class="chapter-links">(.*?)</p>', page, re.DOTALL)
-    found = re.findall(r'href="#([\w-]+)"', links)
-    assert found == ["slides", "notebook", *(["works-cited"] if 'id="works-cited"' in page else [])]
-    assert all(f'id="{anchor}"' in page for anchor in found)
+    matches = re.findall(r'href="#([\w-]+)"', links)
+    assert matches == ["slides", "notebook", *(["works-cited"] if 'id="works-cited"' in page else [])]
+    assert all(f'id="{anchor}"' in page for anchor in matches)
     assert page.index("chapter-links") < page.index("<strong>Assumes</strong>")
 
 
@@ -94,17 +94,17 @@ def test_the_minutes_of_each_path_add_up() -> None:
     """The paths of the first page: what their steps take is what their headings say."""
     text = CHAPTERS[0].read_text("utf-8").partition("{#forty-minutes}\n")[2].partition("\n## ")[0]
     first, *others = re.split(r"^\*\*[^*]+\*\* \((\d+) min\)\.$", text, flags=re.MULTILINE)
-    said = [40, *(int(minutes) for minutes in others[::2])]
+    numbers = [40, *(int(minutes) for minutes in others[::2])]
     steps = [[int(n) for n in re.findall(r"\((\d+) min\)", part)] for part in (first, *others[1::2])]
     assert [len(each) for each in steps] == [8, 3, 4]
-    assert [sum(each) for each in steps] == said
+    assert [sum(each) for each in steps] == numbers
 
 
 def test_the_titles_face_has_every_letter_of_the_titles(site: Path) -> None:
     """It is cut to what titles are made of: a sign that they came to use would be shown by a reader's own face."""
-    found = {name: headings(page.read_text("utf-8")) for name, page in ((p.name, p) for p in site.glob("*.html"))}
-    assert sum(map(len, found.values())) > 1000
-    strange = {name: set(text) & set(BASICS) - set(TITLES) for name, text in found.items()}
+    pages = {name: headings(page.read_text("utf-8")) for name, page in ((p.name, p) for p in site.glob("*.html"))}
+    assert sum(map(len, pages.values())) > 1000
+    strange = {name: set(text) & set(BASICS) - set(TITLES) for name, text in pages.items()}
     assert not {name: signs for name, signs in strange.items() if signs}
 
 

@@ -49,8 +49,8 @@ def words(text: str) -> list[str]:
 
 def commands(text: str, begin: str) -> list[list[str]]:
     """The arguments of every call of a program, without comments and closing quotes."""
-    found = re.findall(rf"{re.escape(begin)}((?: [^`\n]*)?)(?=[`\n])", text)
-    return [[FOR_NAMES.get(word, word) for word in shlex.split(re.split(r"\s+#", one)[0])] for one in found]
+    matches = re.findall(rf"{re.escape(begin)}((?: [^`\n]*)?)(?=[`\n])", text)
+    return [[FOR_NAMES.get(word, word) for word in shlex.split(re.split(r"\s+#", one)[0])] for one in matches]
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:
@@ -117,12 +117,12 @@ def test_every_option_is_one_of_some_command() -> None:
 def resolved(name: str) -> Any:
     """What a dotted name means: a module, or what is in one."""
     parts = name.split(".")
-    found = importlib.import_module(parts[0])
+    result = importlib.import_module(parts[0])
     for i, part in enumerate(parts[1:], 2):
-        if not hasattr(found, part):
+        if not hasattr(result, part):
             importlib.import_module(".".join(parts[:i]))
-        found = getattr(found, part)
-    return found
+        result = getattr(result, part)
+    return result
 
 
 def test_every_name_of_the_package_is_there(text: str) -> None:
@@ -134,12 +134,12 @@ def test_every_name_of_the_package_is_there(text: str) -> None:
 def test_every_message_that_troubleshooting_explains_is_said() -> None:
     """The first cells quote what commands and pages say; an ellipsis stands for what differs from time to time."""
     kinds = ("sitegen/**/*.py", "templates/assets/**/*js")
-    said = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
+    texts = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
     text = (ROOT / "content/docs/troubleshooting.md").read_text("utf-8")
     quoted = re.findall(r"^\| (?:[^|]* )?\"([^\"|]+)\"", text, re.MULTILINE)
     assert len(quoted) > 9
     parts = [part.strip(" ,") for message in quoted for part in message.split("…")]
-    assert [part for part in parts if part not in said] == []
+    assert [part for part in parts if part not in texts] == []
 
 
 def test_a_docs_page_has_no_mistake_of_its_own() -> None:

@@ -19,9 +19,9 @@ PAGE = """<!doctype html><html><body><header><h2 id="no">Not in main</h2></heade
 
 
 def test_sections_of_a_page() -> None:
-    found = [(one.at, one.page, one.heading, one.text) for one in sections("p.html", PAGE)]
+    results = [(one.at, one.page, one.heading, one.text) for one in sections("p.html", PAGE)]
     title = "The title & more"
-    assert found == [
+    assert results == [
         ("p.html", title, title, "First words."),
         ("p.html#one", title, "One heading", "Abc, One 2001. Figure 1.1 The caption."),
         ("p.html#two", title, "Two", "Deeper <b>."),

@@ -73,8 +73,8 @@ def test_markup_in_titles_and_data_is_text(built: Project) -> None:
     assert "<title>The &lt;/title&gt;&lt;script&gt;" in page
     assert '<meta name="description" content="It is &lt;b&gt;not&lt;/b&gt; bold.">' in page
     assert "Noisy </script>" not in page
-    found = Elements(page)
-    records = [json.loads(text) for text in found.scripts if text.strip().startswith('{"record"')]
+    result = Elements(page)
+    records = [json.loads(text) for text in result.scripts if text.strip().startswith('{"record"')]
     assert len(records) == 1
     assert records[0]["frame"]["description"].startswith("</script> 0 presses")
 
@@ -369,9 +369,9 @@ def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
     their hash for ever, the rest asked for."""
     rules = header_rules(built.site)
     page = headers_for("/second.html", rules)
-    told = page["Content-Security-Policy"]
-    assert re.sub(r" 'sha256-[\w+/=]+'", "", told) == f"{POLICY}; frame-ancestors 'none'"
-    assert told.removesuffix("; frame-ancestors 'none'") == policy_of(built.page("404.html"))
+    report = page["Content-Security-Policy"]
+    assert re.sub(r" 'sha256-[\w+/=]+'", "", report) == f"{POLICY}; frame-ancestors 'none'"
+    assert report.removesuffix("; frame-ancestors 'none'") == policy_of(built.page("404.html"))
     assert f'http-equiv="Content-Security-Policy" content="{escape(POLICY)}"' in built.page("second.html")
     assert "Cache-Control" not in page
     for folder in ("assets", "images", "tapes", "runtime"):
@@ -384,8 +384,8 @@ def test_files_that_hosts_keep_for_ever_are_named_by_their_content(built: Projec
     named = {}
     for folder in ("assets", "images", "tapes"):
         for file in (built.site / folder).rglob("*.*"):
-            found = re.search(r"[.-]([0-9a-f]{10})\.\w+$", file.name)
-            assert found, file
-            named[file.name] = found[1] == short_hash(file.read_bytes())
+            match = re.search(r"[.-]([0-9a-f]{10})\.\w+$", file.name)
+            assert match, file
+            named[file.name] = match[1] == short_hash(file.read_bytes())
     assert len(named) >= 3
     assert [name for name, right in named.items() if not right] == []

@@ -52,9 +52,9 @@ def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, name
     project.write("content/02-draft.md", DRAFT)
     project.chapter(f"\nSee {link}.\n")
     project.write("content/00-start.md", START.partition("Read")[0])
-    (said,) = project.problems()
-    assert said.startswith("content/01-second.md:8:")
-    assert said.endswith(f": {names} is a draft: content/02-draft.md is published once its line 'draft: true' is gone")
+    (text,) = project.problems()
+    assert text.startswith("content/01-second.md:8:")
+    assert text.endswith(f": {names} is a draft: content/02-draft.md is published once its line 'draft: true' is gone")
     project.build(drafts=True)
 
 
@@ -70,4 +70,4 @@ def test_a_mistake_in_a_draft_stops_only_builds_that_have_it(project: Project) -
     """A chapter that is half written keeps nothing else from being published."""
     project.write("content/02-draft.md", DRAFT + "\n::figure[no end\n\n:ref[nowhere]\n")
     project.build(strict=True)
-    assert [said.partition(":")[0] for said in project.problems(drafts=True)] == ["content/02-draft.md"] * 2
+    assert [text.partition(":")[0] for text in project.problems(drafts=True)] == ["content/02-draft.md"] * 2

@@ -173,10 +173,10 @@ def main(text):
     except ValueError as error:
         return json.dumps("".join(traceback.format_exception(error)))
 """
-    said = run_python_in_shipped_runtime(code, info=info)
-    assert 'File "/lib/python3.14/site-packages/widgets/engine/host.py", line ' in said
-    assert "ValueError: no widget 'kabsh'" in said
-    assert "kabsch" in said
+    text = run_python_in_shipped_runtime(code, info=info)
+    assert 'File "/lib/python3.14/site-packages/widgets/engine/host.py", line ' in text
+    assert "ValueError: no widget 'kabsh'" in text
+    assert "kabsch" in text
 
 
 def test_a_line_to_be_changed_must_be_there_once() -> None:
@@ -197,8 +197,8 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
     package = tomllib.loads((wheel.ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     extras = [f'{given}; extra == "{name}"' for name, all in package["optional-dependencies"].items() for given in all]
     assert metadata.get_all("Requires-Dist") == [*package["dependencies"], *extras]
-    said = (package["requires-python"], package["license"], package["name"])
-    assert (metadata["Requires-Python"], metadata["License-Expression"], metadata["Name"]) == said
+    facts = (package["requires-python"], package["license"], package["name"])
+    assert (metadata["Requires-Python"], metadata["License-Expression"], metadata["Name"]) == facts
     assert metadata["Summary"]
     pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     subprocess.run([*pip, "--target", str(tmp_path / "site"), str(built)], check=True, cwd=tmp_path)

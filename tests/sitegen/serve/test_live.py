@@ -298,8 +298,8 @@ def test_no_path_leads_out(tmp_path: Path, steps: list[str]) -> None:
     (tmp_path / "secret.txt").touch()
     if not (site / "linked").is_symlink():
         (site / "linked").symlink_to(tmp_path, target_is_directory=True)
-    found = locate(site, "/" + "".join(steps))
-    assert found is None or found[1].resolve().is_relative_to(site.resolve())
+    result = locate(site, "/" + "".join(steps))
+    assert result is None or result[1].resolve().is_relative_to(site.resolve())
 
 
 def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> None:

@@ -72,11 +72,11 @@ def test_it_runs_as_a_module_beside_the_files(files):
 
 def test_an_option_s_other_name_is_understood(files, capsys):
     """`max_distance` for `gate`, as `register` has it."""
-    told = [
+    output = [
         said(capsys, files / "a.csv", files / "b.xyz", "--options", f"{name}=0.2") for name in ("gate", "max_distance")
     ]
-    assert told[0] == told[1] != said(capsys, files / "a.csv", files / "b.xyz")
-    assert told[0][0] == 0
+    assert output[0] == output[1] != said(capsys, files / "a.csv", files / "b.xyz")
+    assert output[0][0] == 0
 
 
 def test_clouds_in_space_and_from_above(files, capsys):
@@ -274,9 +274,9 @@ def test_what_is_given_twice_is_heard_twice(files, capsys):
 
 
 def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
-    for name, found in (("kabsch", True), ("icp", False)):
+    for name, result in (("kabsch", True), ("icp", False)):
         _, out, _ = said(capsys, files / "a.csv", files / "a.csv", "--method", name)
-        assert ("pairs     row i of the source with row i of the target\n" in out) is found
+        assert ("pairs     row i of the source with row i of the target\n" in out) is result
 
 
 def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
@@ -286,8 +286,8 @@ def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
         np.save(files / name, points + grid)
     _, out, _ = said(capsys, files / "p.npy", files / "q.npy", "--method", "kabsch")
     rows = out.partition("\nmatrix")[2].partition("\nresidual")[0].split()
-    told = np.array(rows, dtype=np.float64).reshape(3, 3)
-    assert np.abs((source + grid) @ told[:2, :2].T + told[:2, 2] - (target + grid)).max() < 1e-6
+    matrix = np.array(rows, dtype=np.float64).reshape(3, 3)
+    assert np.abs((source + grid) @ matrix[:2, :2].T + matrix[:2, 2] - (target + grid)).max() < 1e-6
 
 
 @pytest.mark.parametrize("kind", ["csv", "npy"])
@@ -334,8 +334,8 @@ def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_compute
     monkeypatch.setattr("solvers.cli.register.register", None)
     Path("old.svg").touch()
     monkeypatch.setattr("os.access", lambda path, mode: (str(path), mode) != (asked, os.W_OK))
-    told = f"python -m solvers: --out: {out}: no permission to write there\n"
-    assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", told)
+    message = f"python -m solvers: --out: {out}: no permission to write there\n"
+    assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", message)
 
 
 @pytest.mark.parametrize(

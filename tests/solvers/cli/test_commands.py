@@ -55,13 +55,13 @@ def test_json_holds_what_register_finds(files, capsys):
     result = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.2, (0.1, 0.0)))
     start = f"--start={float(np.degrees(0.2))},0.1,0"
     code, out, err = said(capsys, "register", files / "a.npy", files / "b.npz", "--method", "gicp", start, "--json")
-    told = json.loads(out)
+    report = json.loads(out)
     assert (code, err) == (0, "")
-    assert (told["method"], told["status"], told["steps"]) == ("gicp", result.status.label, result.steps)
-    np.testing.assert_allclose(told["matrix"], result.matrix, atol=1e-9)
-    assert told["converged"] is True
-    assert told["lower"] is None
-    assert "NumPy array 'points'" in told["target"]
+    assert (report["method"], report["status"], report["steps"]) == ("gicp", result.status.label, result.steps)
+    np.testing.assert_allclose(report["matrix"], result.matrix, atol=1e-9)
+    assert report["converged"] is True
+    assert report["lower"] is None
+    assert "NumPy array 'points'" in report["target"]
 
 
 def test_the_command_may_be_left_out(files, capsys):
@@ -78,9 +78,9 @@ def test_the_command_may_be_left_out(files, capsys):
 def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, target, further, status, overlaps):
     """What is told has a residual only where the clouds overlap."""
     code, out, _ = said(capsys, files / "a.npy", files / target, *further, "--json")
-    told = json.loads(out)
-    assert (code, told["status"]) == (3, status)
-    assert (told["residual_rms"] is not None) == (told["overlap"] > 0.0) == overlaps
+    report = json.loads(out)
+    assert (code, report["status"]) == (3, status)
+    assert (report["residual_rms"] is not None) == (report["overlap"] > 0.0) == overlaps
 
 
 @pytest.mark.parametrize(("method", "status"), [("flow", "finished"), ("ndt", "stalled")])
@@ -117,9 +117,9 @@ def test_the_methods_are_listed_with_their_options(capsys):
 
 def test_the_benchmark_as_json_is_its_table(capsys):
     code, out, _ = said(capsys, "benchmark", "--setting", "clean", "--seeds", 2, "--only", "gicp", "--json")
-    (found,) = json.loads(out)
-    assert (code, found["setting"], found["seeds"]) == (0, "clean", 2)
-    (line,) = found["methods"]
+    (result,) = json.loads(out)
+    assert (code, result["setting"], result["seeds"]) == (0, "clean", 2)
+    (line,) = result["methods"]
     assert line["method"] == "gicp"
     assert sum(line["stops"].values()) == 2
     assert 0 <= line["close"] <= line["turned"] <= 2
@@ -154,15 +154,15 @@ def test_the_version_is_the_package_s(capsys, option):
 @pytest.mark.parametrize(("wrong", "meant"), [("methodss", "methods"), ("bench", "benchmark"), ("regster", "register")])
 def test_a_misspelt_command_leads_to_the_right_one(capsys, monkeypatch, wrong, meant):
     monkeypatch.setattr("sys.argv", ["/usr/bin/registration-ladder", wrong])
-    told = f"registration-ladder: '{wrong}' is neither a command nor a file, did you mean '{meant}'?\n"
-    assert said(capsys, wrong) == (2, "", told)
+    message = f"registration-ladder: '{wrong}' is neither a command nor a file, did you mean '{meant}'?\n"
+    assert said(capsys, wrong) == (2, "", message)
 
 
 def test_a_word_alone_is_no_registration(capsys):
-    told = "python -m solvers: 'frobnicate' is neither a command nor a file; the commands are register, benchmark,"
+    message = "python -m solvers: 'frobnicate' is neither a command nor a file; the commands are register, benchmark,"
     code, _, err = said(capsys, "frobnicate")
     assert code == 2
-    assert err.startswith(told)
+    assert err.startswith(message)
 
 
 def test_an_option_before_the_files_is_no_misspelt_command(files, capsys):
@@ -196,9 +196,9 @@ def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypat
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr("solvers.cli.register.register", None)
     monkeypatch.setattr("solvers.cli.drive.prepare", None)
-    told = "python -m solvers: --out: drawing needs matplotlib: pip install matplotlib\n"
+    message = "python -m solvers: --out: drawing needs matplotlib: pip install matplotlib\n"
     for words in (["register", files / "a.npy", files / "b.npz"], ["drive", "telecom-loop"]):
-        assert said(capsys, *words, "--out", files / "drawn.svg") == (2, "", told)
+        assert said(capsys, *words, "--out", files / "drawn.svg") == (2, "", message)
 
 
 @pytest.mark.parametrize(
@@ -216,9 +216,9 @@ def test_numpy_s_files_give_their_rows(values):
 
 
 def test_rows_that_are_not_finite_are_left_out_and_told():
-    found = arrays.read(npy(np.array([[0.0, 1.0], [np.nan, 2.0], [3.0, 4.0]])))
-    assert found.points.tolist() == [[0.0, 1.0], [3.0, 4.0]]
-    assert found.notices == ("1 row with NaN or infinity left out",)
+    result = arrays.read(npy(np.array([[0.0, 1.0], [np.nan, 2.0], [3.0, 4.0]])))
+    assert result.points.tolist() == [[0.0, 1.0], [3.0, 4.0]]
+    assert result.notices == ("1 row with NaN or infinity left out",)
 
 
 def test_what_float64_cannot_hold_is_left_out_without_a_warning():
@@ -306,13 +306,13 @@ def test_damage_is_an_array_or_the_one_error(whole, data):
         at = data.draw(st.integers(0, len(damaged)) | st.integers(8, 70))  # where a header of NumPy is
         end = data.draw(st.integers(at, min(len(damaged), at + 4)))
         damaged[at:end] = data.draw(st.binary(max_size=4) | st.text("[](){}',:<fiL129 \n", max_size=4).map(str.encode))
-    found, error = outcome(bytes(damaged))
-    if found is None:
+    result, error = outcome(bytes(damaged))
+    if result is None:
         assert type(error) is ValueError
         assert len(str(error).splitlines()) == 1
     else:
-        assert found.points.shape[1] in (2, 3)
-        assert np.isfinite(found.points).all()
+        assert result.points.shape[1] in (2, 3)
+        assert np.isfinite(result.points).all()
 
 
 def outcome(data: bytes):

@@ -67,22 +67,22 @@ def test_the_chain_alone(table: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = said(capsys, table, "--json", "--out", tmp_path / "poses.csv")
-    told = json.loads(out)
+    report = json.loads(out)
     assert (code, err) == (0, "")
-    assert (told["scans"], told["beams"], told["not_matched"]) == (70, 121, [])
-    assert 10.0 < told["farthest"] <= 12.0  # as far as the simulated laser sees
-    assert told["graph"]["status"] == "converged"
-    assert 0 < told["loops"] <= told["candidates"]
+    assert (report["scans"], report["beams"], report["not_matched"]) == (70, 121, [])
+    assert 10.0 < report["farthest"] <= 12.0  # as far as the simulated laser sees
+    assert report["graph"]["status"] == "converged"
+    assert 0 < report["loops"] <= report["candidates"]
     *_, last = np.loadtxt(tmp_path / "poses.csv", delimiter=",", skiprows=1)
-    assert told["end"]["translation"] == pytest.approx(last[1:3].tolist(), abs=1e-6)
-    assert np.radians(told["end"]["angle_degrees"]) == pytest.approx(last[3], abs=1e-6)
+    assert report["end"]["translation"] == pytest.approx(last[1:3].tolist(), abs=1e-6)
+    assert np.radians(report["end"]["angle_degrees"]) == pytest.approx(last[3], abs=1e-6)
 
 
 def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = said(capsys, table, "--no-loops", "--gate", 1e-3, "--json")
-    told = json.loads(out)
+    report = json.loads(out)
     assert code == 3
-    assert told["not_matched"]
+    assert report["not_matched"]
 
 
 @pytest.mark.parametrize("to", ["scan", "map"])

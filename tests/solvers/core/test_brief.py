@@ -26,17 +26,17 @@ def records() -> Iterator[object]:
 
 @pytest.mark.parametrize("record", list(records()), ids=lambda record: type(record).__name__)
 def test_a_record_shows_itself_in_a_short_line(record: object) -> None:
-    said = repr(record)
-    assert said.startswith(f"{type(record).__name__}(")
-    assert "\n" not in said
-    assert len(said) < 700
+    text = repr(record)
+    assert text.startswith(f"{type(record).__name__}(")
+    assert "\n" not in text
+    assert len(text) < 700
 
 
 def test_small_arrays_are_shown_whole_and_large_ones_by_shape() -> None:
-    said = repr(kabsch_scene("clean"))
-    assert "source=float64 array of shape (13, 2)" in said
-    assert "truth=Pose(angle=50°" in said
-    found = evidence([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], Pose.identity(), reach=0.1)
-    assert "explained=[ True, True]" in repr(found)
-    assert "share=1." in repr(found)
+    text = repr(kabsch_scene("clean"))
+    assert "source=float64 array of shape (13, 2)" in text
+    assert "truth=Pose(angle=50°" in text
+    estimate = evidence([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], Pose.identity(), reach=0.1)
+    assert "explained=[ True, True]" in repr(estimate)
+    assert "share=1." in repr(estimate)
     assert repr(two_scans()).endswith("walls=3 arrays)")

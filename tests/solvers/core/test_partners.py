@@ -52,9 +52,9 @@ def test_partners_are_the_nearest_points_where_there_is_one(method):
 def test_known_pairs_without_weight_have_no_partner():
     source, target = clouds("kabsch")
     weights = np.where(np.arange(len(source)) % 4 == 0, 0.0, 1.0)
-    found = register(source, target, "kabsch", weights=weights)
-    assert (found.correspondences == np.where(weights > 0, np.arange(len(source)), -1)).all()
-    assert found.fitness == np.mean(weights > 0)
+    result = register(source, target, "kabsch", weights=weights)
+    assert (result.correspondences == np.where(weights > 0, np.arange(len(source)), -1)).all()
+    assert result.fitness == np.mean(weights > 0)
 
 
 def test_where_no_pair_is_within_the_gate_none_is_told():
@@ -107,6 +107,6 @@ def test_of_pairs_that_were_given_their_numbers_are_told():
     pairs = np.array([[0, 2], [1, 1], [2, 0], [3, 0]])
     weights = [1.0, 1.0, 1.0, 0.0]
     result = register(source, source[[2, 1, 0]] + 1.0, "kabsch", pairs=pairs, weights=weights)
-    found = result.correspondences
-    assert found.tolist() == [0, 1, 2, -1]
-    assert pairs[found[found >= 0]].tolist() == [[0, 2], [1, 1], [2, 0]]
+    outcome = result.correspondences
+    assert outcome.tolist() == [0, 1, 2, -1]
+    assert pairs[outcome[outcome >= 0]].tolist() == [[0, 2], [1, 1], [2, 0]]

@@ -20,9 +20,9 @@ def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d)
     """To float32 and to seven digits; one that is scaled in truth is told with its scale."""
     points, start = rng.standard_normal((30, d)), random_pose(rng, d)
     for rounded in (start.matrix.astype(np.float32), np.round(start.matrix, 7)):
-        found = register(points, start.apply(points), start=rounded)
-        assert found.pose.scale == 1.0
-        assert np.abs(found.pose.matrix - start.matrix).max() < 1e-6
+        result = register(points, start.apply(points), start=rounded)
+        assert result.pose.scale == 1.0
+        assert np.abs(result.pose.matrix - start.matrix).max() < 1e-6
         if d == 2:
             assert Edges([0], [1], Pose.from_matrix(rounded[None]), np.eye(3)).relative.scale == [1.0]
     with pytest.raises(ValueError, match=r"^start.scale: scale the source first.* at scale 1, not 1.00001$"):

@@ -97,8 +97,8 @@ def test_clouds_of_any_size_have_a_line(size):
 
 def test_what_is_no_angle_is_refused_by_name():
     line = np.outer([0.0, 1.0, 3.0], [1.0, 0.0, 0.0])
-    for wrong, said in ((np.nan, "nan is not finite"), (None, "expected real numbers"), ("a", "expected real numbers")):
-        with pytest.raises(ValueError, match=f"^angle: {said}"):
+    for wrong, text in ((np.nan, "nan is not finite"), (None, "expected real numbers"), ("a", "expected real numbers")):
+        with pytest.raises(ValueError, match=f"^angle: {text}"):
             poses_about_line(line, line, wrong)
 
 
@@ -108,7 +108,7 @@ def test_what_the_fit_calls_collinear_has_its_poses(origin):
     line = np.linspace([0.0, 0.0, 0.0], [1.0, 0.7, 0.3], 10) + origin
     if not origin:
         line = line.astype(np.float32).astype(float)
-    found = register(line, line + 1.0, "kabsch")
-    assert "collinear" in found.reason
+    result = register(line, line + 1.0, "kabsch")
+    assert "collinear" in result.reason
     poses = poses_about_line(line, line + 1.0, [0.0, 1.0])
     assert np.abs(poses.apply(line) - (line + 1.0)).max() < 1e-6 * max(origin, 1.0)

@@ -64,8 +64,8 @@ def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
         assert np.array_equal(rows[0], expected[:, 0])
         assert squares[0].tolist() == [sum_in_order(p, target[j]) for p, j in zip(points, rows[0], strict=True)]
         for k in {1, min(3, n), min(7, n), n}:
-            found, _ = index.nearest_k(points[None], k)
-            assert np.array_equal(found[0], expected[:, :k])
+            result, _ = index.nearest_k(points[None], k)
+            assert np.array_equal(result[0], expected[:, :k])
 
 
 @pytest.mark.native

@@ -37,18 +37,18 @@ def test_normals_of_a_flat_surface_are_its_normal(rng, d, random_pose):
     pose = random_pose(rng, d)
     flat = rng.uniform(-2.0, 2.0, (1, 60, d))
     flat[..., -1] = 0.0
-    found = normals(nearest.build(pose.apply(flat)))
-    assert not found.flagged.any()
-    np.testing.assert_allclose(np.abs(found.vectors @ pose.R[:, -1]), 1.0, atol=1e-12)
-    assert (found.eigenvalues[..., 0] < 1e-14).all()
+    result = normals(nearest.build(pose.apply(flat)))
+    assert not result.flagged.any()
+    np.testing.assert_allclose(np.abs(result.vectors @ pose.R[:, -1]), 1.0, atol=1e-12)
+    assert (result.eigenvalues[..., 0] < 1e-14).all()
 
 
 def test_normals_of_a_circle_point_to_its_centre():
     """On a regular polygon the neighbourhoods are symmetric, and the normals are the radii to rounding."""
     angle = 2.0 * np.pi * np.arange(40) / 40
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    found = normals(nearest.build(circle[None]), 6)
-    np.testing.assert_allclose(np.abs((found.vectors[0] * circle).sum(axis=1)), 1.0, atol=1e-12)
+    result = normals(nearest.build(circle[None]), 6)
+    np.testing.assert_allclose(np.abs((result.vectors[0] * circle).sum(axis=1)), 1.0, atol=1e-12)
 
 
 def test_a_neighbourhood_without_a_normal_is_flagged():
@@ -56,9 +56,9 @@ def test_a_neighbourhood_without_a_normal_is_flagged():
     point to plane leaves out the pairs with them."""
     square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
     for cloud in (np.full((9, 2), 0.3), np.array([[1e8, 2.0]]), square + 5.0):
-        found = normals(nearest.build(cloud[None]))
-        assert found.flagged.all()
-        assert not found.vectors.any()
+        result = normals(nearest.build(cloud[None]))
+        assert result.flagged.all()
+        assert not result.vectors.any()
     line = np.linspace(0.0, 3.0, 20)[:, None] * [1.0, 0.3, -2.0] + [7.0, 0.0, 1.0]
     assert normals(nearest.build(line[None])).flagged.all()
     two = normals(nearest.build(square[None, :2]))

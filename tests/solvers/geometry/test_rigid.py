@@ -34,20 +34,20 @@ def test_a_known_motion_is_found_to_rounding(d, scale, rng, random_pose):
     truth = random_pose(rng, d, (200,), scaled=scale)
     source = rng.standard_normal((200, 8, d))
     for fit in fits(d):
-        found = fit(source, truth.apply(source), scale=scale)
-        assert np.all(found.status == Status.CONVERGED)
-        assert np.max(rre(found.pose, truth)) < 1e-13
-        assert np.max(rte(found.pose, truth)) < 1e-13 * 10
-        assert np.max(scale_error(found.pose, truth)) < 1e-14 * 10
-        assert np.max(found.cost) < 1e-26
+        result = fit(source, truth.apply(source), scale=scale)
+        assert np.all(result.status == Status.CONVERGED)
+        assert np.max(rre(result.pose, truth)) < 1e-13
+        assert np.max(rte(result.pose, truth)) < 1e-13 * 10
+        assert np.max(scale_error(result.pose, truth)) < 1e-14 * 10
+        assert np.max(result.cost) < 1e-26
 
 
 @pytest.mark.parametrize("d", [2, 3, 5])
 def test_the_answer_is_always_a_proper_rotation(d, rng):
     """Even for target points that have nothing to do with the source, det R = +1."""
-    found = fit_rigid(rng.standard_normal((300, 6, d)), rng.standard_normal((300, 6, d)))
-    assert proper(found.pose)
-    assert {-1, 1} <= set(found.determinant.tolist())
+    fit = fit_rigid(rng.standard_normal((300, 6, d)), rng.standard_normal((300, 6, d)))
+    assert proper(fit.pose)
+    assert {-1, 1} <= set(fit.determinant.tolist())
 
 
 @pytest.mark.parametrize("mirrored", [False, True])

@@ -74,9 +74,9 @@ WRITERS = {
 @settings(max_examples=12, deadline=None)
 def test_what_is_written_is_read_back(name, points):
     """Every format, 2-D and 3-D, keeps every bit."""
-    found = read(WRITERS[name](points))
-    assert np.array_equal(found.points, points)
-    assert found.points.dtype == np.float64
+    cloud = read(WRITERS[name](points))
+    assert np.array_equal(cloud.points, points)
+    assert cloud.points.dtype == np.float64
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -100,12 +100,12 @@ def test_any_bytes_are_a_cloud_or_a_value_error(data):
 
 def survives(data):
     try:
-        found = read(data)
+        cloud = read(data)
     except ValueError:
         return
-    assert found.points.ndim == 2
-    assert found.points.shape[1] in (2, 3)
-    assert np.isfinite(found.points).all()
+    assert cloud.points.ndim == 2
+    assert cloud.points.shape[1] in (2, 3)
+    assert np.isfinite(cloud.points).all()
 
 
 @pytest.mark.parametrize(
@@ -148,9 +148,9 @@ def test_what_is_wrong_is_told_with_its_line(data, line, told):
 
 def test_columns_are_taken_by_name():
     """Wherever x, y and z stand, and without z it is a cloud of the plane."""
-    found = read(b'"time";"Z";"X";"Y"\n0;3;1;2\n1;6;4;5\n')
-    assert found.points.tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert found.notices == ("columns other than xyz were left out",)
+    cloud = read(b'"time";"Z";"X";"Y"\n0;3;1;2\n1;6;4;5\n')
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert cloud.notices == ("columns other than xyz were left out",)
     assert read(b"id,x,y\n7,1,2\n").points.tolist() == [[1, 2]]
     assert "first 3 were taken" in read(b"east,north,height\n1,2,3\n").notices[0]
     assert read(b"seconds,x_m,y_m,phi_rad\n0,1,2,3\n").points.tolist() == [[1, 2]]
@@ -166,9 +166,9 @@ def test_columns_are_taken_by_name():
     ],
 )
 def test_tabs_at_the_end_of_a_line_are_nothing(data):
-    found = read(data)
-    assert found.points.tolist() == [[1, 2], [3, 4]]
-    assert found.notices == ()
+    cloud = read(data)
+    assert cloud.points.tolist() == [[1, 2], [3, 4]]
+    assert cloud.notices == ()
 
 
 @pytest.mark.parametrize("data", [b"1,2,\n3,4,\n", b"1;2;\n3;4\n", b"1,2\n3,4,,\n", b"1,2,,\n3,4 # a note\n"])
@@ -192,8 +192,8 @@ def test_spaces_and_tabs_may_both_stand_between_numbers(data):
 
 def test_between_tabs_a_field_may_have_spaces_or_be_empty():
     """In a column that is not taken; an empty x is no reason to take y for it."""
-    found = read(b"x\ty\tnote\n1\t2\ta b\n3\t4\t\n")
-    assert found.points.tolist() == [[1, 2], [3, 4]]
+    cloud = read(b"x\ty\tnote\n1\t2\ta b\n3\t4\t\n")
+    assert cloud.points.tolist() == [[1, 2], [3, 4]]
     assert read(b"1\t2\t3\t4\n5\t6\t7\t\n").points.tolist() == [[1, 2, 3], [5, 6, 7]]
     for data in (b"\t1\t2\n", b"1\t\t3\n", b"x\ty\tz\n\t2\t3\n"):
         with pytest.raises(ValueError, match="'' is not a number"):
@@ -204,9 +204,9 @@ def test_a_comment_before_the_numbers_names_the_columns_too():
     """numpy.savetxt writes names so. A comment that names no x and y, or is farther up, is only a comment."""
     text = io.StringIO()
     np.savetxt(text, [[1.0, 2.0, 200.0], [3.0, 4.0, 100.0]], delimiter=",", header="x,y,intensity")
-    found = read(text.getvalue().encode())
-    assert found.points.tolist() == [[1, 2], [3, 4]]
-    assert found.notices == ("columns other than xy were left out",)
+    cloud = read(text.getvalue().encode())
+    assert cloud.points.tolist() == [[1, 2], [3, 4]]
+    assert cloud.notices == ("columns other than xy were left out",)
     assert read(b"// z y x\n3 2 1\n").points.tolist() == [[1, 2, 3]]
     for comment in (b"# a scan of\n", b"# y x\n", b"# z y x\n\n", b"#\n"):
         assert read(comment + b"3 2 1\n").points.tolist() == [[3, 2, 1]]
@@ -214,18 +214,18 @@ def test_a_comment_before_the_numbers_names_the_columns_too():
 
 def test_a_last_column_without_a_name_is_left_out():
     """After a tab that ends the names; where no line has it, that tab is nothing."""
-    found = read(b"x\ty\t\n1\t2\t5\n3\t4\t\n")
-    assert found.points.tolist() == [[1.0, 2.0], [3.0, 4.0]]
-    assert found.notices == ("columns other than xy were left out",)
+    cloud = read(b"x\ty\t\n1\t2\t5\n3\t4\t\n")
+    assert cloud.points.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert cloud.notices == ("columns other than xy were left out",)
     assert read(b"x\ty\t\n1\t2\n3\t4\t\n").notices == ()
 
 
 def test_points_that_are_not_there_are_left_out_with_a_notice():
     """PCD marks missing returns with NaN; a cloud of nothing else is none."""
     p = np.array([[1.0, 2.0, 3.0], [np.nan] * 3, [4.0, np.inf, 6.0]])
-    found = read(pcd(p))
-    assert found.points.tolist() == [[1, 2, 3]]
-    assert found.notices == ("2 rows with NaN or infinity left out",)
+    cloud = read(pcd(p))
+    assert cloud.points.tolist() == [[1, 2, 3]]
+    assert cloud.notices == ("2 rows with NaN or infinity left out",)
     with pytest.raises(ValueError, match="no point is left"):
         read(pcd(p[1:]))
     with pytest.raises(ValueError, match="none beyond 1e\\+150"):
@@ -244,8 +244,8 @@ def test_what_is_too_large_is_refused_before_it_is_read():
 
 @pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
 def test_a_name_in_place_of_bytes_is_refused(name):
-    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         read(name)
 
 

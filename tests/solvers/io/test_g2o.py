@@ -41,15 +41,15 @@ def graphs(draw):
 @given(graphs())
 def test_what_is_written_is_read_back(graph):
     poses, edges, fixed, ids = graph
-    found = read(write(poses, edges, fixed=fixed, ids=ids))
-    assert found.ids.tolist() == ids
-    assert found.fixed.tolist() == fixed
-    assert np.array_equal(found.poses.t, poses.t)
-    assert np.array_equal(found.edges.relative.t, edges.relative.t)
-    assert np.array_equal(found.edges.information, edges.information)
-    assert np.array_equal([found.edges.i, found.edges.j], [edges.i, edges.j])
-    np.testing.assert_allclose(found.poses.R, poses.R, atol=1e-15)
-    np.testing.assert_allclose(found.edges.relative.R, edges.relative.R, atol=1e-15)
+    result = read(write(poses, edges, fixed=fixed, ids=ids))
+    assert result.ids.tolist() == ids
+    assert result.fixed.tolist() == fixed
+    assert np.array_equal(result.poses.t, poses.t)
+    assert np.array_equal(result.edges.relative.t, edges.relative.t)
+    assert np.array_equal(result.edges.information, edges.information)
+    assert np.array_equal([result.edges.i, result.edges.j], [edges.i, edges.j])
+    np.testing.assert_allclose(result.poses.R, poses.R, atol=1e-15)
+    np.testing.assert_allclose(result.edges.relative.R, edges.relative.R, atol=1e-15)
 
 
 def test_the_triangle_is_read_row_by_row():
@@ -129,6 +129,6 @@ def test_the_largest_names_are_read_back():
 
 @pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
 def test_a_name_in_place_of_bytes_is_refused(name):
-    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         read(name)

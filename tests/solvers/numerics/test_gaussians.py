@@ -22,12 +22,12 @@ def kernel(rows, columns, sigma):
 @pytest.mark.parametrize("d", [2, 3])
 def test_sums_are_those_of_the_whole_matrix(rng, d):
     rows, columns, sigma = clouds(rng, d=d)
-    found = gaussians.sums(rows, columns, sigma, gaussians.powers(columns, 2))
+    result = gaussians.sums(rows, columns, sigma, gaussians.powers(columns, 2))
     K = kernel(rows, columns, sigma)
-    np.testing.assert_allclose(found[..., 0], K.sum(axis=2), rtol=1e-12)
-    np.testing.assert_allclose(found[..., 1 : d + 1], K @ columns, rtol=1e-11, atol=1e-14)
+    np.testing.assert_allclose(result[..., 0], K.sum(axis=2), rtol=1e-12)
+    np.testing.assert_allclose(result[..., 1 : d + 1], K @ columns, rtol=1e-11, atol=1e-14)
     second = np.einsum("bij,bjk,bjl->bikl", K, columns, columns)
-    np.testing.assert_allclose(found[..., d + 1 :].reshape(second.shape), second, rtol=1e-11, atol=1e-14)
+    np.testing.assert_allclose(result[..., d + 1 :].reshape(second.shape), second, rtol=1e-11, atol=1e-14)
 
 
 @pytest.mark.parametrize("limit", [1, 23, 100, 400, 10**6])
@@ -48,16 +48,16 @@ def test_blocks_of_any_size_give_the_same(rng, limit, sigma):
 def test_shares_are_the_sums_of_the_whole_matrix(rng):
     rows, columns, sigma = clouds(rng)
     c = np.array([0.0, 0.3, 5.0])
-    found = gaussians.shares(rows, columns, sigma, c)
+    result = gaussians.shares(rows, columns, sigma, c)
     K = kernel(rows, columns, sigma)
     whole = K.sum(axis=2) + c[:, None]
     P = K / whole[..., None]
     squares = np.square(rows[:, :, None] - columns[:, None]).sum(axis=-1)
-    np.testing.assert_allclose(found.row, P.sum(axis=2), rtol=1e-12)
-    np.testing.assert_allclose(found.moments[:, 0], P.sum(axis=1), rtol=1e-12)
-    np.testing.assert_allclose(found.moments[:, 1:], rows.swapaxes(1, 2) @ P, rtol=1e-11, atol=1e-13)
-    np.testing.assert_allclose(found.scatter, (P * squares).sum(axis=(1, 2)), rtol=1e-12)
-    np.testing.assert_allclose(found.log_sum, np.log(whole).sum(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(result.row, P.sum(axis=2), rtol=1e-12)
+    np.testing.assert_allclose(result.moments[:, 0], P.sum(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(result.moments[:, 1:], rows.swapaxes(1, 2) @ P, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(result.scatter, (P * squares).sum(axis=(1, 2)), rtol=1e-12)
+    np.testing.assert_allclose(result.log_sum, np.log(whole).sum(axis=1), rtol=1e-12)
     for i in range(3):
         one = gaussians.share_matrix(rows[i], columns[i], float(sigma[i]), float(c[i]))
         np.testing.assert_allclose(one, P[i], rtol=1e-12, atol=1e-300)
@@ -90,11 +90,11 @@ def test_rows_beyond_the_range_of_exponents_go_to_the_nearest():
     rows = np.array([[[0.0, 0.0], [1000.0, 0.0], [0.0, 1e6]]])
     columns = np.array([[[0.0, 0.5], [10.0, 0.0]]])
     sigma = np.array([0.5])
-    found = gaussians.shares(rows, columns, sigma, np.zeros(1))
-    np.testing.assert_allclose(found.row, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(found.moments[:, 0], [[2.0, 1.0]], rtol=1e-12)
+    result = gaussians.shares(rows, columns, sigma, np.zeros(1))
+    np.testing.assert_allclose(result.row, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(result.moments[:, 0], [[2.0, 1.0]], rtol=1e-12)
     nearest = np.array([0.25, 990.0**2, (1e6 - 0.5) ** 2])
-    np.testing.assert_allclose(found.log_sum, -2.0 * nearest.sum(), rtol=1e-12)
+    np.testing.assert_allclose(result.log_sum, -2.0 * nearest.sum(), rtol=1e-12)
     P = gaussians.share_matrix(rows[0], columns[0], 0.5, 0.0)
     np.testing.assert_allclose(P, [[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]], atol=1e-12)
 
@@ -102,10 +102,10 @@ def test_rows_beyond_the_range_of_exponents_go_to_the_nearest():
 @pytest.mark.parametrize("c", [1e-300, 1e-250, 1e-100, 1.0])
 def test_far_rows_with_clutter_are_clutter(c):
     rows, columns = np.array([[[0.0, 0.0], [1000.0, 0.0]]]), np.array([[[0.1, 0.0]]])
-    found = gaussians.shares(rows, columns, np.array([0.5]), np.array([c]))
+    result = gaussians.shares(rows, columns, np.array([0.5]), np.array([c]))
     expected = np.exp(-0.02) / (np.exp(-0.02) + c)
-    np.testing.assert_allclose(found.row, [[expected, 0.0]], atol=1e-12)
-    np.testing.assert_allclose(found.log_sum, np.log(np.exp(-0.02) + c) + np.log(c), rtol=1e-12)
+    np.testing.assert_allclose(result.row, [[expected, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(result.log_sum, np.log(np.exp(-0.02) + c) + np.log(c), rtol=1e-12)
 
 
 def test_hardening():

@@ -98,10 +98,10 @@ def test_the_scale_takes_only_the_pairs_it_is_told(rng):
     r, among = rng.random((5, 12)), rng.random((5, 12)) < 0.6
     among[3] = False
     among[4] = np.arange(12) == 7
-    found = robust.mad_scale(r, among, floor=1e-9)
+    result = robust.mad_scale(r, among, floor=1e-9)
     for i in range(5):
         own = r[i, among[i]]
-        assert found[i] == pytest.approx(1.4826 * np.median(own) if own.size else 1e-9)
+        assert result[i] == pytest.approx(1.4826 * np.median(own) if own.size else 1e-9)
     assert robust.mad_scale(np.zeros((2, 3)), None, np.array([0.1, 0.2])).tolist() == [0.1, 0.2]
     assert robust.threshold("huber", r, scale=0.2).tolist() == [1.345 * 0.2] * 5
     assert robust.threshold("huber", r, tuning=2.0, scale=np.arange(1.0, 6.0)).tolist() == [2.0, 4.0, 6.0, 8.0, 10.0]

@@ -32,9 +32,9 @@ def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
     """Two walls explain the echoes and leave the way along them open; end walls, nothing else, close it. A far one
     closes it a little: whether that will do is asked by the smallest eigenvalue."""
     open_ended, closed, nearly = (drive_along(0.2, ends=ends) for ends in (None, (6.0, 6.0), (50.0, 11.0)))
-    found = chain(prepare(open_ended), open_ended.motion)
-    assert (found.share[1:] > 0.8).all()
-    assert not found.believed[1:].any()
+    result = chain(prepare(open_ended), open_ended.motion)
+    assert (result.share[1:] > 0.8).all()
+    assert not result.believed[1:].any()
     assert chain(prepare(closed), closed.motion).believed.all()
     for least, believed in ((0.0, True), (0.3, False)):
         one = chain(prepare(nearly), nearly.motion, MatchOptions(least_weakest=least))
@@ -48,8 +48,8 @@ def test_a_degenerate_match_is_not_believed_whatever_is_asked_of_it(chain):
     ranges = np.array(drive.ranges)
     ranges[1] *= 8.0
     far = Drive(drive.seconds, drive.motion, ranges, drive.bearings, drive.mount)
-    found = chain(prepare(far), far.motion, MatchOptions(gate=0.01, least_weakest=0.0, least_share=0.0))
-    assert not found.believed[1]
+    result = chain(prepare(far), far.motion, MatchOptions(gate=0.01, least_weakest=0.0, least_share=0.0))
+    assert not result.believed[1]
 
 
 def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed():
@@ -57,9 +57,9 @@ def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed
     stand still, stays."""
     drive = drive_along(0.1, ends=(1.2, 1.2))
     for least, step in ((0.0, 0.1), (0.99, 0.0)):
-        found = scan_to_scan(prepare(drive), drive.motion, MatchOptions(least_weakest=least), prediction="velocity")
-        assert found.believed[1:].all() == (least == 0.0)
-        np.testing.assert_allclose(np.diff(found.poses.t[:, 0]), step, atol=2e-3)
+        result = scan_to_scan(prepare(drive), drive.motion, MatchOptions(least_weakest=least), prediction="velocity")
+        assert result.believed[1:].all() == (least == 0.0)
+        np.testing.assert_allclose(np.diff(result.poses.t[:, 0]), step, atol=2e-3)
 
 
 def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():

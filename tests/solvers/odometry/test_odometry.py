@@ -110,11 +110,11 @@ def test_a_scan_of_fewer_than_three_echoes_is_not_matched(way: Callable[..., Cha
     drive, truth = simulated_drive(scans=40)
     scans = prepare(muted(drive, 0, 1, 20, 39, left=left))
     assert [len(scans.cloud(k)) for k in (0, 1, 20, 39)] == [0] * 4
-    told: list[tuple[int, int]] = []
-    chain = way(scans, drive.motion, progress=lambda *now: told.append(now))
+    report: list[tuple[int, int]] = []
+    chain = way(scans, drive.motion, progress=lambda *now: report.append(now))
     lost = {1, 2, 20, 39} if way is scan_to_map else {1, 2, 20, 21, 39}
     assert set(np.flatnonzero(~chain.believed)) == lost
-    assert told[-1] == (39, 39)
+    assert report[-1] == (39, 39)
     assert (chain.share[[1, 2, 20, 39]] == 0.0).all()
     assert np.isfinite(chain.poses.matrix).all()
     if not isinstance(way, partial):
@@ -170,8 +170,8 @@ def test_the_information_is_the_second_derivative_of_what_is_minimised() -> None
     """For fixed pairs, by finite differences of Σ w (nᵀ(T p − q))² / 2σ² over a motion in the source's coordinates."""
     drive, _, scans, _ = simulated()
     sigma, h = 0.1, 1e-4
-    found = match(scans, [7], [6], drive.motion[[7]], MatchOptions(weight="none", gate=0.3, sigma=sigma))
-    pose = found.pose[0]
+    result = match(scans, [7], [6], drive.motion[[7]], MatchOptions(weight="none", gate=0.3, sigma=sigma))
+    pose = result.pose[0]
     cloud, target = scans.cloud(7), scans.cloud(6)
     gap = np.linalg.norm(pose.apply(cloud)[:, None] - target[None], axis=2)
     rows = gap.argmin(axis=1)
@@ -187,17 +187,17 @@ def test_the_information_is_the_second_derivative_of_what_is_minimised() -> None
     H = np.array([[(cost(a + b) - cost(a - b) - cost(b - a) + cost(-a - b)) / (4 * h * h) for a in e] for b in e])
     # The angle's own second derivative adds Σ r ∂²r/∂φ², small where the residuals are.
     scale = np.sqrt(np.outer(np.diag(H), np.diag(H)))
-    assert np.abs(found.information[0] - H).max() <= 0.02 * scale.max()
-    assert np.all(np.abs(found.information[0] - H) <= 0.02 * scale)
+    assert np.abs(result.information[0] - H).max() <= 0.02 * scale.max()
+    assert np.all(np.abs(result.information[0] - H) <= 0.02 * scale)
 
 
 def test_progress_is_told_up_to_the_end() -> None:
     drive, _, scans, _ = simulated()
-    told: list[tuple[int, int]] = []
+    report: list[tuple[int, int]] = []
     rows = np.resize(np.arange(1, len(scans)), TOGETHER + 3)
-    found = match(scans, rows, rows - 1, drive.motion[rows], MatchOptions(max_steps=1), lambda *n: told.append(n))
-    assert told == [(TOGETHER, TOGETHER + 3), (TOGETHER + 3, TOGETHER + 3)]
-    assert np.array_equal(found.source, rows)
+    result = match(scans, rows, rows - 1, drive.motion[rows], MatchOptions(max_steps=1), lambda *n: report.append(n))
+    assert report == [(TOGETHER, TOGETHER + 3), (TOGETHER + 3, TOGETHER + 3)]
+    assert np.array_equal(result.source, rows)
 
 
 def test_candidates_lie_near_and_look_the_same_way_and_were_driven_between() -> None:
@@ -305,10 +305,10 @@ def test_half_of_the_loops_close_the_other_half(half: int) -> None:
     """Every second loop is an edge, those between are not: they were missed by 0.1 m in the median, and every one is by
     less than 3 cm and 0.2° afterwards. Either half closes the other."""
     _, _, chain, loops = recorded()
-    found = np.flatnonzero(loops.believed)
+    rows = np.flatnonzero(loops.believed)
     used = np.zeros(len(loops.believed), dtype=np.bool_)
-    used[found[half::2]] = True
-    rest = found[1 - half :: 2]
+    used[rows[half::2]] = True
+    rest = rows[1 - half :: 2]
     before, _ = missed(chain.poses, loops)
     shift, turn = missed(close(chain, loops, used).poses, loops)
     assert np.median(before[rest]) > 0.09
@@ -324,13 +324,13 @@ def test_scans_as_recorded_miss_what_straightened_ones_meet() -> None:
     for made, options in ((still, LoopOptions(around=0)), (still, LoopOptions()), (scans, LoopOptions(around=0))):
         links = chain if made is scans else scan_to_scan(made, drive.motion)
         loops = verified(made, links.poses, *candidates(links.poses), options)
-        found = np.flatnonzero(loops.believed)
+        rows = np.flatnonzero(loops.believed)
         worst = []
         for half in (0, 1):
             used = np.zeros(len(loops.believed), dtype=np.bool_)
-            used[found[half::2]] = True
+            used[rows[half::2]] = True
             shift, turn = missed(close(links, loops, used).poses, loops)
-            rest = found[1 - half :: 2]
+            rest = rows[1 - half :: 2]
             worst.append(((shift[rest] >= 0.03) | (np.degrees(turn[rest]) >= 0.2)).sum())
         assert sum(worst) > 0, options
 
@@ -346,9 +346,9 @@ def test_a_search_finds_a_loop_that_no_chain_foretells() -> None:
     later, earlier = [200, 200, 192, 150], [40, 51, 42, 20]
     blind = LoopOptions(farthest=np.inf)
     assert not verified(scans, Pose(R, t), later, earlier, blind).believed.any()
-    found = verified(scans, Pose(R, t), later, earlier, replace(blind, search="correlative"))
-    assert found.believed[1:].tolist() == [True, True, False]
-    shift, turn = missed(close(chain, loops).poses, found)
+    result = verified(scans, Pose(R, t), later, earlier, replace(blind, search="correlative"))
+    assert result.believed[1:].tolist() == [True, True, False]
+    shift, turn = missed(close(chain, loops).poses, result)
     assert shift[:3].max() < 0.03
     assert np.degrees(turn[:3].max()) < 0.3
     assert not verified(scans, Pose(R, t), later, earlier, LoopOptions(search="correlative")).believed.any()

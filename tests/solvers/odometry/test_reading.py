@@ -116,6 +116,6 @@ def test_bytes_of_any_kind_are_read_or_refused(data: bytes) -> None:
 
 @pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
 def test_a_name_in_place_of_bytes_is_refused(name: object) -> None:
-    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         read_drive(name)

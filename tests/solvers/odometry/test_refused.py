@@ -66,13 +66,13 @@ def test_a_motion_is_rigid_and_in_the_plane() -> None:
         "poses": lambda poses: (verified(scans, poses, [1], [0]), missed(poses, claimed([(50, 10)]))),
     }
     for name, call in calls.items():
-        for said, wrong in (
+        for text, wrong in (
             (".scale: expected rigid motions", Pose(motion.R, motion.t, 3.0)),
             (": moves points in 3 dimensions", Pose.identity(3, (90,))),
             (": expected a Pose, got ndarray", motion.matrix),
             (": expected a Pose, got NoneType", None),
         ):
-            with pytest.raises(ValueError, match=f"^{name}{said}"):
+            with pytest.raises(ValueError, match=f"^{name}{text}"):
                 call(wrong)
     with pytest.raises(ValueError, match=r"^poses: expected one per scan, shape \(90,\), got \(5,\)"):
         verified(scans, chain.poses[:5], [1], [0])
@@ -83,7 +83,7 @@ def test_a_motion_is_rigid_and_in_the_plane() -> None:
 def test_what_is_of_another_kind_is_refused() -> None:
     drive, _, scans, chain = simulated()
     motion, poses, loops = drive.motion, chain.poses, claimed([(50, 10)])
-    told = "scans: expected Scans, got Drive; solvers.odometry.prepare makes them of a drive"
+    message = "scans: expected Scans, got Drive; solvers.odometry.prepare makes them of a drive"
     where = "poses: expected a Pose, got Chain; pass chain.poses"
     matching, looking = MatchOptions(), LoopOptions()
     calls: list[tuple[str, Callable[[], object]]] = [
@@ -91,10 +91,10 @@ def test_what_is_of_another_kind_is_refused() -> None:
         ("drive: expected a Drive, got Scans", lambda: straightened(scans)),
         ("farthest: expected a number, got 'x'", lambda: prepare(drive, "x")),
         ("farthest: expected a number of at least 0", lambda: straightened(drive, np.nan)),
-        (told, lambda: match(drive, [1], [0], motion[:1])),
-        (told, lambda: scan_to_scan(drive, motion)),
-        (told, lambda: scan_to_map(drive, motion)),
-        (told, lambda: verified(drive, poses, [50], [10])),
+        (message, lambda: match(drive, [1], [0], motion[:1])),
+        (message, lambda: scan_to_scan(drive, motion)),
+        (message, lambda: scan_to_map(drive, motion)),
+        (message, lambda: verified(drive, poses, [50], [10])),
         ("motion: expected a Pose, got Drive; pass drive.motion", lambda: scan_to_scan(scans, drive)),
         (where, lambda: verified(scans, chain, [50], [10])),
         (where, lambda: keyframes(chain)),
@@ -123,8 +123,8 @@ def test_what_is_of_another_kind_is_refused() -> None:
         ("progress: expected a function, got 3", lambda: verified(scans, poses, [], [], progress=3)),
         ("progress: expected a function, got 3", lambda: close(chain, loops, progress=3)),
     ]
-    for said, call in calls:
-        with pytest.raises(ValueError, match=f"^{said}"):
+    for text, call in calls:
+        with pytest.raises(ValueError, match=f"^{text}"):
             call()
     assert keyframes(poses, np.inf, np.inf).tolist() == [0]
 

@@ -31,10 +31,10 @@ def test_they_are_blocks_of_the_dense_inverse():
     free = np.delete(np.arange(75), np.r_[0:3, 21:24])
     inverse = np.zeros((75, 75))
     inverse[np.ix_(free, free)] = np.linalg.inv(dense_information(poses, edges)[np.ix_(free, free)])
-    found = marginals(poses, edges, np.arange(25), fixed=[0, 7])
+    result = marginals(poses, edges, np.arange(25), fixed=[0, 7])
     expected = [inverse[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] for k in range(25)]
-    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-14)
-    assert (found[7] == 0.0).all()
+    np.testing.assert_allclose(result, expected, rtol=1e-8, atol=1e-14)
+    assert (result[7] == 0.0).all()
 
 
 def test_a_chain_spreads_as_it_is_simulated():
@@ -135,10 +135,10 @@ def test_least_squares_of_scipy_ends_at_the_same_poses(seed):
         return np.einsum("eab,eb->ea", root, np.stack([off.real, off.imag, angle], axis=1)).ravel()
 
     unknown = np.r_[start.t[1:].ravel(), start.angle[1:]]
-    found = optimize.least_squares(errors, unknown, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    outcome = optimize.least_squares(errors, unknown, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     result = optimise(start, edges)
-    assert result.total == pytest.approx(2.0 * found.cost, rel=1e-9)
-    np.testing.assert_allclose(result.poses.t[1:].ravel(), found.x[:28], atol=1e-6)
+    assert result.total == pytest.approx(2.0 * outcome.cost, rel=1e-9)
+    np.testing.assert_allclose(result.poses.t[1:].ravel(), outcome.x[:28], atol=1e-6)
 
 
 @pytest.mark.native

@@ -30,10 +30,10 @@ def test_the_residual_is_the_motion_left_over(values):
     poses = posed(values)
     edges = Edges([0], [1], poses[2:], np.eye(3))
     left = edges.relative.inverse().compose(poses[:1].inverse().compose(poses[1:2]))
-    found = residuals(poses, edges)
-    np.testing.assert_allclose(found[:, :2], left.t, atol=1e-12)
-    np.testing.assert_allclose(np.exp(1j * found[:, 2]), np.exp(1j * left.angle), atol=1e-12)
-    assert (np.abs(found[:, 2]) <= np.pi).all()
+    result = residuals(poses, edges)
+    np.testing.assert_allclose(result[:, :2], left.t, atol=1e-12)
+    np.testing.assert_allclose(np.exp(1j * result[:, 2]), np.exp(1j * left.angle), atol=1e-12)
+    assert (np.abs(result[:, 2]) <= np.pi).all()
 
 
 @settings(deadline=None)

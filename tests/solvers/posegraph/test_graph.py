@@ -93,15 +93,16 @@ def test_a_ring_wound_twice_rests_at_another_minimum():
 
 def test_progress_is_told_after_every_step():
     _, start, edges, _ = noisy_streets()
-    told: list[tuple[int, int]] = []
-    result = optimise(start, edges, max_steps=50, progress=lambda *now: told.append(now))
-    assert told == [(min(k, result.steps), 50) for k in range(1, result.steps + 2)]  # it converged without another step
-    told.clear()
-    optimise(result.poses, edges, max_steps=50, progress=lambda *now: told.append(now))
-    assert told == [(0, 50)]
-    told.clear()
-    optimise(start, edges, max_steps=1, progress=lambda *now: told.append(now))
-    assert told == [(1, 1)]  # capped
+    calls: list[tuple[int, int]] = []
+    result = optimise(start, edges, max_steps=50, progress=lambda *now: calls.append(now))
+    # It converged without another step.
+    assert calls == [(min(k, result.steps), 50) for k in range(1, result.steps + 2)]
+    calls.clear()
+    optimise(result.poses, edges, max_steps=50, progress=lambda *now: calls.append(now))
+    assert calls == [(0, 50)]
+    calls.clear()
+    optimise(start, edges, max_steps=1, progress=lambda *now: calls.append(now))
+    assert calls == [(1, 1)]  # capped
 
 
 @settings(deadline=None)
@@ -390,6 +391,6 @@ def test_the_stop_does_not_depend_on_the_unit(unit):
     plain = optimise(walked, edges, tolerance=1e-2)
     scale = np.diag([1.0 / unit, 1.0 / unit, 1.0])
     other = Edges(edges.i, edges.j, Pose(edges.relative.R, unit * edges.relative.t), scale @ edges.information @ scale)
-    found = optimise(Pose(walked.R, unit * walked.t), other, tolerance=1e-2)
-    assert found.steps == plain.steps
-    np.testing.assert_allclose(found.poses.t / unit, plain.poses.t, atol=1e-6)
+    result = optimise(Pose(walked.R, unit * walked.t), other, tolerance=1e-2)
+    assert result.steps == plain.steps
+    np.testing.assert_allclose(result.poses.t / unit, plain.poses.t, atol=1e-6)

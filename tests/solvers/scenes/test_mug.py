@@ -109,16 +109,16 @@ def test_a_start_is_as_far_from_the_truth_as_it_says():
 def test_methods_of_the_plane_run_on_it(method, degrees):
     """From 30° off: a rest near the truth, as near as the sampling lets each method come."""
     scene = mug()
-    found = register(scene.source, scene.target, method, start=mug_start(30.0, 0.3))
-    assert found.status is Status.CONVERGED
-    assert np.degrees(rre(found.pose, scene.truth)) < degrees
-    assert rte(found.pose, scene.truth) < 0.1
+    result = register(scene.source, scene.target, method, start=mug_start(30.0, 0.3))
+    assert result.status is Status.CONVERGED
+    assert np.degrees(rre(result.pose, scene.truth)) < degrees
+    assert rte(result.pose, scene.truth) < 0.1
 
 
 def test_four_pairs_fix_the_pose_and_three_in_a_line_do_not():
     four, line = mug_pairs("four"), mug_pairs("line")
-    found = register(four.source, four.target, "kabsch")
-    np.testing.assert_allclose(found.pose.matrix, TRUTH.matrix, atol=1e-12)
+    result = register(four.source, four.target, "kabsch")
+    np.testing.assert_allclose(result.pose.matrix, TRUTH.matrix, atol=1e-12)
     assert register(line.source, line.target, "kabsch").status is Status.DEGENERATE
 
 

@@ -56,26 +56,26 @@ def test_one_wall_does_not_fix_the_slide(seed):
     """Point to plane turns the scan onto the wall; how far along stays where it was put, and the system says which
     direction is weak."""
     scene = single_wall(seed=seed)
-    found = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
-    assert found.status is Status.DEGENERATE
-    assert "slide along (0.9" in found.reason
+    result = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
+    assert result.status is Status.DEGENERATE
+    assert "slide along (0.9" in result.reason
     along = (WALL[1] - WALL[0]) / np.linalg.norm(WALL[1] - WALL[0])
-    weak = found.states[0].system.directions[0, :2, 0]
+    weak = result.states[0].system.directions[0, :2, 0]
     assert abs(weak @ along) > 0.99 * np.linalg.norm(weak)
-    assert off(found.transform(scene.source), scene.outline).mean() < 0.05
-    assert rte(found.pose, Pose.identity()) > 0.3
+    assert off(result.transform(scene.source), scene.outline).mean() < 0.05
+    assert rte(result.pose, Pose.identity()) > 0.3
 
 
 @pytest.mark.parametrize("seed", range(40, 40 + 5 * 13, 13))
 def test_a_corridor_fixes_all_but_the_slide(seed):
     """Point to plane finds the turn and the place across from either side's walls; along them it stays where it was."""
     scene = corridor(seed=seed)
-    found = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
-    assert found.status is Status.DEGENERATE
-    assert "slide along (0.9" in found.reason
-    assert rre(found.pose, Pose.identity()) < np.radians(1.0)
+    result = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
+    assert result.status is Status.DEGENERATE
+    assert "slide along (0.9" in result.reason
+    assert rre(result.pose, Pose.identity()) < np.radians(1.0)
     along = (WALL[1] - WALL[0]) / np.linalg.norm(WALL[1] - WALL[0])
-    error = (found.transform(scene.source) - scene.source).mean(axis=0)
+    error = (result.transform(scene.source) - scene.source).mean(axis=0)
     assert abs(along[0] * error[1] - along[1] * error[0]) < 0.05
     assert abs(along @ error) > 0.3
     assert np.linalg.norm(CORRIDOR[1] - CORRIDOR[0], axis=1) == pytest.approx([2.4, 2.4])
@@ -83,11 +83,11 @@ def test_a_corridor_fixes_all_but_the_slide(seed):
 
 def test_ndt_finds_its_room_from_the_scenes_start():
     scenes = [ndt_room(seed=40 + 13 * k) for k in range(10)]
-    found = register(
+    result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "ndt", start=scenes[0].start,
         cells=(2.4, 1.2, 0.6),
     )  # fmt: skip
-    assert (rre(found.pose, Pose.identity()) < np.radians(1.0)).sum() >= 8
+    assert (rre(result.pose, Pose.identity()) < np.radians(1.0)).sum() >= 8
 
 
 @ALL

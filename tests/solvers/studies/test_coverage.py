@@ -58,8 +58,8 @@ def test_more_draws_leave_the_first_and_noise_stretches_them():
 
 def test_starts_spread_as_they_are_told_and_about_the_truth():
     truth = Pose.from_angle(1.0, (2.0, 0.0))
-    found = starts(truth, 4000, heading=10.0, shift=0.3)
-    apart = truth.inverse().compose(found)
+    result = starts(truth, 4000, heading=10.0, shift=0.3)
+    apart = truth.inverse().compose(result)
     assert np.degrees(apart.angle).std() == pytest.approx(10.0, rel=0.05)
     np.testing.assert_allclose(apart.t.std(axis=0), 0.3, rtol=0.05)
     np.testing.assert_array_equal(starts(truth, 3, heading=0.0, shift=0.0).matrix, np.tile(truth.matrix, (3, 1, 1)))
@@ -92,17 +92,17 @@ def test_a_line_counts_what_its_regions_hold():
 
 def test_a_sampled_region_is_the_same_about_every_pose():
     made = runs("room", count=40)
-    found = regions(made, "sampled")
+    outcome = regions(made, "sampled")
     whole = ends_of(made).whole
-    np.testing.assert_array_equal(found.deviations, np.tile(whole.deviations, (40, 1)))
-    assert found[3].distance(made.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_array_equal(outcome.deviations, np.tile(whole.deviations, (40, 1)))
+    assert outcome[3].distance(made.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_is_no_set_of_runs_is_refused():
-    told = "draws: expected Runs, got Result; solvers.uncertainty_study.runs makes them"
+    message = "draws: expected Runs, got Result; solvers.uncertainty_study.runs makes them"
     result = runs("room", "icp", 2).result
     for call in (lambda: ends_of(result), lambda: regions(result, "hessian")):
-        with pytest.raises(ValueError, match=f"^{told}"):
+        with pytest.raises(ValueError, match=f"^{message}"):
             call()
     with pytest.raises(ValueError, match=r"^poses: expected two or more"):
         ends_of(runs("room", "icp", 1))

@@ -54,10 +54,10 @@ def test_batched_as_one_by_one(contestant, setting):
 def test_every_contestant_can_win(contestant):
     """From 10° and 0.3 u in the clean room each comes within 5° and 0.2 u on all of five seeds."""
     controls = Controls(degrees=10.0, distance=0.3, setting="clean")
-    (found,) = benchmark(controls, seeds=SEEDS[:5], contestants=[contestant])
-    assert found.close == 5
-    assert (found.steps <= 70).all()
-    assert (found.status != Status.RUNNING).all()
+    (result,) = benchmark(controls, seeds=SEEDS[:5], contestants=[contestant])
+    assert result.close == 5
+    assert (result.steps <= 70).all()
+    assert (result.status != Status.RUNNING).all()
 
 
 def test_extras_are_other_methods_and_can_win():
@@ -87,18 +87,18 @@ def test_a_line_is_what_its_run_was():
     problem, truth = race_problem(controls, SEEDS[:6])
     contestant = contestants(["soft-annealed"])[0]
     batch = _run(contestant, problem)
-    found = line(contestant, batch, truth, 0.5)
+    result = line(contestant, batch, truth, 0.5)
     pose = batch.pose()
     degrees, distance = np.degrees(rre(pose, Pose.identity())), rte(pose, Pose.identity())
-    assert np.allclose(found.rre, degrees)
-    assert np.allclose(found.rte, distance)
-    assert found.turned == (degrees < 5.0).sum()
-    assert found.close == ((degrees < 5.0) & (distance < 0.2)).sum()
-    assert found.median_rre == np.median(degrees)
-    assert found.median_rte == np.median(distance)
-    assert found.median_steps == np.median(batch.steps)
-    assert sum(found.stops.values()) == 6
-    assert found.seconds == 0.5
+    assert np.allclose(result.rre, degrees)
+    assert np.allclose(result.rte, distance)
+    assert result.turned == (degrees < 5.0).sum()
+    assert result.close == ((degrees < 5.0) & (distance < 0.2)).sum()
+    assert result.median_rre == np.median(degrees)
+    assert result.median_rte == np.median(distance)
+    assert result.median_steps == np.median(batch.steps)
+    assert sum(result.stops.values()) == 6
+    assert result.seconds == 0.5
     again = benchmark(controls, seeds=SEEDS[:6], contestants=[contestant])[0]
     assert np.array_equal(again.pose.matrix, pose.matrix)
     assert again.seconds > 0.0
@@ -109,9 +109,9 @@ def test_an_unfinished_run_has_a_line_too():
     problem, truth = race_problem(Controls(), SEEDS[:3])
     contestant = contestants(["mmd"])[0]
     batch = advance(advance(contestant.begin(problem)))
-    found = line(contestant, batch, truth, 0.0)
-    assert found.stops == {"running": 3}
-    assert (found.steps == 2).all()
+    result = line(contestant, batch, truth, 0.0)
+    assert result.stops == {"running": 3}
+    assert (result.steps == 2).all()
 
 
 def test_an_entry_is_the_table_s():
@@ -186,7 +186,7 @@ def test_wrong_controls_are_named(wrong, name):
 def test_wrong_seeds_and_contestants_are_named():
     with pytest.raises(ValueError, match="seeds"):
         race_problem(Controls(), [])
-    for wrong, said in (
+    for wrong, text in (
         (["icpp"], "'icpp' is unknown, did you mean 'icp'"),
         ([["icp"]], r"\['icp'\] is unknown; known"),
         ("icp", "expected a sequence of names of methods, got 'icp'"),
@@ -195,7 +195,7 @@ def test_wrong_seeds_and_contestants_are_named():
         (["gnc"], "'gnc' does not race, because it needs pairs"),
         (["flow"], "'flow' does not race, because no options are chosen for it; those that race: .*icp"),
     ):
-        with pytest.raises(ValueError, match=f"^contestants: {said}"):
+        with pytest.raises(ValueError, match=f"^contestants: {text}"):
             contestants(wrong)
 
 
@@ -232,11 +232,11 @@ def test_what_is_no_benchmark_is_refused_before_anything_runs(wrong, said):
 
 def test_what_is_no_line_is_refused():
     (icp,) = contestants(["icp"])
-    for wrong, said in (
+    for wrong, text in (
         (("icp", None), "contestant: expected a Contestant, got str"),
         ((icp, None), "batch: expected a Batch, got NoneType"),
     ):
-        with pytest.raises(ValueError, match=f"^{said}"):
+        with pytest.raises(ValueError, match=f"^{text}"):
             line(*wrong, Pose.identity(batch=(1,)), 0.0)
     with pytest.raises(ValueError, match=r"^lines: expected a sequence of Line, got 5"):
         table(5)
@@ -249,10 +249,10 @@ def test_the_command_prints_the_table(capsys):
     from solvers.cli.command import main
 
     assert main(["benchmark", "--setting", "clean", "--seeds", "2", "--only", "icp", "mmd", "--max-steps", "3"]) == 0
-    said = capsys.readouterr().out
-    assert "clean, start 45° and 1.43 u, 2 seeds" in said
-    assert "MMD-Reg" in said
-    assert "2 capped" in said
+    output = capsys.readouterr().out
+    assert "clean, start 45° and 1.43 u, 2 seeds" in output
+    assert "MMD-Reg" in output
+    assert "2 capped" in output
     assert main(["benchmark", "--overlap", "7"]) == 2
     assert "overlap" in capsys.readouterr().err
     assert table(()).startswith("method")

@@ -25,33 +25,33 @@ def drawn(count, weights=None, seed=1):
 def test_for_known_pairs_it_is_the_spread_of_redrawn_noise(weights):
     """The whitened sample covariance of 4,000 draws is the identity within five of its own standard errors."""
     count = 4000
-    found = drawn(count, weights)
+    result = drawn(count, weights)
     w = np.ones(len(BIRD)) if weights is None else weights
     clean = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch", weights=w), sigma=SIGMA)
-    z = clean.along(found.pose) / clean.deviations
+    z = clean.along(result.pose) / clean.deviations
     apart = z.T @ z / count - np.eye(3)
     assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / count)
 
 
 def test_its_region_for_known_pairs_holds_the_truth_as_often_as_it_says():
     """95 % of 4,000 draws within four standard errors, with σ known."""
-    found = drawn(4000)
-    share = covariance(found, sigma=SIGMA).covers(KABSCH_TRUTH).mean()
+    result = drawn(4000)
+    share = covariance(result, sigma=SIGMA).covers(KABSCH_TRUTH).mean()
     assert share == pytest.approx(0.95, abs=4.0 * np.sqrt(0.95 * 0.05 / 4000))
 
 
 def test_the_noise_is_estimated_from_the_residuals_without_bias():
     """The median region with σ from 23 spare residuals is that with σ known, to 3 %."""
-    found = drawn(2000)
-    ratio = covariance(found).deviations / covariance(found, sigma=SIGMA).deviations
+    result = drawn(2000)
+    ratio = covariance(result).deviations / covariance(result, sigma=SIGMA).deviations
     assert np.sqrt(np.square(ratio).mean()) == pytest.approx(1.0, abs=0.02)
 
 
 def test_censi_and_the_hessian_agree_on_known_pairs_of_small_noise():
     """Where residuals are small, H is JᵀJ and both are σ² (JᵀJ)⁻¹."""
     scene = kabsch_scene("noisy", noise=0.01)
-    found = register(scene.source, scene.target, "kabsch")
-    one, other = covariance(found, sigma=0.01), covariance(found, "censi", target_noise=0.01)
+    result = register(scene.source, scene.target, "kabsch")
+    one, other = covariance(result, sigma=0.01), covariance(result, "censi", target_noise=0.01)
     np.testing.assert_allclose(other.matrix, one.matrix, rtol=0.05, atol=1e-9)
 
 
@@ -74,13 +74,13 @@ def test_censi_is_what_finite_differences_of_the_minimiser_say(method):
     """Every coordinate of both scans moved by 1e-6 u and registered again: shared partners and normals included."""
     scene = room("noise", seed=53)
     source, target = scene.source[::4], scene.target[::3]
-    found, D = differences(source, target, method, Pose.from_angle(0.05, (0.1, 0.0)), gate=1.0)
+    result, D = differences(source, target, method, Pose.from_angle(0.05, (0.1, 0.0)), gate=1.0)
     noise = range_bearing(source, 0.03, 0.02), range_bearing(target, 0.05, 0.01, (1.0, 0.5))
     S = np.zeros((D.shape[1], D.shape[1]))
     for i, block in enumerate(np.concatenate(noise)):
         S[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
-    made = covariance(found, "censi", source_noise=noise[0], target_noise=noise[1])
-    centre = found.pose.apply(source).mean(axis=0)
+    made = covariance(result, "censi", source_noise=noise[0], target_noise=noise[1])
+    centre = result.pose.apply(source).mean(axis=0)
     shift = np.array([[1.0, 0.0, 0.0], [-centre[1], 1.0, 0.0], [centre[0], 0.0, 1.0]])
     np.testing.assert_allclose(shift @ made.matrix @ shift.T, D @ S @ D.T, rtol=2e-4, atol=1e-9)
 
@@ -105,17 +105,17 @@ def test_units_and_origin_change_lengths_alone(how, method):
     for size, move in ((1.0, Pose.identity()), (1e3, far)):
         p, q = size * scene.source, size * move.apply(scene.target)
         start = Pose(move.R, size * move.t)
-        found = register(p, q, method, start=start, gate=0.5 * size)
+        result = register(p, q, method, start=start, gate=0.5 * size)
         more = {} if how == "hessian" else {"source_noise": 0.11 * size, "target_noise": 0.11 * size}
-        made.append(covariance(found, how, **more))
+        made.append(covariance(result, how, **more))
     np.testing.assert_allclose(made[1].deviations, 1e3 * made[0].deviations, rtol=1e-4)
 
 
 def test_a_corridor_without_noise_is_free_and_the_room_is_not():
     for scene, count in ((corridor(noise=0.0), 1), (ndt_room(noise=0.0), 0)):
-        found = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
+        result = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
         for how, more in (("hessian", {"sigma": 0.02}), ("censi", {"source_noise": 0.02})):
-            made = covariance(found, how, **more)
+            made = covariance(result, how, **more)
             assert made.free.sum() == count
             assert not np.isnan(made.matrix).any()
             if count:
@@ -123,8 +123,8 @@ def test_a_corridor_without_noise_is_free_and_the_room_is_not():
 
 
 def test_one_place_leaves_the_turn_about_it_free():
-    found = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
-    made = covariance(found, sigma=0.1)
+    result = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
+    made = covariance(result, sigma=0.1)
     assert made.words() == "the turn about (2.00, 3.00) is free"
 
 
@@ -138,15 +138,15 @@ def test_a_turn_is_told_in_degrees_and_none_as_none():
 
 
 def test_one_place_leaves_the_deviations_of_its_four_points():
-    found = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
-    made = covariance(found, sigma=0.1)
+    result = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
+    made = covariance(result, sigma=0.1)
     np.testing.assert_allclose(made.deviations[1:], 0.1 / 2.0)
 
 
 def test_as_many_unknowns_as_residuals_say_nothing_of_the_noise():
-    found = register([[1.0, 1.0]], [[2.0, 3.0]], "kabsch")
-    assert covariance(found).free.all()
-    assert covariance(found).covers(Pose.identity())
+    result = register([[1.0, 1.0]], [[2.0, 3.0]], "kabsch")
+    assert covariance(result).free.all()
+    assert covariance(result).covers(Pose.identity())
 
 
 def test_a_range_and_a_bearing_are_noise_along_and_across_the_ray():
@@ -164,10 +164,10 @@ def test_a_range_and_a_bearing_are_noise_along_and_across_the_ray():
 def test_there_is_one_for_each_that_is_named(method):
     scene = room("clean")
     q = scene.target[: len(scene.source)] if method == "kabsch" else scene.target
-    found = register(scene.source, q, method)
-    assert np.isfinite(covariance(found).deviations).all()
+    result = register(scene.source, q, method)
+    assert np.isfinite(covariance(result).deviations).all()
     if method in CENSI:
-        assert np.isfinite(covariance(found, "censi", source_noise=0.02, target_noise=0.02).deviations).all()
+        assert np.isfinite(covariance(result, "censi", source_noise=0.02, target_noise=0.02).deviations).all()
 
 
 def test_what_has_none_says_so():
@@ -176,15 +176,15 @@ def test_what_has_none_says_so():
     scene = room("clean")
     with pytest.raises(ValueError, match="'hessian' has no covariance for 'ndt'; it has one for: kabsch"):
         covariance(register(scene.source, scene.target, "ndt"))
-    found = register(scene.source, scene.target, "gicp")
+    result = register(scene.source, scene.target, "gicp")
     with pytest.raises(ValueError, match="'censi' has no covariance for 'gicp'"):
-        covariance(found, "censi")
-    for wrong in (found.pose, None):
+        covariance(result, "censi")
+    for wrong in (result.pose, None):
         with pytest.raises(ValueError, match=f"^result: expected a Result, got {type(wrong).__name__}"):
             covariance(wrong)
     with pytest.raises(ValueError, match="how"):
-        covariance(found, "bootstrap")
-    found = register(scene.source, scene.target, "icp")
+        covariance(result, "bootstrap")
+    result = register(scene.source, scene.target, "icp")
     for name, wrong in (
         *[("range_sigma", {"range_sigma": -1.0}), ("bearing_sigma", {"bearing_sigma": -1.0})],
         *[("origin", {"origin": (0.0, 0.0, 0.0)}), ("origin", {"origin": (0.0, np.nan)})],
@@ -193,13 +193,13 @@ def test_what_has_none_says_so():
             range_bearing(scene.source, **{"range_sigma": 0.1, **wrong})
     for wrong in (-1.0, np.nan, [0.1, 0.2], "0.1"):
         with pytest.raises(ValueError, match=r"^sigma: "):
-            covariance(found, sigma=wrong)
+            covariance(result, sigma=wrong)
     for wrong in (-1.0, np.inf, np.ones(7), "0.1", [0.02], [0.02, 0.02], [[0.02]], 0.02 * np.eye(2)):
         with pytest.raises(ValueError, match=r"^source_noise: "):
-            covariance(found, "censi", source_noise=wrong)
+            covariance(result, "censi", source_noise=wrong)
     for wrong in (-np.eye(2), np.array([[1.0, 0.5], [0.0, 1.0]])):
         with pytest.raises(ValueError, match=r"^source_noise: a covariance is not symmetric and positive semidefinite"):
-            covariance(found, "censi", source_noise=np.stack([wrong] * len(scene.source)))
+            covariance(result, "censi", source_noise=np.stack([wrong] * len(scene.source)))
     space = np.random.default_rng(1).standard_normal((9, 3))
     with pytest.raises(ValueError, match="plane"):
         covariance(register(space, space, "kabsch"))
@@ -238,8 +238,8 @@ def test_the_noisier_the_normals_the_less_the_hessian_holds():
     for setting, noise in (("clean", 0.02), ("noise", 0.11)):
         scenes = [room(setting, seed=seed) for seed in range(100)]
         clouds = [np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target")]
-        found = register(*clouds, "point-to-plane", gate=0.5)
-        made = covariance(found), covariance(found, "censi", source_noise=noise, target_noise=noise)
+        result = register(*clouds, "point-to-plane", gate=0.5)
+        made = covariance(result), covariance(result, "censi", source_noise=noise, target_noise=noise)
         held[setting] = [int(each.covers(scenes[0].truth).sum()) for each in made]
     assert min(held["clean"]) > 90
     assert held["noise"][0] < 50

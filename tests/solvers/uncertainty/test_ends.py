@@ -17,9 +17,9 @@ def test_poses_drawn_from_a_covariance_give_it_back():
     half = np.random.default_rng(1).standard_normal((3, 3)) * 0.05
     given = from_matrix(half @ half.T, Pose.from_angle(2.0, (3.0, 1.0)), centre=(2.0, 0.0), radius=2.0)
     middle = given.mean.inverse().apply([[2.0, 0.0]])[0]
-    found = spread_of(given.sample(20_000, seed=3)[:3000], centre=middle, radius=2.0, apart=10.0).whole
-    np.testing.assert_allclose(found.deviations, given.deviations, rtol=0.06)
-    assert given.distance(found.mean) < quantile(0.9999) / 3000
+    estimate = spread_of(given.sample(20_000, seed=3)[:3000], centre=middle, radius=2.0, apart=10.0).whole
+    np.testing.assert_allclose(estimate.deviations, given.deviations, rtol=0.06)
+    assert given.distance(estimate.mean) < quantile(0.9999) / 3000
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-20.0, 20.0))
@@ -36,34 +36,34 @@ def test_modes_are_what_chains_of_near_poses_connect():
     far = Pose.from_angle(np.pi, np.column_stack([np.linspace(0.0, 0.3, 4), np.zeros(4)]))
     order = np.random.default_rng(2).permutation(35)
     poses = Pose(np.concatenate([far.R, chain.R])[order], np.concatenate([far.t, chain.t])[order])
-    found = spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=0.15)
-    np.testing.assert_array_equal(found.mode, (order < 4).astype(int))
-    np.testing.assert_allclose(found.shares, [31 / 35, 4 / 35])
-    assert found.modes[0].deviations[0] == pytest.approx(np.std(np.linspace(0.0, 3.0, 31), ddof=1))
+    estimate = spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=0.15)
+    np.testing.assert_array_equal(estimate.mode, (order < 4).astype(int))
+    np.testing.assert_allclose(estimate.shares, [31 / 35, 4 / 35])
+    assert estimate.modes[0].deviations[0] == pytest.approx(np.std(np.linspace(0.0, 3.0, 31), ddof=1))
     assert len(spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=100.0).modes) == 1
 
 
 def test_two_modes_half_a_turn_apart_are_told_and_nothing_is_nan():
     """The matrix of the whole is as wide as half a turn; each mode's is not."""
     poses = Pose.from_angle(np.concatenate([np.linspace(-0.02, 0.02, 10), np.pi + np.linspace(-0.02, 0.02, 10)]))
-    found = spread_of(poses, centre=(1.0, 0.0), radius=3.0)
-    assert len(found.modes) == 2
-    assert np.isfinite(found.whole.matrix).all()
-    assert found.whole.deviations[0] > 3.0
-    assert max(m.deviations[0] for m in found.modes) < 0.1
+    estimate = spread_of(poses, centre=(1.0, 0.0), radius=3.0)
+    assert len(estimate.modes) == 2
+    assert np.isfinite(estimate.whole.matrix).all()
+    assert estimate.whole.deviations[0] > 3.0
+    assert max(m.deviations[0] for m in estimate.modes) < 0.1
 
 
 def test_a_mode_of_one_pose_has_no_spread():
-    found = spread_of(Pose.from_angle([0.0, 0.01, 3.0]), centre=(0.0, 0.0), radius=2.0)
-    assert found.modes[1].deviations.tolist() == [0.0, 0.0, 0.0]
+    estimate = spread_of(Pose.from_angle([0.0, 0.01, 3.0]), centre=(0.0, 0.0), radius=2.0)
+    assert estimate.modes[1].deviations.tolist() == [0.0, 0.0, 0.0]
 
 
 def test_redrawn_noise_of_known_pairs_gives_the_closed_form():
     rng = np.random.default_rng(4)
     target = KABSCH_TRUTH.apply(BIRD) + 0.05 * rng.standard_normal((3000, *BIRD.shape))
-    found = monte_carlo(BIRD, target, "kabsch").whole
+    result = monte_carlo(BIRD, target, "kabsch").whole
     closed = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch"), sigma=0.05)
-    z = found.directions * found.deviations
+    z = result.directions * result.deviations
     apart = (z @ z.T) / closed.deviations[0] ** 2 - np.eye(3)  # isotropic about the centre
     assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / 3000)
 
@@ -72,20 +72,20 @@ def test_the_hall_has_two_modes_and_the_wrong_one_is_half_a_turn_off():
     scenes = [hall(seed=seed) for seed in range(30)]
     source, target = (np.stack([getattr(s, n) for s in scenes]) for n in ("source", "target"))
     start = Pose.from_angle(np.pi * (np.arange(30) % 3 == 0))
-    found = monte_carlo(source, target, "icp", start=start, gate=0.8)
-    np.testing.assert_allclose(found.shares, [2 / 3, 1 / 3])
-    assert abs(found.modes[1].mean.angle) == pytest.approx(np.pi, abs=0.02)
+    result = monte_carlo(source, target, "icp", start=start, gate=0.8)
+    np.testing.assert_allclose(result.shares, [2 / 3, 1 / 3])
+    assert abs(result.modes[1].mean.angle) == pytest.approx(np.pi, abs=0.02)
 
 
 def test_a_corridor_passes_the_spread_of_the_start_on_and_across_it_does_not():
     scene = corridor()
-    found = from_starts(scene.source, scene.target, "icp", start=START, gate=0.8)
-    assert found.deviations[0] > 0.1
-    assert found.deviations[1] < 0.02
-    assert found.made_by == "starts"
+    result = from_starts(scene.source, scene.target, "icp", start=START, gate=0.8)
+    assert result.deviations[0] > 0.1
+    assert result.deviations[1] < 0.02
+    assert result.made_by == "starts"
     for draws in (50,):
         drawn = from_starts(scene.source, scene.target, "icp", start=START, draws=draws, gate=0.8)
-        assert drawn.deviations[0] == pytest.approx(found.deviations[0], rel=0.4)
+        assert drawn.deviations[0] == pytest.approx(result.deviations[0], rel=0.4)
 
 
 def test_no_spread_of_the_start_leaves_the_noise_alone():
@@ -93,8 +93,8 @@ def test_no_spread_of_the_start_leaves_the_noise_alone():
     exact = from_matrix(np.zeros((3, 3)), Pose.from_angle(0.02))
     run = register(scene.source, scene.target, "point-to-plane", start=exact.mean, gate=0.8)
     noise = covariance(run, "censi", source_noise=0.02, target_noise=0.02)
-    found = from_starts(scene.source, scene.target, "point-to-plane", start=exact, noise=noise, gate=0.8)
-    np.testing.assert_allclose(found.matrix, noise.matrix, rtol=1e-6, atol=1e-12)
+    result = from_starts(scene.source, scene.target, "point-to-plane", start=exact, noise=noise, gate=0.8)
+    np.testing.assert_allclose(result.matrix, noise.matrix, rtol=1e-6, atol=1e-12)
 
 
 def test_what_the_noise_leaves_free_stays_free():
@@ -102,9 +102,9 @@ def test_what_the_noise_leaves_free_stays_free():
     run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
     noise = covariance(run, "censi", source_noise=0.02)
     start = from_matrix(np.diag([0.01, 0.02, 0.02]) ** 2, scene.truth)
-    found = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
-    assert found.free.tolist() == [True, False, False]
-    assert not np.isnan(found.matrix).any()
+    result = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
+    assert result.free.tolist() == [True, False, False]
+    assert not np.isnan(result.matrix).any()
 
 
 def test_a_free_direction_told_about_another_centre_stays_free():
@@ -114,10 +114,10 @@ def test_a_free_direction_told_about_another_centre_stays_free():
     run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4, weights=half)
     noise = covariance(run, "censi", source_noise=0.02)
     start = from_matrix(np.diag([0.01, 0.02, 0.02]) ** 2, scene.truth)
-    found = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
-    assert np.linalg.norm(found.centre - noise.centre) > 0.1
-    assert found.free.tolist() == [True, False, False]
-    np.testing.assert_allclose(found.directions[:, 0], noise.directions[:, 0], atol=1e-9)
+    result = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
+    assert np.linalg.norm(result.centre - noise.centre) > 0.1
+    assert result.free.tolist() == [True, False, False]
+    np.testing.assert_allclose(result.directions[:, 0], noise.directions[:, 0], atol=1e-9)
 
 
 def test_what_is_refused():
@@ -136,17 +136,17 @@ def test_what_is_refused():
     with pytest.raises(ValueError, match="one pair"):
         from_starts(scene.source[None], scene.target, start=START)
     for wrong in (Pose.identity(), np.eye(3), None):
-        said = f"expected a Covariance, got {type(wrong).__name__}; solvers.uncertainty.from_matrix makes one"
-        with pytest.raises(ValueError, match=f"^start: {said}"):
+        message = f"expected a Covariance, got {type(wrong).__name__}; solvers.uncertainty.from_matrix makes one"
+        with pytest.raises(ValueError, match=f"^start: {message}"):
             from_starts(scene.source, scene.target, start=wrong)
         if wrong is not None:
-            with pytest.raises(ValueError, match=f"^noise: {said}"):
+            with pytest.raises(ValueError, match=f"^noise: {message}"):
                 from_starts(scene.source, scene.target, start=START, noise=wrong)
     two = from_matrix(np.stack([1e-4 * np.eye(3)] * 2), Pose.identity(batch=(2,)))
     with pytest.raises(ValueError, match=r"^noise: expected one covariance, got a batch of shape \(2,\)"):
         from_starts(scene.source, scene.target, start=START, noise=two)
-    for centre, said in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
-        with pytest.raises(ValueError, match=f"^centre: {said}"):
+    for centre, why in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
+        with pytest.raises(ValueError, match=f"^centre: {why}"):
             spread_of(Pose.identity(batch=(3,)), centre=centre, radius=1.0)
 
 
@@ -171,8 +171,8 @@ def test_a_noise_about_another_centre_is_carried_there_in_any_unit(unit, origin)
         mean, np.array([0.01 * radius, 0.0, 0.0]), np.eye(3), centre + np.array([2.0 * unit, 0.0]), np.array(radius),
         "target", "given",
     )  # fmt: skip
-    found = from_starts(p, p, "icp", start=start, noise=noise)
-    assert found.point_covariance(centre)[1, 1] ** 0.5 == pytest.approx(0.02 * unit, rel=1e-3)
+    result = from_starts(p, p, "icp", start=start, noise=noise)
+    assert result.point_covariance(centre)[1, 1] ** 0.5 == pytest.approx(0.02 * unit, rel=1e-3)
 
 
 def test_the_mean_of_all_does_not_depend_on_their_order():
@@ -210,11 +210,11 @@ def test_draws_of_unequal_size_are_a_list():
     """The spread is about the centre of the first source, of its points with weight."""
     scenes = [hall(seed=seed) for seed in range(4)]
     source, target = [s.source[: 90 - k] for k, s in enumerate(scenes)], [s.target[k:] for k, s in enumerate(scenes)]
-    found = monte_carlo(source, target, gate=0.8)
+    result = monte_carlo(source, target, gate=0.8)
     for k in range(4):
-        assert found.poses[k] == register(source[k], target[k], gate=0.8).pose
-    middle = found.whole.mean.apply(source[0].mean(axis=0)[None])[0]
-    np.testing.assert_allclose(found.whole.centre, middle, atol=1e-12)
+        assert result.poses[k] == register(source[k], target[k], gate=0.8).pose
+    middle = result.whole.mean.apply(source[0].mean(axis=0)[None])[0]
+    np.testing.assert_allclose(result.whole.centre, middle, atol=1e-12)
     half = np.arange(90) % 2
     weighted = monte_carlo(source, target, gate=0.8, weights=[half, None, None, None]).whole
     middle = weighted.mean.apply(source[0][1::2].mean(axis=0)[None])[0]

@@ -103,8 +103,8 @@ def test_a_spread_of_angles_bends_the_ellipse():
 
 def slid() -> Covariance:
     wall = single_wall(noise=0.0)
-    found = register(wall.source, wall.target, "point-to-plane", start=wall.start)
-    return covariance(found, "hessian", sigma=0.02)
+    result = register(wall.source, wall.target, "point-to-plane", start=wall.start)
+    return covariance(result, "hessian", sigma=0.02)
 
 
 def test_a_free_direction_is_infinite_and_named_and_never_nan():
@@ -201,14 +201,14 @@ def test_a_batch_is_its_single_covariances():
     rng = np.random.default_rng(8)
     p = rng.uniform(-3.0, 3.0, (4, 9, 2))
     q = fit_planar(p[0], p[1]).pose.apply(p) + 0.05 * rng.standard_normal(p.shape)
-    found = covariance(register(p, q, "kabsch"))
+    estimate = covariance(register(p, q, "kabsch"))
     pose = Pose.identity(batch=(4,))
     for i in range(4):
         one = covariance(register(p[i], q[i], "kabsch"))
-        np.testing.assert_allclose(found[i].matrix, one.matrix, rtol=1e-9)
-        assert found.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
+        np.testing.assert_allclose(estimate[i].matrix, one.matrix, rtol=1e-9)
+        assert estimate.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
     with pytest.raises(ValueError, match="ellipse"):
-        found.ellipse()
+        estimate.ellipse()
 
 
 def test_an_index_reaches_into_the_batch_alone():

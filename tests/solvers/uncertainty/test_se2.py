@@ -46,9 +46,9 @@ def test_a_small_angle_is_no_division_by_nothing(angle):
 
 
 def test_half_a_turn_has_a_twist():
-    found = log(Pose.from_angle(np.pi, (2.0, 0.0)))
-    assert np.isfinite(found).all()
-    close(exp(found), Pose.from_angle(np.pi, (2.0, 0.0)))
+    result = log(Pose.from_angle(np.pi, (2.0, 0.0)))
+    assert np.isfinite(result).all()
+    close(exp(result), Pose.from_angle(np.pi, (2.0, 0.0)))
 
 
 def test_batches_are_their_single_twists():

@@ -30,11 +30,11 @@ def test_ticks(low: float, high: float, expected: list[float]) -> None:
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_ticks_are_evenly_spaced_and_inside(low: float, span: float) -> None:
     """One to six values, of equal step, none outside the range."""
-    found = ticks(low, low + span)
-    assert 1 <= len(found) <= 6
-    assert min(found) >= low - 1e-6 * span
-    assert max(found) <= low + span * (1 + 1e-6)
-    assert all(abs(step - (found[1] - found[0])) <= 1e-6 * span for step in np.diff(found))
+    result = ticks(low, low + span)
+    assert 1 <= len(result) <= 6
+    assert min(result) >= low - 1e-6 * span
+    assert max(result) <= low + span * (1 + 1e-6)
+    assert all(abs(step - (result[1] - result[0])) <= 1e-6 * span for step in np.diff(result))
 
 
 def _chart(y: list[float], log: bool = False, now: float | None = None) -> Panel:

@@ -254,16 +254,16 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
     """A cell's level is the share of 24 that its value has reached; outside low … high it is the first or the last."""
     grid = np.array(values).reshape(2, 3)
     text = body(Heat(grid, (0, 3, 0, 2), 0.0, 1.0), view=View(0, 3, 0, 2, width=3))
-    found = np.full((2, 3), -1)
+    result = np.full((2, 3), -1)
     for level, d in re.findall(r'class="h(\d+)" d="([^"]*)"', text):
         p = q = 0
         for place in re.findall(r"[Mm](-?\d+) ?(-?\d+)h(\d+)v-(\d+)h", d):
             dx, dy, w, h = (int(v) // 10 for v in place)
             p, q = x, y = p + dx, q + dy
-            assert (found[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
-            found[2 - y : 2 - y + h, x : x + w] = int(level)
+            assert (result[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
+            result[2 - y : 2 - y + h, x : x + w] = int(level)
     expected = np.clip(np.floor(grid * HEAT_LEVELS + 1e-6), 0, HEAT_LEVELS - 1)
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(result, expected)
 
 
 def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:

@@ -148,10 +148,10 @@ def test_what_is_wrong_anywhere_in_a_record_is_a_short_reason(
     else:
         plain[place] = bad
     try:
-        said = Host().render("f", plain)["description"]
+        text = Host().render("f", plain)["description"]
     except ValueError as error:
-        said = str(error)
-    assert 0 < len(said.encode("utf-8")) < 3000
+        text = str(error)
+    assert 0 < len(text.encode("utf-8")) < 3000
 
 
 @pytest.mark.native  # as above

@@ -22,10 +22,10 @@ class Some:
 
 def test_defaults_and_specs() -> None:
     assert values(Some()) == {"scene": "clean", "noise": 0.1, "correct": True}
-    found = specs(Some)
-    assert list(found) == ["scene", "noise", "correct"]
-    assert (found["noise"].kind, found["noise"].unit, found["noise"].decimals) == ("slider", "u", 2)
-    assert [spec.keeps for spec in found.values()] == ["nothing", "log", "pose"]
+    result = specs(Some)
+    assert list(result) == ["scene", "noise", "correct"]
+    assert (result["noise"].kind, result["noise"].unit, result["noise"].decimals) == ("slider", "u", 2)
+    assert [spec.keeps for spec in result.values()] == ["nothing", "log", "pose"]
 
 
 def test_a_slider_is_called_by_what_it_stands_for() -> None:

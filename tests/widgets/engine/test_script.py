@@ -116,18 +116,18 @@ def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any],
         encoding="utf-8",
     )
     assert done.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{done.stderr}"
-    found: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
+    result: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
     printed = dict(zip(scripts, json.loads(done.stdout), strict=True))
     for name, frame in frames:
-        found[name].append((frame, printed[frame["python"]]))
-    return found
+        result[name].append((frame, printed[frame["python"]]))
+    return result
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
     """On numpy and solvers alone, in every preset, after presses, drags and picks, with other controls and seeds."""
-    for frame, said in runs[name]:
-        printed = dict(line.split(" ", 1) for line in said.splitlines())
+    for frame, text in runs[name]:
+        printed = dict(line.split(" ", 1) for line in text.splitlines())
         shown = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
         few = f"{name}: a script prints three readouts or more, as print(\"name\", value); this one:\n{frame['python']}"
         assert len(printed) >= 3, few

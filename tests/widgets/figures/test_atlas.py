@@ -172,10 +172,10 @@ def test_a_gate_deforms_the_map_and_ndt_has_none() -> None:
 def test_the_shares_are_the_maps_own(level: int) -> None:
     """Of the starts that were run so far, each counted once."""
     state = run(gate=0.4)
-    said, ends = shown(state, level), state.atlas.ends(level)
+    text, ends = shown(state, level), state.atlas.ends(level)
     kinds = ends.kind[basins.run_at(level)]
     for name, kind in (("reached", basins.TRUTH), ("shifted", SHIFTED), ("quarter", QUARTER), ("unfit", NONE)):
-        assert float(said[name]) == pytest.approx(100.0 * (kinds == kind).mean(), abs=0.051)
+        assert float(text[name]) == pytest.approx(100.0 * (kinds == kind).mean(), abs=0.051)
 
 
 def test_the_map_is_in_the_colours_of_the_ends() -> None:

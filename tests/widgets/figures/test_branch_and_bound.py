@@ -47,9 +47,9 @@ def test_every_open_arc_has_a_tick_at_its_ends() -> None:
         np.testing.assert_allclose(ends, np.arange(count) * 2.0 * np.pi / count - np.pi, atol=1e-12)
     later = after(6, "turns")
     boxes = later.ground.in_world(later.now.boxes[0])
-    found = np.unique(np.concatenate([boxes.middle[:, 0] - boxes.half[:, 0], boxes.middle[:, 0] + boxes.half[:, 0]]))
-    assert len(later.floors.ends) == len(np.unique(found.round(9)))
-    np.testing.assert_allclose(later.floors.ends, np.unique(found.round(9)), atol=np.pi / marks.HEADINGS)
+    result = np.unique(np.concatenate([boxes.middle[:, 0] - boxes.half[:, 0], boxes.middle[:, 0] + boxes.half[:, 0]]))
+    assert len(later.floors.ends) == len(np.unique(result.round(9)))
+    np.testing.assert_allclose(later.floors.ends, np.unique(result.round(9)), atol=np.pi / marks.HEADINGS)
 
 
 def test_the_ceiling_is_seen_to_fall() -> None:
@@ -61,8 +61,8 @@ def test_the_ceiling_is_seen_to_fall() -> None:
         (rim,) = (mark.reach for mark in rims if isinstance(mark, Ring))
         assert rim is not None
         assert (rim - marks.INNER) / (marks.OUTER - marks.INNER) == pytest.approx(now / before)
-        told = {mark.text for mark in figure.draw(state).panels[0].marks if isinstance(mark, Label)}
-        assert told == {"ceiling", f"{now:.4f} u²", *(["one step ago", f"{before:.4f} u²"] if now < before else [])}
+        labels = {mark.text for mark in figure.draw(state).panels[0].marks if isinstance(mark, Label)}
+        assert labels == {"ceiling", f"{now:.4f} u²", *(["one step ago", f"{before:.4f} u²"] if now < before else [])}
     first, second = (after(steps, "turns").course[-1][0] for steps in (0, 1))
     assert second < 0.5 * first
 
@@ -78,29 +78,29 @@ def test_floors_of_the_raster_are_the_lowest_bounds() -> None:
     middle = low + (2 * k + 1) * np.stack([turn, side, side], axis=1)
     boxes = Boxes(middle, np.stack([turn, side], axis=1), rng.random(300))
     shown = boxes.of(rng.random(300) < 0.1)
-    found = marks.floors(root, shown, boxes, held=False)
+    result = marks.floors(root, shown, boxes, held=False)
     at = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
     covers = np.abs(at[:, None] - shown.middle[:, 0]) < shown.half[:, 0] + np.pi / marks.HEADINGS - 1e-9
-    np.testing.assert_array_equal(found.headings, np.where(covers, shown.bound, np.inf).min(axis=1))
+    np.testing.assert_array_equal(result.headings, np.where(covers, shown.bound, np.inf).min(axis=1))
     tile = 9.7 / marks.TILES
     x, y = (low[d] + (np.arange(marks.TILES) + 0.5) * 2.0 * tile for d in (1, 2))
     reach = shown.half[:, 1] + tile - 1e-9
     over = (np.abs(x[None, :, None] - shown.middle[:, 1]) < reach) & (
         np.abs(y[:, None, None] - shown.middle[:, 2]) < reach
     )
-    np.testing.assert_array_equal(found.places, np.where(over, shown.bound, np.inf).min(axis=2))
-    assert not (found.headings_gone & np.isfinite(found.headings)).any()
+    np.testing.assert_array_equal(result.places, np.where(over, shown.bound, np.inf).min(axis=2))
+    assert not (result.headings_gone & np.isfinite(result.headings)).any()
 
 
 def test_the_end_is_a_proof_and_nothing_is_left_to_press() -> None:
     for name, changes in (("default", {}), ("turns", {}), ("hall", {})):
         plain = preset(figure.WIDGET, name, changes).plain()
         frame = Host().render("f", {**plain, "log": [["press", "finish"]]})
-        said = {readout["name"]: readout["value"] for readout in frame["readouts"]}
-        assert said["stop"].startswith("proved, step ")
-        assert said["left"] == "0"
-        assert said["headings"] == "100"
-        assert float(said["gap"]) <= 0.001
+        readouts = {readout["name"]: readout["value"] for readout in frame["readouts"]}
+        assert readouts["stop"].startswith("proved, step ")
+        assert readouts["left"] == "0"
+        assert readouts["headings"] == "100"
+        assert float(readouts["gap"]) <= 0.001
         assert set(frame["disabled"]) == {"step", "finish"}
 
 
@@ -114,9 +114,9 @@ def test_steps_one_by_one_are_the_run_to_the_end() -> None:
 def test_thousands_of_boxes_have_a_comma() -> None:
     """In the readouts, in the note and in words."""
     state = after(14)
-    said = {readout.name: readout.value for readout in figure.draw(state).readouts}
+    values = {readout.name: readout.value for readout in figure.draw(state).readouts}
     left, examined = int(state.now.left[0]), int(state.now.examined[0])
     assert left > 1000
-    assert (said["left"], said["examined"]) == (f"{left:,}", f"{examined:,}")
+    assert (values["left"], values["examined"]) == (f"{left:,}", f"{examined:,}")
     assert f"{left:,} boxes are left" in figure.draw(state).note
     assert f"{examined:,} boxes have been examined and {left:,} are left" in figure.draw(state).description

@@ -44,19 +44,19 @@ def test_icps_link_is_the_nearest_point(point: float) -> None:
     one = state(point=point)
     x = one.pose.apply(one.scene.source)[round(point) - 1]
     apart = np.linalg.norm(one.scene.target - x, axis=1).min()
-    found = linked(one)["icp"]
-    (line,) = found.marks
+    result = linked(one)["icp"]
+    (line,) = result.marks
     assert isinstance(line, Segments)
     assert np.linalg.norm(np.subtract(line.a, line.b)) == pytest.approx(apart)
-    assert (found.value == "none within the gate") == (apart > 2.6)
+    assert (result.value == "none within the gate") == (apart > 2.6)
 
 
 def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
     """Across the wall the point is at most as far as the nearest point on it."""
     for point in range(1, 27):
-        found = linked(state(point=float(point)))
-        if found["icp"].value[0].isdigit() and found["point-to-plane"].value[0].isdigit():
-            assert float(found["point-to-plane"].value) <= float(found["icp"].value) + 0.011
+        result = linked(state(point=float(point)))
+        if result["icp"].value[0].isdigit() and result["point-to-plane"].value[0].isdigit():
+            assert float(result["point-to-plane"].value) <= float(result["icp"].value) + 0.011
 
 
 @pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])

@@ -105,7 +105,7 @@ def test_one_step_is_told_as_one(name: str, steps: str) -> None:
 def test_a_slider_is_called_what_the_rung_calls_it() -> None:
     names = {name: specs(figure.Controls)["length"].called({"rung": name}) for name in RUNGS}
     assert (names["nearest"], names["cells"], names["means"]) == ("Cap τ", "Cell size h", "First ℓ")
-    assert {name for name, said in names.items() if "unused" in said} == {"pairs", "surface", "flow"}
+    assert {name for name, text in names.items() if "unused" in text} == {"pairs", "surface", "flow"}
 
 
 @pytest.mark.parametrize("name", RUNGS)

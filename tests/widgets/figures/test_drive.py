@@ -32,14 +32,14 @@ def test_the_table_is_what_the_solvers_find() -> None:
 
     To write the file anew: python -c "from widgets.parts import drive_solved; drive_solved.write()".
     """
-    kept, found = table.table(), table.read(drive_solved.made())
-    assert np.array_equal(kept.later, found.later)
-    assert np.array_equal(kept.earlier, found.earlier)
-    assert kept.ways.keys() == found.ways.keys()
-    for name, way in found.ways.items():
+    kept, result = table.table(), table.read(drive_solved.made())
+    assert np.array_equal(kept.later, result.later)
+    assert np.array_equal(kept.earlier, result.earlier)
+    assert kept.ways.keys() == result.ways.keys()
+    for name, way in result.ways.items():
         assert np.abs(way.t - kept.ways[name].t).max() < 0.005, name
         assert np.abs(way.R - kept.ways[name].R).max() < 0.001, name
-    assert np.abs(found.loops.t - kept.loops.t).max() < 0.005
+    assert np.abs(result.loops.t - kept.loops.t).max() < 0.005
 
 
 def test_pressing_on_shows_all_scans_in_the_end() -> None:

@@ -85,7 +85,7 @@ def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> Non
 def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
     """register, with the same options and as many steps, from the cloud as it lies: the readouts' numbers."""
     state = run(ITERATE, ITERATE, stage(4), scene=scene, turn=45.0)
-    said, walk = shown(state), state.walk
+    text, walk = shown(state), state.walk
     moved = walk.start.apply(walk.scene.source)
     calls: dict[str, dict[str, Any]] = {
         "cpd": {"method": "cpd-similarity", "clutter": 0.12, "volume": AREA},
@@ -98,8 +98,8 @@ def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
         thin = slice(None, None, EVERY if name == "flow" else 1)
         result = register(moved[thin], walk.scene.target[thin], seed=SEED, max_steps=3, **call)
         pose = result.pose.compose(walk.start)
-        assert float(said[f"{name}_rotation"]) == pytest.approx(np.degrees(rre(pose, walk.scene.truth)), abs=0.051)
-        assert float(said[f"{name}_translation"]) == pytest.approx(rte(pose, walk.scene.truth), abs=0.0051)
+        assert float(text[f"{name}_rotation"]) == pytest.approx(np.degrees(rre(pose, walk.scene.truth)), abs=0.051)
+        assert float(text[f"{name}_translation"]) == pytest.approx(rte(pose, walk.scene.truth), abs=0.0051)
 
 
 def test_cpds_stages_lead_to_its_next_pose() -> None:
@@ -152,9 +152,9 @@ def test_the_filter_spreads_and_keeps_the_mass() -> None:
 
 def test_only_cpd_finds_the_smaller_clouds_size() -> None:
     """With the scale switch CPD ends within 2 % of 1/0.85; the other three stay 15 % off."""
-    said = shown(run(FINISH, smaller=True))
-    assert abs(float(said["cpd_scale"])) < 2.0
-    assert [said[f"{name}_scale"] for name in ("filterreg", "mmd", "flow")] == ["-15.0"] * 3
+    text = shown(run(FINISH, smaller=True))
+    assert abs(float(text["cpd_scale"])) < 2.0
+    assert [text[f"{name}_scale"] for name in ("filterreg", "mmd", "flow")] == ["-15.0"] * 3
 
 
 def test_the_projection_switch_changes_the_flow_alone() -> None:

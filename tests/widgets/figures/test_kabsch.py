@@ -149,9 +149,9 @@ def test_the_wrong_pairs_slider_adds_one_at_a_time() -> None:
 
 def test_a_scene_brings_its_own_noise_and_wrong_pairs() -> None:
     """Naming a scene is enough; naming a number beside it counts."""
-    found = {scene: preset(WIDGET, scene if scene != "clean" else "default").controls for scene in SCENES}
-    assert [found[s].noise for s in SCENES] == [0.0, 0.12, 0.0, 0.12]
-    assert [found[s].wrong for s in SCENES] == [0.0, 0.0, 3.0, 0.0]
+    results = {scene: preset(WIDGET, scene if scene != "clean" else "default").controls for scene in SCENES}
+    assert [results[s].noise for s in SCENES] == [0.0, 0.12, 0.0, 0.12]
+    assert [results[s].wrong for s in SCENES] == [0.0, 0.0, 3.0, 0.0]
     assert preset(WIDGET, "noisy", {"noise": 0.3}).controls == Controls("noisy", 0.3, 0.0, True)
 
 

@@ -47,11 +47,11 @@ def test_crests_stand_at_phase_zero_inside_the_window(x: float, y: float) -> Non
 def test_the_estimate_is_the_solvers_and_the_exact_value_the_packages() -> None:
     """The number that the figure makes from its waves is ‖r‖² of the stepper, and the other is MMD² itself."""
     for state in (run(), run(STEP, STEP), run(FINISH, name="schedule"), run(RESAMPLE, FINISH, count=10)):
-        said = shown(state)
-        assert float(said["estimate"]) == pytest.approx(float(state.batch.objective()[0]), abs=6e-5)
+        text = shown(state)
+        assert float(text["estimate"]) == pytest.approx(float(state.batch.objective()[0]), abs=6e-5)
         moved = state.pose.apply(state.scene.source)
         exact = exact_squared_mmd(moved, state.scene.target, state.length)
-        assert float(said["exact"]) == pytest.approx(exact, abs=6e-5)
+        assert float(text["exact"]) == pytest.approx(exact, abs=6e-5)
 
 
 def test_the_arrows_are_the_means_of_the_phases() -> None:
@@ -118,12 +118,12 @@ def test_with_missing_overlap_a_run_leaves_the_truth_for_a_smaller_exact_discrep
 def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth() -> None:
     """Its dashed lines stand at the two readouts, in their colours, and the solid one passes through the estimate."""
     state = run(STEP)
-    panel, said = next(panel for panel in draw(state).panels if panel.name == "estimate"), shown(state)
+    panel, text = next(panel for panel in draw(state).panels if panel.name == "estimate"), shown(state)
     lines = {mark.role: np.asarray(mark.xy) for mark in panel.marks if isinstance(mark, Path) and mark.thick}
     for role, readout in (("source", "exact"), ("truth", "exact_truth")):
-        assert 10 ** lines[role][:, 1] == pytest.approx(float(said[readout]), abs=6e-5)
+        assert 10 ** lines[role][:, 1] == pytest.approx(float(text[readout]), abs=6e-5)
     at = np.argmin(np.abs(lines["ink"][:, 0] - np.log2(32)))
-    assert 10 ** lines["ink"][at, 1] == pytest.approx(float(said["estimate"]), abs=6e-5)
+    assert 10 ** lines["ink"][at, 1] == pytest.approx(float(text["estimate"]), abs=6e-5)
 
 
 def test_a_wave_beyond_those_used_is_the_last_of_them() -> None:
@@ -137,10 +137,10 @@ def test_a_step_moves_the_source_and_a_drag_begins_anew() -> None:
     """The motion leads from the old pose to the new; a drag empties the course."""
     before = run()
     after = act(before, STEP)
-    found = motion(before, after)
-    assert found is not None
+    result = motion(before, after)
+    assert result is not None
     turned = float(after.pose.angle - before.pose.angle)
-    assert np.cos(found.turn) == pytest.approx(np.cos(turned))
+    assert np.cos(result.turn) == pytest.approx(np.cos(turned))
     assert len(act(after, Action("drag", "source", 1.0, 1.0)).course) == 1
 
 

@@ -36,12 +36,12 @@ def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
 def check(state: State) -> None:
     c = state.controls
     for sizes, climb in (((c.cell,), state.one), (tuple(k * c.cell for k in COARSER), state.fine)):
-        found = register(
+        result = register(
             state.scene.source, state.scene.target, "ndt", start=state.placed, cells=sizes,
             grids=4 if c.four else 1, max_shift=c.max_shift, max_turn=c.max_turn, max_steps=MAX_STEPS,
         )  # fmt: skip
-        np.testing.assert_allclose(climb.pose.matrix, found.pose.matrix, atol=1e-9)
-        assert (climb.steps, climb.status) == (found.steps, found.status)
+        np.testing.assert_allclose(climb.pose.matrix, result.pose.matrix, atol=1e-9)
+        assert (climb.steps, climb.status) == (result.steps, result.status)
 
 
 def test_marks_say_what_the_steps_did() -> None:

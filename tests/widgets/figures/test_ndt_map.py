@@ -26,10 +26,10 @@ def shown(*log: Any, host: Host | None = None, **controls: Any) -> tuple[dict[st
 
 def test_it_opens_on_a_corner_that_one_gaussian_blurs() -> None:
     """The first cell holds both arms of a corner: its small eigenvalue is at least ten times the noise variance."""
-    said, _ = shown()
-    assert said["cell"] == "kept"
-    assert float(said["low"]) > 10 * 0.03**2
-    assert 30 < abs(float(said["angle"].replace("−", "-"))) < 60
+    text, _ = shown()
+    assert text["cell"] == "kept"
+    assert float(text["low"]) > 10 * 0.03**2
+    assert 30 < abs(float(text["angle"].replace("−", "-"))) < 60
 
 
 def test_pointing_chooses_the_cell_that_is_there() -> None:
@@ -49,26 +49,26 @@ def test_next_goes_through_every_cell_that_holds_a_point(controls: dict[str, flo
     first, _ = shown(**controls)
     cells = int(first["kept"]) + int(first["discarded"])
     host = Host()
-    said = [shown(*[NEXT] * k, host=host, **controls)[0] for k in range(cells + 1)]
-    assert said[cells] == said[0]
-    assert len({one["mean"] for one in said[:cells]}) > 0.9 * cells
+    messages = [shown(*[NEXT] * k, host=host, **controls)[0] for k in range(cells + 1)]
+    assert messages[cells] == messages[0]
+    assert len({one["mean"] for one in messages[:cells]}) > 0.9 * cells
     total = int(first["covered"].split(" of ")[1])
-    assert sum(int(one["count"]) for one in said[:cells]) == total
-    kept = [one for one in said[:cells] if one["cell"].startswith("kept")]
+    assert sum(int(one["count"]) for one in messages[:cells]) == total
+    kept = [one for one in messages[:cells] if one["cell"].startswith("kept")]
     assert len(kept) == int(first["kept"])
     assert sum(int(one["count"]) for one in kept) == int(first["covered"].split(" of ")[0])
 
 
 def test_discarded_cells_say_why() -> None:
     """The stuck beam's cell has points enough and no spread; another has too few; an empty one holds none."""
-    said, frame = shown(["hover", "main", -2.5, 0.4])
-    assert said["cell"] == "discarded"
-    assert said["count"] == str(STUCK)
+    text, frame = shown(["hover", "main", -2.5, 0.4])
+    assert text["cell"] == "discarded"
+    assert text["count"] == str(STUCK)
     assert "all points at one place" in frame["note"]
     notes = [shown(*[NEXT] * k)[1]["note"] for k in range(34)]
     assert any("fewer than 3 points" in note for note in notes)
-    said, frame = shown(["hover", "main", 0.5, -0.5])
-    assert (said["cell"], said["count"], said["angle"]) == ("empty", "0", "–")
+    text, frame = shown(["hover", "main", 0.5, -0.5])
+    assert (text["cell"], text["count"], text["angle"]) == ("empty", "0", "–")
     assert "This cell is empty" in frame["note"]
 
 
@@ -82,8 +82,8 @@ def test_the_stuck_beam_adds_its_returns_and_nothing_that_is_kept() -> None:
 
 def test_without_noise_walls_are_floored_and_say_so() -> None:
     """The cell after the corner holds one exact wall."""
-    said, frame = shown(NEXT, noise=0.0)
-    assert said["cell"] == "kept, floored"
+    text, frame = shown(NEXT, noise=0.0)
+    assert text["cell"] == "kept, floored"
     assert "raised" in frame["note"]
 
 
@@ -109,15 +109,15 @@ def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], l
     """Any grid, any cell, any draw: kept and discarded cells and their points are whole, and every readout is one."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": log, "seed": seed}
     frame = Host().render("f", plain)
-    said = {r["name"]: r["value"] for r in frame["readouts"]}
-    inside, total = (int(v) for v in said["covered"].split(" of "))
+    readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+    inside, total = (int(v) for v in readouts["covered"].split(" of "))
     assert 0 <= inside <= total
-    assert 0 <= int(said["count"]) <= total
+    assert 0 <= int(readouts["count"]) <= total
     assert "nan" not in frame["panels"][0]["svg"] + frame["panels"][1]["svg"]
-    assert np.isfinite(int(said["kept"]) + int(said["discarded"]))
+    assert np.isfinite(int(readouts["kept"]) + int(readouts["discarded"]))
 
 
 def test_one_point_is_a_point() -> None:
     """A cell that holds a single point says so in the singular."""
-    said = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
-    assert "holds 1 point and is discarded" in said
+    text = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
+    assert "holds 1 point and is discarded" in text

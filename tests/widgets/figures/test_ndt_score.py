@@ -28,9 +28,9 @@ def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], d
 
 def test_it_opens_before_its_climb() -> None:
     """Nothing is climbed yet and the scan lies where the climb will begin; once climbed, there is nothing left to."""
-    said, frame = shown()
-    assert said["steps"] == "0 · 0"
-    assert said["score"] == said["begin"]
+    text, frame = shown()
+    assert text["steps"] == "0 · 0"
+    assert text["score"] == text["begin"]
     assert "climb" not in frame["disabled"]
     assert "where the climb will begin" in frame["panels"][1]["caption"]
     assert "will begin" not in shown(CLIMB)[1]["panels"][1]["caption"]
@@ -39,12 +39,12 @@ def test_it_opens_before_its_climb() -> None:
 
 def test_its_first_climb_arrives() -> None:
     """The first climb takes steps, has a try rejected and ends beside the truth, with a higher score than there."""
-    said, frame = shown(CLIMB)
-    taken, rejected = (int(v) for v in said["steps"].split(" · "))
+    text, frame = shown(CLIMB)
+    taken, rejected = (int(v) for v in text["steps"].split(" · "))
     assert taken > 3
     assert rejected > 0
-    assert said["away"] < 0.05
-    assert said["score"] > said["truth"] > 5 * said["begin"]
+    assert text["away"] < 0.05
+    assert text["score"] > text["truth"] > 5 * text["begin"]
     svg = frame["panels"][0]["svg"]
     assert 'class="shape cross outlier"' in svg
     assert "outlier dashed" in svg
@@ -54,10 +54,10 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
     """From nine places: the score reached is at least that at the start; the truth's own climb begins at its score."""
     for x in (-1.2, 0.1, 0.9):
         for y in (-0.9, 0.2, 1.1):
-            said, _ = shown(["click", "map", x, y])
-            assert said["score"] >= said["begin"]
-    said, _ = shown(TRUTH)
-    assert said["begin"] == said["truth"]
+            text, _ = shown(["click", "map", x, y])
+            assert text["score"] >= text["begin"]
+    text, _ = shown(TRUTH)
+    assert text["begin"] == text["truth"]
 
 
 @pytest.mark.parametrize(("x", "y"), [(1.5, 1.5), (-1.5, -1.5), (-1.5, 1.5), (1.5, -1.5)])
@@ -136,7 +136,7 @@ def test_whatever_a_reader_does_scores_stay_scores(
     controls: dict[str, float], grids: str, log: list[Any], seed: int
 ) -> None:
     """Any setting, any start, any draw: scores between 0 and 1, reached not below the start's, picture without NaN."""
-    said, frame = shown(*log, seed=seed, grids=grids, **controls)
-    assert 0 <= said["begin"] <= said["score"] <= 1
-    assert 0 <= said["truth"] <= 1
+    text, frame = shown(*log, seed=seed, grids=grids, **controls)
+    assert 0 <= text["begin"] <= text["score"] <= 1
+    assert 0 <= text["truth"] <= 1
     assert "nan" not in frame["panels"][0]["svg"]

@@ -64,10 +64,10 @@ def test_a_method_does_the_same_in_millimetres_and_on_a_national_grid(method: st
         source, target, _ = pair(host, scale, corner)
         plain = record(source, target, ("ten",) * 21, **{"method": method, **OWN[method].brings()})
         frame = host.render("f", plain)
-        told = json.loads(frame["files"]["pose.json"])
-        assert told["status"] in ("converged", "stalled", "capped", "proved")
-        assert abs(told["angle_degrees"] - 8.0) < 3.0, (scale, told["angle_degrees"])
-        assert told["explained"] > 0.9
+        report = json.loads(frame["files"]["pose.json"])
+        assert report["status"] in ("converged", "stalled", "capped", "proved")
+        assert abs(report["angle_degrees"] - 8.0) < 3.0, (scale, report["angle_degrees"])
+        assert report["explained"] > 0.9
 
 
 def test_the_learned_flows_run_a_step_on_few_points() -> None:
@@ -83,18 +83,18 @@ def test_given_clouds_are_thinned_sliced_and_told() -> None:
     """To the points asked for, the same as `thinned`; a slice by the height of both; an empty one says so."""
     host, random = Host(), np.random.default_rng(3)
     low, high = random.uniform([0, 0, 0], [6, 4, 1], (900, 3)), random.uniform([0, 0, 1], [6, 4, 3], (700, 3))
-    told = give(host, "low.csv", text(low))
-    assert told["words"] == "900 points in 3-D, text separated by commas."
+    report = give(host, "low.csv", text(low))
+    assert report["words"] == "900 points in 3-D, text separated by commas."
     target = give(host, "high.csv", text(high))["key"]
-    frame = host.render("f", record(told["key"], target, points=300))
+    frame = host.render("f", record(report["key"], target, points=300))
     n, m = (len(thinned(p[:, :2], 300)) for p in (low, high))
     assert readouts(frame)["points"] == f"{n} of 900 and {m} of 700"
     assert frame["note"] == f"Thinned: source {n} of 900, target {m} of 700 points."
     inside = [int(((p[:, 2] >= 0.6) & (p[:, 2] <= 1.8)).sum()) for p in (low, high)]
-    shown = readouts(host.render("f", record(told["key"], target, points=1000, height=40, thickness=40)))["points"]
+    shown = readouts(host.render("f", record(report["key"], target, points=1000, height=40, thickness=40)))["points"]
     seen = [int(part.split(" of ")[-1]) for part in shown.split(" and ")]
     assert seen == pytest.approx(inside, abs=3)
-    frame = host.render("f", record(told["key"], target, height=90, thickness=10))
+    frame = host.render("f", record(report["key"], target, height=90, thickness=10))
     assert frame["note"] == "No source point lies in this slice. Move or thicken it."
     assert "step" in frame["disabled"]
 
@@ -135,11 +135,11 @@ def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:
         plain = preset(WIDGET, "drive", controls).plain()
         return readouts(host.render("f", {**plain, "log": [["press", name] for name in log]}))
 
-    begun, found, lost = end(()), end(), end(start="as")
+    begun, result, lost = end(()), end(), end(start="as")
     assert begun["points"] == "329 and 336"
     assert float(begun["rotation_graph"]) > 4.5
-    assert float(found["translation_graph"]) < 0.02
-    assert float(found["rotation_graph"]) < 0.1
+    assert float(result["translation_graph"]) < 0.02
+    assert float(result["rotation_graph"]) < 0.1
     assert float(lost["translation_graph"]) > 1.5
     assert float(end((), scan=7, onto=7)["translation_graph"]) == 0.0
     assert readouts(host.render("f", preset(WIDGET).plain()))["translation_graph"] == "–"

@@ -70,8 +70,8 @@ def test_the_proposal_does_not_know_the_prediction() -> None:
 def test_where_nothing_is_explained_there_is_no_residual() -> None:
     """Flung out of the picture no source point has a target point near it: no mean is told, and none is met by it."""
     state = run(Action("drag", "source", -6.4, -4.6))
-    told = shown(state)
-    assert (told["share"], told["rms"], told["conditioning"]) == ("0", "–", "–")
+    report = shown(state)
+    assert (report["share"], report["rms"], report["conditioning"]) == ("0", "–", "–")
     by_name = {sign.name: sign for sign in state.judgement.signs}
     assert (by_name["residual"].said, by_name["residual"].at) == ("–", None)
     assert (by_name["conditioning"].said, by_name["conditioning"].met) == ("–", False)
@@ -89,8 +89,8 @@ def test_a_small_budget_makes_a_worse_proposal() -> None:
     """Over six draws, one step of hypotheses leaves the source much farther from its place than seventy do."""
 
     def off(steps: float) -> float:
-        found = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
-        return sum(float(point_error(s.pose, s.scene.truth, s.scene.source)) for s in found)
+        results = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
+        return sum(float(point_error(s.pose, s.scene.truth, s.scene.source)) for s in results)
 
     assert off(1.0) > 3 * off(70.0)
 
@@ -114,8 +114,8 @@ def test_each_sign_can_refuse(controls: dict[str, Any], sign: str) -> None:
 @pytest.mark.parametrize("sign", ["two halves", "residual"])
 def test_a_wrong_fit_can_fail_by_other_signs_too(sign: str) -> None:
     """From far, without a proposal: over six draws each of these refuses some wrong pose."""
-    found = [run(FINISH, name="local", seed=40 + 13 * k) for k in range(6)]
-    assert any(sign in state.judgement.failed and not right(state.scene, state.pose) for state in found)
+    results = [run(FINISH, name="local", seed=40 + 13 * k) for k in range(6)]
+    assert any(sign in state.judgement.failed and not right(state.scene, state.pose) for state in results)
 
 
 def test_a_stop_flag_accepts_what_the_signs_refuse() -> None:
@@ -186,7 +186,7 @@ def test_whatever_is_set_there_is_a_verdict(
     }  # fmt: skip
     plain = preset(WIDGET, "default", controls).plain()
     frame = Host().render("f", {**plain, "seed": seed, "log": [["press", "finish"]]})
-    said = {r["name"]: r["value"] for r in frame["readouts"]}
-    assert said["verdict"] in ("accepted", "refused")
-    assert not any("nan" in value or "inf" in value for value in said.values())
+    readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+    assert readouts["verdict"] in ("accepted", "refused")
+    assert not any("nan" in value or "inf" in value for value in readouts.values())
     assert set(frame["disabled"]) == {"finish", "next"}

@@ -306,8 +306,8 @@ def test_the_python_that_is_offered_finds_the_same(ninth: str, capsys: pytest.Ca
     last = _last(work(controls, 40))
     assert last.result is not None
     exec(compile(last.result.python, "snippet", "exec"), {})
-    said = capsys.readouterr().out.splitlines()[1:10]
-    for row, line in zip(last.result.rows, said, strict=True):
+    output = capsys.readouterr().out.splitlines()[1:10]
+    for row, line in zip(last.result.rows, output, strict=True):
         assert line.startswith(row.label)
         assert f"{row.values[0]:.2f}°" in line
         assert contestants([row.name])[0].label == row.label

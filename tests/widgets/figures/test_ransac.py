@@ -64,10 +64,10 @@ def test_steps_after_the_end_change_nothing() -> None:
 def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
     """What the figure is there to show, over 25 draws: the consensus is near the truth, the fit of all pairs is not."""
     for seed in range(SEED, SEED + 25 * 13, 13):
-        said = readouts(frame(["press", "finish"], seed=seed))
-        assert float(said["rotation_error"]) < 3
-        assert float(said["translation_error"]) < 0.15
-        assert float(said["ghost_translation"]) > 0.8
+        values = readouts(frame(["press", "finish"], seed=seed))
+        assert float(values["rotation_error"]) < 3
+        assert float(values["translation_error"]) < 0.15
+        assert float(values["ghost_translation"]) > 0.8
 
 
 def test_every_control_changes_what_it_names() -> None:
@@ -146,9 +146,9 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
         ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
         assert ringed.pop("ghost") == 40
-        said = readouts(frame(["press", "finish"], **controls))
-        assert ringed.pop("target") == 40 - int(said["count"])
-        assert ringed == {"outlier": int(said["admitted"]), "truth": int(said["lost"])}
+        values = readouts(frame(["press", "finish"], **controls))
+        assert ringed.pop("target") == 40 - int(values["count"])
+        assert ringed == {"outlier": int(values["admitted"]), "truth": int(values["lost"])}
     assert int(readouts(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
     assert int(readouts(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
 
@@ -265,9 +265,9 @@ def test_whatever_a_reader_does_the_numbers_are_numbers(
 ) -> None:
     """Any controls, presses, pulls and seed: finite readouts, counts within forty, trials within budget and cap."""
     framed = frame(*log, seed=seed, **controls)
-    said = readouts(framed)
-    assert not any(word in " ".join(said.values()) + framed["description"] for word in ("nan", "inf"))
-    assert int(said["trials"]) <= MOST
-    if said["count"] != "–":
-        assert 2 <= int(said["count"]) <= 40
-        assert 0 <= int(said["admitted"]) <= int(said["count"])
+    result = readouts(framed)
+    assert not any(word in " ".join(result.values()) + framed["description"] for word in ("nan", "inf"))
+    assert int(result["trials"]) <= MOST
+    if result["count"] != "–":
+        assert 2 <= int(result["count"]) <= 40
+        assert 0 <= int(result["admitted"]) <= int(result["count"])

@@ -36,10 +36,10 @@ def frame(log: list[Any] | None = None, name: str = "default", **controls: Any) 
 def test_shares_and_clutter_add_up_to_one(method: str, sigma: float) -> None:
     """Every observation gives away exactly one: over the other cloud's components and to the clutter."""
     state = run(STEP, method=method, sigma=sigma, width="held")
-    found = links(method, state.run.now)
-    observations = found.shares if method == "filterreg" else found.shares.T
-    np.testing.assert_allclose(observations.sum(axis=1) + found.clutter, 1.0, atol=1e-9)
-    assert found.side == ("target" if method == "filterreg" else "source")
+    result = links(method, state.run.now)
+    observations = result.shares if method == "filterreg" else result.shares.T
+    np.testing.assert_allclose(observations.sum(axis=1) + result.clutter, 1.0, atol=1e-9)
+    assert result.side == ("target" if method == "filterreg" else "source")
 
 
 def test_filterregs_shares_are_what_its_exact_sums_say() -> None:
@@ -73,10 +73,10 @@ def test_without_clutter_the_hardest_assignment_is_the_nearest_point() -> None:
 def test_with_clutter_the_hardest_assignment_lets_go() -> None:
     """σ → 0 and w > 0: what has no component within a few σ goes to the clutter."""
     state = run(width="held", sigma=0.04)
-    found = links("cpd-rigid", state.run.now)
+    result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
     near = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2).min(axis=0)
-    assert (found.clutter[near > 0.25] > 0.99).all()
+    assert (result.clutter[near > 0.25] > 0.99).all()
     assert (near > 0.25).sum() > 10
 
 
@@ -168,10 +168,10 @@ def test_the_two_conventions_differ() -> None:
 def test_threads_have_six_weights_each_half_of_the_next() -> None:
     """A thread's weight is its share's power of two, and nothing below 1/64 is drawn."""
     state = run(sigma=0.6)
-    found = links("cpd-rigid", state.run.now)
+    result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
-    drawn = threads(moved, state.run.scene.target, found)
-    shares = found.shares[found.shares >= 1 / 64]
+    drawn = threads(moved, state.run.scene.target, result)
+    shares = result.shares[result.shares >= 1 / 64]
     weights = np.round(6 * np.asarray(drawn.weight))
     assert len(weights) == len(shares)
     assert {*weights} == {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}
@@ -182,8 +182,8 @@ def test_threads_have_six_weights_each_half_of_the_next() -> None:
 def test_wide_overlaps_do_not_hide_the_clouds(sigma: float) -> None:
     """At a point the threads' parts add up to one at most, and as σ is small each is its overlap."""
     state = run(method="gmmreg", sigma=sigma)
-    found = links("gmmreg", state.run.now)
-    drawn = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, found)
+    result = links("gmmreg", state.run.now)
+    drawn = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, result)
     strong = np.unique(np.asarray(drawn.a)[np.asarray(drawn.weight) > 5.5 / 6], axis=0, return_counts=True)[1]
     assert strong.max(initial=0) <= 2  # above a half each
 

@@ -97,11 +97,11 @@ def test_unknown_pairs_run_the_solvers(task: str) -> None:
     """The figure's end is `register`'s, to the last bit."""
     state = run(FINISH, task=task, noise=0.02)
     scene = state.run.scene
-    found = register(
+    result = register(
         scene.source, scene.target, UNKNOWN[task], start=mug_start(40.0, OFFSET), max_steps=60, **OPTIONS[task]
     )
-    np.testing.assert_array_equal(state.run.pose.matrix, found.pose.matrix)
-    assert found.steps == state.run.steps
+    np.testing.assert_array_equal(state.run.pose.matrix, result.pose.matrix)
+    assert result.steps == state.run.steps
 
 
 def test_without_a_handle_the_turn_about_the_axis_is_free() -> None:

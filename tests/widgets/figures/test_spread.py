@@ -36,10 +36,10 @@ def shown(name: str = "default", *presses: str, **controls: float | str) -> dict
 
 
 def test_before_the_first_draw_there_is_only_what_is_expected() -> None:
-    found = shown()
-    assert found["hessian"] == found["censi"] == found["widest"] == "–"
-    assert float(found["claimed"]) > 0.0
-    assert found["drawn"] == "0"
+    result = shown()
+    assert result["hessian"] == result["censi"] == result["widest"] == "–"
+    assert float(result["claimed"]) > 0.0
+    assert result["drawn"] == "0"
 
 
 def test_some_draws_and_then_the_rest_are_all_draws_at_once() -> None:
@@ -54,8 +54,8 @@ def test_some_draws_and_then_the_rest_are_all_draws_at_once() -> None:
 
 def test_the_counts_are_the_studys() -> None:
     lines = coverage("room", "point-to-plane", ("hessian", "censi"), count=DRAWS)
-    found = shown("default", "finish")
-    assert [found["hessian"], found["censi"]] == [str(line.covered) for line in lines]
+    result = shown("default", "finish")
+    assert [result["hessian"], result["censi"]] == [str(line.covered) for line in lines]
 
 
 def test_the_hall_has_clusters_and_the_room_has_one() -> None:
@@ -139,7 +139,7 @@ def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: b
 
 def test_the_scale_about_the_true_position_is_told() -> None:
     """The same both ways for a wall that is seen, less along the corridor whose end is not."""
-    for wall, said in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times up and 3 across")):
+    for wall, text in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times up and 3 across")):
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
-        assert caption == f"About the truth, {said}"
+        assert caption == f"About the truth, {text}"

@@ -215,8 +215,8 @@ def test_residual_and_weight_replay_the_same_presses() -> None:
 def test_without_noise_the_rms_is_a_number() -> None:
     """A wall without noise, most of whose residuals are zero, under a weight that discards: this RMS was once a NaN."""
     log = [["drag", "turn", 0.0, 0.0], ["press", "finish"]]
-    said = shown(log, scene="wall", weight="tukey", noise=0.0, outliers=3.0, trim=7.0)
-    assert float(said["rms"]) >= 0.0
+    text = shown(log, scene="wall", weight="tukey", noise=0.0, outliers=3.0, trim=7.0)
+    assert float(text["rms"]) >= 0.0
 
 
 def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:

@@ -25,8 +25,8 @@ def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:
     """The errors of doing nothing are the motion itself."""
     state = start(Controls(), SEED)
     np.testing.assert_array_equal(state.pose.matrix, np.eye(3))
-    found = shown(turn=-65.0, distance=1.7)
-    assert (found["rotation_error"], found["translation_error"]) == ("65.0", "1.70")
+    result = shown(turn=-65.0, distance=1.7)
+    assert (result["rotation_error"], result["translation_error"]) == ("65.0", "1.70")
 
 
 def test_the_answer_is_where_the_robot_stood() -> None:
@@ -35,8 +35,8 @@ def test_the_answer_is_where_the_robot_stood() -> None:
     scans = state.scans
     np.testing.assert_allclose(scans.target_pose.apply(state.pose.t[None])[0], scans.source_pose.t, atol=1e-12)
     np.testing.assert_allclose(scans.target_pose.R @ state.pose.R, scans.source_pose.R, atol=1e-12)
-    found = shown(["press", "answer"])
-    assert (found["rotation_error"], found["translation_error"]) == ("0.0", "0.00")
+    result = shown(["press", "answer"])
+    assert (result["rotation_error"], result["translation_error"]) == ("0.0", "0.00")
 
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 25 * 13, 13))

@@ -109,8 +109,8 @@ def test_a_word_why_not_is_true_of_the_answers(answers: Answers) -> None:
 
 def test_each_word_why_not_is_said_somewhere() -> None:
     """Else the test above would look for words that nobody says."""
-    told = {words for answers in every() for _, words in advise(answers).why.values()}
-    assert not [part for part in WORDS if not any(part in words for words in told)]
+    messages = {words for answers in every() for _, words in advise(answers).why.values()}
+    assert not [part for part in WORDS if not any(part in words for words in messages)]
 
 
 @pytest.mark.native

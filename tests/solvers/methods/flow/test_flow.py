@@ -174,10 +174,10 @@ def test_packing_keeps_a_number_to_half_a_level():
     """A column's numbers come back to within half of its largest over 127."""
     random = np.random.default_rng(0)
     arrays = {shape.name: random.normal(size=shape.size) for shape in network.shapes()}
-    found = unpack(pack(arrays))
+    result = unpack(pack(arrays))
     for name, values in arrays.items():
         step = np.abs(values.reshape(-1, values.shape[-1])).max(axis=0) / 127
-        assert (np.abs(found[name] - values) <= 0.5001 * step + 1e-7).all()
+        assert (np.abs(result[name] - values) <= 0.5001 * step + 1e-7).all()
     with pytest.raises(ValueError, match="bytes"):
         unpack(b"no")
 

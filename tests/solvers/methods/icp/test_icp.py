@@ -346,8 +346,8 @@ def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
     without = make()
     assert np.array_equal(with_tree.history.poses.matrix, without.history.poses.matrix)
     assert len(with_tree.history.objective) > 3
-    for found, again in zip((rows, squares), nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02), strict=True):
-        assert np.array_equal(found, again)
+    for result, again in zip((rows, squares), nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02), strict=True):
+        assert np.array_equal(result, again)
 
 
 # The particular ideas.

@@ -51,9 +51,9 @@ def test_a_fit_without_a_rotation_does_not_come_to_rest_by_its_rms() -> None:
     """Of two points about the one that both are paired with, only the middle can be fitted: its RMS hardly changes."""
     ends = np.array([[-50.0, 0.0], [50.0, 0.0]])
     lone = np.array([[0.0, 1.0], [0.0, 1e4]])
-    found = register(ends, lone, "icp", rms_tolerance=0.5)
-    assert found.status == Status.DEGENERATE
-    assert "rotation" in found.reason
+    result = register(ends, lone, "icp", rms_tolerance=0.5)
+    assert result.status == Status.DEGENERATE
+    assert "rotation" in result.reason
 
 
 def test_the_smallest_share_kept_is_one_pair() -> None:
@@ -67,11 +67,11 @@ def test_along_a_corridor_the_other_directions_are_fitted_first() -> None:
     """Nothing holds the scan along two parallel walls, which is told once turn and distance are right."""
     along = np.linspace(-4.0, 4.0, 41)
     walls = np.concatenate([np.stack([along, np.full(41, y)], axis=1) for y in (-1.0, 1.0)])
-    found = register(walls, walls, "point-to-plane", start=Pose.from_angle(np.radians(12.0), (0.0, 0.3)))
-    assert found.status == Status.DEGENERATE
-    assert found.steps > 1
-    assert abs(np.degrees(found.pose.angle)) < 1e-3
-    assert abs(found.pose.t[1]) < 1e-3
+    result = register(walls, walls, "point-to-plane", start=Pose.from_angle(np.radians(12.0), (0.0, 0.3)))
+    assert result.status == Status.DEGENERATE
+    assert result.steps > 1
+    assert abs(np.degrees(result.pose.angle)) < 1e-3
+    assert abs(result.pose.t[1]) < 1e-3
 
 
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
@@ -79,8 +79,8 @@ def test_clouds_in_other_units_are_told_so(method):
     """A source in millimetres, read as metres too small, has one nearest point for all; a target whose points are
     equal is told as before."""
     scene = room("clean")
-    found = register(1e-3 * scene.source, scene.target, method)
-    assert (found.status, found.reason) == (Status.DEGENERATE, ONE_PARTNER)
+    result = register(1e-3 * scene.source, scene.target, method)
+    assert (result.status, result.reason) == (Status.DEGENERATE, ONE_PARTNER)
     equal = register(scene.source, np.full((9, 2), 0.7), "icp")
     assert "all target points with weight are equal" in equal.reason
 
@@ -92,16 +92,16 @@ def test_gicp_is_told_of_other_units_although_its_surfaces_hold_the_turn(seed: i
     scene = room("noise", seed=seed)
     sources = np.stack([scene.source, 1e-3 * scene.source, scene.source])
     targets = np.stack([scene.target, scene.target, 1e3 * scene.target])
-    found = register(sources, targets, "gicp")
+    result = register(sources, targets, "gicp")
     alone = register(scene.source, scene.target, "gicp")
-    assert found.status[0] == alone.status != Status.DEGENERATE
-    assert np.array_equal(found.matrix[0], alone.matrix)
-    assert found.status[1:].tolist() == [Status.DEGENERATE] * 2
-    assert found.reason[1:].tolist() == [surface_icp.ONE_PARTNER] * 2
+    assert result.status[0] == alone.status != Status.DEGENERATE
+    assert np.array_equal(result.matrix[0], alone.matrix)
+    assert result.status[1:].tolist() == [Status.DEGENERATE] * 2
+    assert result.reason[1:].tolist() == [surface_icp.ONE_PARTNER] * 2
 
 
 def test_one_target_point_is_told_as_such_and_not_as_another_unit() -> None:
     scene = room("clean")
-    found = register(scene.source, np.full((9, 2), 0.7), "gicp")
-    assert found.reason == "all target points are equal: the rotation is undefined"
+    result = register(scene.source, np.full((9, 2), 0.7), "gicp")
+    assert result.reason == "all target points are equal: the rotation is undefined"
     assert register(scene.source[:1], scene.target, "gicp").reason != surface_icp.ONE_PARTNER

@@ -60,9 +60,9 @@ def test_equal_isotropic_covariances_give_the_point_to_point_step(rng, d, random
     iso = np.broadcast_to(np.eye(d), (3, 25, d, d))
     M = surface_icp.precisions(0.3 * iso, 1.9 * iso, R)
     np.testing.assert_allclose(M, iso / 2.2, rtol=1e-14, atol=1e-14)
-    found = gauss_newton.solve(gauss_newton.system(moved, partners, M, weights, centre, radius))
+    result = gauss_newton.solve(gauss_newton.system(moved, partners, M, weights, centre, radius))
     expected = by_stacked_rows(moved, partners, iso, weights, centre, radius)
-    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(result, expected, rtol=1e-8, atol=1e-8)
     # The least-squares pose is a fixed point: after the closed form nothing is left to do.
     fit = fit_rigid(moved, partners, weights).pose
     again = fit.apply(moved)
@@ -127,14 +127,14 @@ def test_the_gradient_is_that_of_the_cost(rng, d):
 def test_the_condition_depends_neither_on_units_nor_on_the_origin(rng):
     """A room moved by 100 u, or measured in other units, has the same condition number and the same weak direction."""
     scene = room("noise")
-    found = [
+    results = [
         register(s * scene.source + at, s * scene.target + at, "point-to-plane", max_steps=0).states[0].system
         for s, at in ((1.0, 0.0), (1.0, 100.0), (0.001, 0.0))
     ]
-    assert 1.0 < found[0].condition[0] < 100.0
-    for other in found[1:]:
-        np.testing.assert_allclose(other.condition, found[0].condition, rtol=1e-9)
-        np.testing.assert_allclose(other.directions[0], found[0].directions[0], atol=1e-9)
+    assert 1.0 < results[0].condition[0] < 100.0
+    for other in results[1:]:
+        np.testing.assert_allclose(other.condition, results[0].condition, rtol=1e-9)
+        np.testing.assert_allclose(other.directions[0], results[0].directions[0], atol=1e-9)
 
 
 def test_one_common_factor_caps_a_step():
@@ -161,9 +161,9 @@ def test_one_common_factor_caps_a_step():
 def test_every_weight_runs_and_is_reported(method, weight):
     """Each robust weight gives a proper answer near the truth with 20 % outliers; the weights shown are its own."""
     scene = room("outliers", seed=53)
-    found = register(scene.source, scene.target, method, start=room_start(10.0, 0.4), weight=weight, gate=2.6)
-    assert rre(found.pose, scene.truth) < np.radians(3.0)
-    pairing = found.states[0].pairing
+    result = register(scene.source, scene.target, method, start=room_start(10.0, 0.4), weight=weight, gate=2.6)
+    assert rre(result.pose, scene.truth) < np.radians(3.0)
+    pairing = result.states[0].pairing
     used = pairing.used[0]
     assert ((pairing.weights[0] > 0.0) == used).all()
     assert (len(np.unique(pairing.weights[0][used])) == 1) == (weight == "none")
@@ -174,11 +174,11 @@ def test_redescending_weights_help_where_outliers_pull():
     errors = {}
     scenes = [room("outliers", seed=40 + 13 * k) for k in range(25)]
     for weight in ("none", "tukey"):
-        found = register(
+        result = register(
             np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "point-to-plane",
             start=room_start(8.0, 0.3), weight=weight, gate=2.6,
         )  # fmt: skip
-        errors[weight] = np.median(rte(found.pose, Pose.identity()))
+        errors[weight] = np.median(rte(result.pose, Pose.identity()))
     assert errors["tukey"] < 0.5 * errors["none"]
 
 
@@ -212,18 +212,18 @@ def test_a_batch_is_its_single_runs(method):
 def test_the_state_shows_what_a_figure_draws(method):
     """Pairs, normals and precisions of a state stand at its pose, and the objective is their sum."""
     scene = room("noise")
-    found = register(scene.source, scene.target, method, start=room_start(20.0, 0.5), max_steps=3, trim=0.2)
-    pairing, M = found.states[0].pairing, found.states[0].precision[0]
-    np.testing.assert_allclose(pairing.moved[0], found.transform(scene.source), atol=1e-12)
+    result = register(scene.source, scene.target, method, start=room_start(20.0, 0.5), max_steps=3, trim=0.2)
+    pairing, M = result.states[0].pairing, result.states[0].precision[0]
+    np.testing.assert_allclose(pairing.moved[0], result.transform(scene.source), atol=1e-12)
     e = pairing.moved[0] - scene.target[pairing.rows[0]]
     r2 = np.einsum("mi,mij,mj->m", e, M, e)
-    assert found.objective == pytest.approx((pairing.weights[0] * r2).sum())
-    n = found.states[0].normals.vectors[0][pairing.rows[0]]
+    assert result.objective == pytest.approx((pairing.weights[0] * r2).sum())
+    n = result.states[0].normals.vectors[0][pairing.rows[0]]
     if method == "point-to-plane":
         np.testing.assert_allclose(r2, (e * n).sum(axis=1) ** 2, atol=1e-12)
     else:
-        cov_p, cov_q = (c[0] for c in found.states[0].covariances)
-        R = found.pose.R
+        cov_p, cov_q = (c[0] for c in result.states[0].covariances)
+        R = result.pose.R
         np.testing.assert_allclose(M @ (cov_q[pairing.rows[0]] + R @ cov_p @ R.T), np.eye(2) + 0 * M, atol=1e-10)
         np.testing.assert_allclose(np.linalg.eigvalsh(cov_q), [[0.01, 1.0]] * len(cov_q), rtol=1e-12)
 
@@ -268,15 +268,15 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
     many = [register(s.source, s.target, "point-to-plane", start=room_start(), **options) for s in scenes]
     round_again = [(s, r) for s, r in zip(scenes, many, strict=True) if r.status is Status.STALLED]
     assert len(round_again) > 0
-    for scene, found in round_again:
+    for scene, result in round_again:
         poses = []
         on = register(
-            scene.source, scene.target, "point-to-plane", start=found.pose, max_steps=40, rms_tolerance=0.0,
+            scene.source, scene.target, "point-to-plane", start=result.pose, max_steps=40, rms_tolerance=0.0,
             tolerance=0.0, callback=lambda k, s, poses=poses: poses.append(s.pose.matrix[0]) and None, **options,
         )  # fmt: skip
         assert on.status in (Status.CAPPED, Status.STALLED)
-        assert min(np.abs(m - found.matrix).max() for m in poses[1:]) < 1e-4
-        assert np.abs(poses[0] - found.matrix).max() > 1e-6
+        assert min(np.abs(m - result.matrix).max() for m in poses[1:]) < 1e-4
+        assert np.abs(poses[0] - result.matrix).max() > 1e-6
 
 
 @BOTH
@@ -284,10 +284,10 @@ def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
     """Tukey's weight with a scale far below every distance rejects all pairs: said so, and the pose stays."""
     scene = room("clean")
     far = Pose.from_angle(0.3, (30.0, 0.0))
-    found = register(scene.source, scene.target, method, start=far, weight="tukey", scale=0.1)
-    assert found.status is Status.DEGENERATE
-    assert "no pair can be used" in found.reason
-    np.testing.assert_allclose(found.pose.t, (30.0, 0.0))
+    result = register(scene.source, scene.target, method, start=far, weight="tukey", scale=0.1)
+    assert result.status is Status.DEGENERATE
+    assert "no pair can be used" in result.reason
+    np.testing.assert_allclose(result.pose.t, (30.0, 0.0))
 
 
 def test_an_rms_is_a_number_where_all_residuals_are_tangents():

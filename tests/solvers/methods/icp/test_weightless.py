@@ -27,9 +27,9 @@ def test_rows_without_weight_change_nothing(method: str, far: float) -> None:
     for count in (1, 80):
         padded = np.vstack([p, np.full((count, 2), far)])
         weights = np.repeat([1.0, 0.0], [80, count])
-        found = register(padded, q, method, start=START, weights=weights)
-        assert (found.status, found.steps) == (alone.status, alone.steps)
-        np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
+        result = register(padded, q, method, start=START, weights=weights)
+        assert (result.status, result.steps) == (alone.status, alone.steps)
+        np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-7)
 
 
 @pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
@@ -39,11 +39,11 @@ def test_a_point_beyond_the_gate_changes_nothing(method: str, far: float) -> Non
     scene = room("clean")
     alone = register(scene.source, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
     stray = np.vstack([scene.source, [[far, -far]]])
-    found = register(stray, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
+    result = register(stray, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
     assert alone.status is Status.CONVERGED
-    assert (found.status, found.steps) == (alone.status, alone.steps)
-    np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
-    conditions = [getattr(run.states[0], "system", run.states[0]).condition for run in (alone, found)]
+    assert (result.status, result.steps) == (alone.status, alone.steps)
+    np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-7)
+    conditions = [getattr(run.states[0], "system", run.states[0]).condition for run in (alone, result)]
     np.testing.assert_allclose(conditions[1], conditions[0], rtol=1e-6)
 
 
@@ -54,9 +54,9 @@ def test_a_stray_target_point_decides_no_default_length(method: str, far: float)
     share in the soft methods' sums."""
     scene, start = room("clean"), room_start(10.0, 0.3)
     alone = register(scene.source, scene.target, method, start=start).pose
-    found = register(scene.source, np.vstack([scene.target, [[far, 0.0]]]), method, start=start).pose
-    assert np.degrees(rre(found, alone)) < 0.3
-    assert rte(found, alone) < 0.03
+    result = register(scene.source, np.vstack([scene.target, [[far, 0.0]]]), method, start=start).pose
+    assert np.degrees(rre(result, alone)) < 0.3
+    assert rte(result, alone) < 0.03
 
 
 def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
@@ -64,10 +64,10 @@ def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
     scene = room("clean")
     alone = evidence(scene.source, scene.target, scene.truth)
     for far in (1e2, 1e6):
-        found = evidence(np.vstack([scene.source, [[far, 0.0]]]), scene.target, scene.truth)
-        np.testing.assert_allclose(found.weakest, alone.weakest, rtol=1e-6)
+        estimate = evidence(np.vstack([scene.source, [[far, 0.0]]]), scene.target, scene.truth)
+        np.testing.assert_allclose(estimate.weakest, alone.weakest, rtol=1e-6)
         m = len(scene.source)
-        np.testing.assert_allclose(found.share, alone.share * m / (m + 1))
+        np.testing.assert_allclose(estimate.share, alone.share * m / (m + 1))
 
 
 def test_a_weight_near_zero_is_nearly_none() -> None:
@@ -76,9 +76,9 @@ def test_a_weight_near_zero_is_nearly_none() -> None:
     padded, weights = np.vstack([scene.source, [[1e4, 0.0]]]), np.r_[np.ones(len(scene.source)), 1e-30]
     for method in ("point-to-plane", "gicp"):
         alone = register(scene.source, scene.target, method, start=room_start(20.0, 0.8))
-        found = register(padded, scene.target, method, start=room_start(20.0, 0.8), weights=weights)
-        assert (found.status, found.steps) == (alone.status, alone.steps)
-        np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
+        result = register(padded, scene.target, method, start=room_start(20.0, 0.8), weights=weights)
+        assert (result.status, result.steps) == (alone.status, alone.steps)
+        np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-7)
 
 
 def test_a_match_does_not_depend_on_the_other_scans_of_its_drive() -> None:
@@ -87,12 +87,12 @@ def test_a_match_does_not_depend_on_the_other_scans_of_its_drive() -> None:
     k = 60  # on the move
     ranges = np.array(whole.ranges[k : k + 3])
     ranges[:2, 60:] = np.inf
-    found = []
+    results = []
     for n in (2, 3):
         seconds, motion = whole.seconds[k : k + n], whole.motion[k : k + n]
         drive = Drive(seconds, motion, ranges[:n], whole.bearings, whole.mount)
-        found.append(match(prepare(drive), [1], [0], drive.motion[[1]]))
-    two, three = found
+        results.append(match(prepare(drive), [1], [0], drive.motion[[1]]))
+    two, three = results
     np.testing.assert_allclose(two.pose.matrix, three.pose.matrix, atol=1e-9)
     np.testing.assert_allclose(two.weakest, three.weakest, rtol=1e-6)
     np.testing.assert_array_equal(two.share, three.share)

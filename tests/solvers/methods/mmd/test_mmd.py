@@ -37,9 +37,9 @@ def test_sums_over_blocks_are_the_sums(rng, d):
         points, w = rng.standard_normal((b, n, d)), rng.standard_normal((b, D, d))
         c, s = feature_sums(points, w)
         phase = points @ w.swapaxes(1, 2)
-        for found, f in ((c, np.cos), (s, np.sin)):
-            assert np.allclose(found[..., 0], f(phase).sum(axis=1), atol=1e-11)
-            assert np.allclose(found[..., 1:], f(phase).swapaxes(1, 2) @ points, atol=1e-11)
+        for result, f in ((c, np.cos), (s, np.sin)):
+            assert np.allclose(result[..., 0], f(phase).sum(axis=1), atol=1e-11)
+            assert np.allclose(result[..., 1:], f(phase).swapaxes(1, 2) @ points, atol=1e-11)
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -67,8 +67,8 @@ def test_the_exact_value_against_its_definition(rng):
     def kernel(a, b, e):
         return np.exp(-np.square(a[:, None] - b[None]).sum(axis=-1) / (2.0 * e * e)).mean()
 
-    for found, a, b, e in zip(exact_squared_mmd(x, y, ell), x, y, ell, strict=True):
-        assert found == pytest.approx(kernel(a, a, e) - 2.0 * kernel(a, b, e) + kernel(b, b, e), rel=1e-12)
+    for result, a, b, e in zip(exact_squared_mmd(x, y, ell), x, y, ell, strict=True):
+        assert result == pytest.approx(kernel(a, a, e) - 2.0 * kernel(a, b, e) + kernel(b, b, e), rel=1e-12)
     assert exact_squared_mmd(x, x, 1.0) == pytest.approx([0.0, 0.0], abs=1e-15)
     one = np.zeros((1, 2))
     assert exact_squared_mmd(one, one + 1e6, 1.0) == pytest.approx(2.0)
@@ -253,10 +253,10 @@ def test_the_implicit_derivative_is_how_the_optimum_moves():
     scene = room("combo", seed=40)
     source, target = scene.source[::4], scene.target[::5]
     w = np.random.default_rng(3).standard_normal((24, 2)) / 1.5
-    found = register(source, target, "mmd", lengths=(1.5,), count=24, seed=3)
-    assert np.allclose(found.detail("frequencies") / 1.5, w)
-    theta = _optimum(source, target, w, np.array([*found.pose.t, float(found.pose.angle)]))
-    assert np.abs(theta - [*found.pose.t, float(found.pose.angle)]).max() < 1e-2
+    result = register(source, target, "mmd", lengths=(1.5,), count=24, seed=3)
+    assert np.allclose(result.detail("frequencies") / 1.5, w)
+    theta = _optimum(source, target, w, np.array([*result.pose.t, float(result.pose.angle)]))
+    assert np.abs(theta - [*result.pose.t, float(result.pose.angle)]).max() < 1e-2
     d = implicit_derivative(Pose.from_angle(theta[2], theta[:2]), source, target, w)
     assert d.reason == ""
     h = 1e-5
@@ -277,9 +277,9 @@ def test_the_implicit_derivative_is_refused_with_a_reason(rng):
     """A circle's rotation, coincident points, a saddle and a pose off the optimum have no derivative."""
     angles = np.arange(40) * np.pi / 20.0
     circle, w = np.column_stack([np.cos(angles), np.sin(angles)]), rng.standard_normal((16, 2))
-    said = implicit_derivative(Pose.identity(), circle, circle, w)
-    assert said.by_source is None
-    assert "near singular" in said.reason
+    text = implicit_derivative(Pose.identity(), circle, circle, w)
+    assert text.by_source is None
+    assert "near singular" in text.reason
     assert "equal" in implicit_derivative(Pose.identity(), np.zeros((3, 2)), circle, w).reason
     cloud = rng.standard_normal((20, 2))
     assert implicit_derivative(Pose.identity(), cloud, cloud, w).reason == ""

@@ -24,7 +24,7 @@ def test_the_d2d_score_is_its_sum_over_all_pairs(rng):
     """Against a plain double loop with the combined covariance R S Rᵀ + Σ, inverted by LAPACK."""
     source, target = clouds_of_cells(rng)
     poses = Pose.from_angle([0.7, -2.0], [[0.3, 0.1], [-0.2, 0.4]])
-    found = d2d_score.evaluate(source, target, poses, poses.t)
+    result = d2d_score.evaluate(source, target, poses, poses.t)
     for k in range(2):
         total = 0.0
         for i in np.flatnonzero(source.kept[k]):
@@ -33,10 +33,10 @@ def test_the_d2d_score_is_its_sum_over_all_pairs(rng):
                 S, Q = (np.linalg.inv(m.precision[k, c]) for m, c in ((source, i), (target, j)))
                 q = poses.R[k] @ source.mean[k, i] + poses.t[k] - target.mean[k, j]
                 terms.append(np.exp(-0.5 * q @ np.linalg.solve(poses.R[k] @ S @ poses.R[k].T + Q, q)))
-            assert found.values[k, 0, i] == pytest.approx(sum(terms), rel=1e-10)
-            assert found.cells[k, 0, i] == np.flatnonzero(target.kept[k])[np.argmax(terms)]
+            assert result.values[k, 0, i] == pytest.approx(sum(terms), rel=1e-10)
+            assert result.cells[k, 0, i] == np.flatnonzero(target.kept[k])[np.argmax(terms)]
             total += sum(terms)
-        assert found.score[k] == pytest.approx(total, rel=1e-11)
+        assert result.score[k] == pytest.approx(total, rel=1e-11)
 
 
 def test_the_d2d_score_has_no_jumps_and_the_points_score_has():
@@ -76,12 +76,12 @@ def test_d2d_derivatives_agree_with_differences(rng, about):
             there = ndt.moved_by(poses, np.broadcast_to(step, (3, 3)), pivot)
             return d2d_score.evaluate(source, target, there, pivot + step[:2])
 
-        h, found = 1e-5, at(np.zeros(3))
+        h, result = 1e-5, at(np.zeros(3))
         both = [(at(s), at(-s)) for s in h * np.eye(3)]
         gradient = np.stack([-(a.score - b.score) / (2 * h) for a, b in both], axis=1)
         hessian = np.stack([(a.gradient - b.gradient) / (2 * h) for a, b in both], axis=1)
-        np.testing.assert_allclose(found.gradient, gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
-        np.testing.assert_allclose(found.hessian, hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
+        np.testing.assert_allclose(result.gradient, gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
+        np.testing.assert_allclose(result.hessian, hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
 
 
 def test_d2d_does_not_care_how_both_clouds_are_turned(rng):
@@ -100,12 +100,12 @@ def test_d2d_finds_the_truth_from_nearby_and_from_a_large_motion():
     """Over 25 seeds of the noisy room 8° and 0.25 u off a truth of 150°: nearly all come back."""
     scenes = [room("noise", seed=40 + 13 * k) for k in range(25)]
     truth = Pose.from_angle(np.radians(150.0), (3.0, -2.0))
-    found = register(
+    result = register(
         np.stack([s.source for s in scenes]), truth.apply(np.stack([s.target for s in scenes])), "ndt-d2d",
         start=truth.compose(room_start(8.0, 0.25)), cells=(2.4, 1.2), max_shift=0.5,
     )  # fmt: skip
-    assert (rre(found.pose, truth) < np.radians(3.0)).sum() >= 23
-    assert (found.status == Status.CONVERGED).all()
+    assert (rre(result.pose, truth) < np.radians(3.0)).sum() >= 23
+    assert (result.status == Status.CONVERGED).all()
 
 
 def test_a_d2d_batch_is_its_single_runs():
@@ -122,9 +122,9 @@ def test_a_d2d_batch_is_its_single_runs():
 def test_d2d_says_which_cloud_has_no_cell():
     good = room("noise")
     for source, target, words in ((np.eye(2), good.target, "source"), (good.source, np.eye(2), "target")):
-        found = register(source, target, "ndt-d2d")
-        assert found.status is Status.DEGENERATE
-        assert found.reason.startswith(words)
+        result = register(source, target, "ndt-d2d")
+        assert result.status is Status.DEGENERATE
+        assert result.reason.startswith(words)
 
 
 def test_a_step_that_no_cell_follows_is_taken_back():
@@ -145,10 +145,10 @@ def test_a_stray_point_sets_no_unit(method, far):
     out, so the run is the one without it."""
     scene, start = room("clean"), room_start(5.0, 0.3)
     alone = register(scene.source, scene.target, method, start=start)
-    found = register(np.vstack([scene.source, [[far, -far]]]), scene.target, method, start=start)
+    result = register(np.vstack([scene.source, [[far, -far]]]), scene.target, method, start=start)
     assert alone.status is Status.CONVERGED
-    assert (found.status, found.steps) == (alone.status, alone.steps)
-    np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-9)
+    assert (result.status, result.steps) == (alone.status, alone.steps)
+    np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-9)
 
 
 def test_a_cloud_that_starts_far_off_is_no_stray():

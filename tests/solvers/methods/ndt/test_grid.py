@@ -37,9 +37,9 @@ def test_a_scene_that_is_elsewhere_as_a_whole_needs_the_source_s_grid_to_move_as
         offset, corner = target.min(axis=0), Pose.from_angle(0.0, source.min(axis=0))
         whole = register(source, target, method, start=moved, offset=offset).pose
         own = register(source - corner.t, target, method, start=moved @ corner, offset=offset).pose @ corner.inverse()
-        for found, pose in ((ends, whole), (cornered, own)):
+        for result, pose in ((ends, whole), (cornered, own)):
             back = there.inverse() @ pose @ there
-            found.append(np.append(back.t, back.angle))
+            result.append(np.append(back.t, back.angle))
     assert np.ptp(cornered, axis=0).max() < 1e-6
     assert (np.ptp(ends, axis=0).max() < 1e-6) == (method == "ndt")
 

@@ -55,11 +55,11 @@ def test_the_score_is_that_of_wider_cells(share, grids):
     gain, sharpness = constants(share)
     wide = replace(cells, precision=sharpness * cells.precision)
     points, pivot = scene.source + np.array([0.2, -0.1]), np.array([[0.3, 0.4]])
-    found, plain = evaluate(cells, points[None], pivot, outliers=share), evaluate(wide, points[None], pivot)
+    result, plain = evaluate(cells, points[None], pivot, outliers=share), evaluate(wide, points[None], pivot)
     for name in ("score", "gradient", "hessian", "values"):
-        assert np.allclose(getattr(found, name), gain * getattr(plain, name), rtol=1e-12, atol=1e-12)
+        assert np.allclose(getattr(result, name), gain * getattr(plain, name), rtol=1e-12, atol=1e-12)
     grid = score_map(cells, scene.source, np.array([0.2, 0.5]), np.array([-0.1]), outliers=share)
-    assert grid[0, 0] == pytest.approx(found.score[0], rel=1e-12)
+    assert grid[0, 0] == pytest.approx(result.score[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("share", SHARES)
@@ -76,15 +76,15 @@ def test_derivatives_agree_with_differences(rng, share):
             there = ndt.moved_by(Pose(pose.R[None], pose.t[None]), np.asarray(step)[None], pivot[None])[0]
             return evaluate(cells, there.apply(points)[None], (pivot + step[:2])[None], outliers=share)
 
-        found = score(np.zeros(3))
+        result = score(np.zeros(3))
         both = [(score(s), score(-s)) for s in h * np.eye(3)]
-        if not all(np.array_equal(found.cells, x.cells) for pair in both for x in pair):
+        if not all(np.array_equal(result.cells, x.cells) for pair in both for x in pair):
             continue
         tested += 1
         gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in both])
         hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both])
-        np.testing.assert_allclose(found.gradient[0], gradient, atol=1e-7 * np.abs(gradient).max())
-        np.testing.assert_allclose(found.hessian[0], hessian, atol=1e-6 * np.abs(hessian).max())
+        np.testing.assert_allclose(result.gradient[0], gradient, atol=1e-7 * np.abs(gradient).max())
+        np.testing.assert_allclose(result.hessian[0], hessian, atol=1e-6 * np.abs(hessian).max())
 
 
 @pytest.mark.parametrize("share", SHARES)
@@ -107,13 +107,13 @@ def test_cells_against_cells(rng, share):
         there = ndt.moved_by(pose, np.asarray(step)[None], pose.t)
         return d2d_score.evaluate(source, target, there, pose.t + step[:2], outliers=share)
 
-    h, found = 1e-5, at(np.zeros(3))
-    assert found.score[0] == pytest.approx(total, rel=1e-11)
+    h, result = 1e-5, at(np.zeros(3))
+    assert result.score[0] == pytest.approx(total, rel=1e-11)
     both = [(at(s), at(-s)) for s in h * np.eye(3)]
     gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in both])
     hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both])
-    np.testing.assert_allclose(found.gradient[0], gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
-    np.testing.assert_allclose(found.hessian[0], hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
+    np.testing.assert_allclose(result.gradient[0], gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
+    np.testing.assert_allclose(result.hessian[0], hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
 
 
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])

@@ -19,10 +19,10 @@ GRIDS = pytest.mark.parametrize("grids", [1, 4])
 
 def by_hand(points, size, offset=(0.0, 0.0)):
     """Every cell of one grid by a dictionary: lattice coordinates to the points there."""
-    found = {}
+    results = {}
     for p in points:
-        found.setdefault(tuple(np.floor((p - offset) / size).astype(int)), []).append(p)
-    return {k: np.array(v) for k, v in found.items()}
+        results.setdefault(tuple(np.floor((p - offset) / size).astype(int)), []).append(p)
+    return {k: np.array(v) for k, v in results.items()}
 
 
 # ---- the map ----
@@ -32,46 +32,46 @@ def by_hand(points, size, offset=(0.0, 0.0)):
 def test_cells_hold_the_mean_and_covariance_of_their_points(grids):
     """Against a plain dictionary, on every grid: counts, means, covariances divided by n, what is kept and dropped."""
     cloud, h = room("combo").target, 0.9
-    found = ndt_map.build(cloud[None], h, offset=np.array([0.3, -0.2]), grids=grids)
+    cells = ndt_map.build(cloud[None], h, offset=np.array([0.3, -0.2]), grids=grids)
     seen = 0
     for g in range(grids):
         at = np.array([0.3, -0.2]) + h * ndt_map.SHIFTS[g]
         for key, points in by_hand(cloud, h, at).items():
             corner = at + h * np.array(key)
-            (k,) = np.flatnonzero((found.grid[0] == g) & (np.abs(found.corner[0] - corner).max(axis=1) < 1e-9))
+            (k,) = np.flatnonzero((cells.grid[0] == g) & (np.abs(cells.corner[0] - corner).max(axis=1) < 1e-9))
             seen += 1
-            assert found.count[0, k] == len(points)
-            np.testing.assert_allclose(found.mean[0, k], points.mean(axis=0), atol=1e-13)
-            np.testing.assert_allclose(found.covariance[0, k], np.cov(points.T, ddof=0).reshape(2, 2) if len(points) > 1
+            assert cells.count[0, k] == len(points)
+            np.testing.assert_allclose(cells.mean[0, k], points.mean(axis=0), atol=1e-13)
+            np.testing.assert_allclose(cells.covariance[0, k], np.cov(points.T, ddof=0).reshape(2, 2) if len(points) > 1
                                        else np.zeros((2, 2)), atol=1e-14)  # fmt: skip
-            assert found.kept[0, k] == (len(points) >= 3)
-            assert found.dropped[0, k] == ("" if len(points) >= 3 else "fewer than 3 points")
-    assert seen == (found.count[0] > 0).sum()
+            assert cells.kept[0, k] == (len(points) >= 3)
+            assert cells.dropped[0, k] == ("" if len(points) >= 3 else "fewer than 3 points")
+    assert seen == (cells.count[0] > 0).sum()
 
 
 def test_the_small_eigenvalue_is_floored_and_points_at_one_place_are_dropped(rng):
     """Points on a line get λ₂ = λ₁/1000 and keep λ₁; five points at one place, and a single one, make no Gaussian."""
     wall = np.column_stack([np.linspace(0.1, 0.9, 9), np.full(9, 0.5)])
     place = np.full((5, 2), 3.5)
-    found = ndt_map.build(np.vstack([wall, place, [[8.2, 8.2]]])[None], 1.0)
-    assert found.kept[0].tolist() == [True, False, False]
-    assert found.dropped[0].tolist() == ["", "all points at one place", "fewer than 3 points"]
-    values = np.linalg.eigvalsh(np.linalg.inv(found.precision[0, 0]))
+    result = ndt_map.build(np.vstack([wall, place, [[8.2, 8.2]]])[None], 1.0)
+    assert result.kept[0].tolist() == [True, False, False]
+    assert result.dropped[0].tolist() == ["", "all points at one place", "fewer than 3 points"]
+    values = np.linalg.eigvalsh(np.linalg.inv(result.precision[0, 0]))
     assert values[0] == pytest.approx(0.001 * values[1])
     assert values[1] == pytest.approx(np.var(wall[:, 0]))
-    assert not found.precision[0, 1:].any()
+    assert not result.precision[0, 1:].any()
 
 
 @GRIDS
 def test_the_table_finds_every_point_its_cell(rng, grids):
     """A look-up agrees with the corner test on each grid, inside and outside of the map."""
-    found = ndt_map.build(room("combo").target[None], 0.7, grids=grids)
+    result = ndt_map.build(room("combo").target[None], 0.7, grids=grids)
     points = rng.uniform(-7.0, 7.0, (1, 500, 2))
-    rows = found.lookup(points, np.zeros(1, dtype=np.int64))[0]
+    rows = result.lookup(points, np.zeros(1, dtype=np.int64))[0]
     for g in range(grids):
-        kept = np.flatnonzero(found.kept[0] & (found.grid[0] == g))
-        place = np.floor((points[0] - found.origin[0, g]) / 0.7)
-        cell = np.round((found.corner[0, kept] - found.origin[0, g]) / 0.7)
+        kept = np.flatnonzero(result.kept[0] & (result.grid[0] == g))
+        place = np.floor((points[0] - result.origin[0, g]) / 0.7)
+        cell = np.round((result.corner[0, kept] - result.origin[0, g]) / 0.7)
         same = (place[:, None] == cell).all(axis=2)
         expected = np.where(same.any(axis=1), kept[same.argmax(axis=1)], -1)
         np.testing.assert_array_equal(rows[g], expected)
@@ -128,14 +128,14 @@ def test_gradient_and_hessian_agree_with_differences(rng, grids, about):
             # The pivot moves with the points: derivatives at the pose reached, by the same kind of step.
             return evaluate(cells, at(step).apply(points)[None], (pivot + np.asarray(step)[:2])[None])
 
-        found = score(np.zeros(3))
+        result = score(np.zeros(3))
         both = [(score(s), score(-s)) for s in steps[:3]]
         gradient = [-(a.score[0] - b.score[0]) / (2 * h) for a, b in both]
         hessian = [(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both]
-        np.testing.assert_allclose(found.gradient[0], gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
-        size = np.abs(found.hessian[0]).max()
-        np.testing.assert_allclose(found.hessian[0], np.array(hessian), rtol=1e-5, atol=1e-6 * size)
-        np.testing.assert_array_equal(found.hessian[0], found.hessian[0].T)
+        np.testing.assert_allclose(result.gradient[0], gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
+        size = np.abs(result.hessian[0]).max()
+        np.testing.assert_allclose(result.hessian[0], np.array(hessian), rtol=1e-5, atol=1e-6 * size)
+        np.testing.assert_array_equal(result.hessian[0], result.hessian[0].T)
 
 
 def test_about_the_poses_translation_the_angle_is_the_poses_own(rng):
@@ -161,16 +161,16 @@ def test_the_score_is_the_sum_it_is_said_to_be(rng):
     scene = room("combo")
     cells = ndt_map.build(scene.target[None], 1.2, grids=4)
     moved = Pose.from_angle(0.1, (0.2, -0.1)).apply(scene.source)
-    found = evaluate(cells, moved[None], np.zeros((1, 2)))
+    result = evaluate(cells, moved[None], np.zeros((1, 2)))
     total = 0.0
     for g in range(4):
         for i, x in enumerate(moved):
-            k = found.cells[0, g, i]
+            k = result.cells[0, g, i]
             q = x - cells.mean[0, k]
             s = np.exp(-0.5 * q @ cells.precision[0, k] @ q) if k >= 0 else 0.0
-            assert found.values[0, g, i] == pytest.approx(s, abs=1e-15)
+            assert result.values[0, g, i] == pytest.approx(s, abs=1e-15)
             total += s
-    assert found.score[0] == pytest.approx(total)
+    assert result.score[0] == pytest.approx(total)
 
 
 @GRIDS
@@ -180,13 +180,13 @@ def test_a_score_map_is_the_score_at_each_translation(rng, grids):
     cells = ndt_map.build(scene.target[None], 1.2, grids=grids)
     turned = Pose.from_angle(0.2).apply(scene.source)
     x, y = np.linspace(-3.0, 3.0, 60), np.linspace(-2.0, 5.0, 60)
-    found = score_map(cells, turned, x, y)
-    assert found.shape == (60, 60)
+    result = score_map(cells, turned, x, y)
+    assert result.shape == (60, 60)
     for i, j in rng.integers(0, 60, (20, 2)):
         one = evaluate(cells, (turned + np.array([x[i], y[j]]))[None], np.zeros((1, 2)))
-        assert found[j, i] == pytest.approx(one.score[0], rel=1e-12, abs=1e-12)
-    np.testing.assert_allclose(score_map(cells, turned, x[::3], y[::3]), found[::3, ::3], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(score_map(cells, turned, x, y[7:9]), found[7:9], rtol=1e-12, atol=1e-12)
+        assert result[j, i] == pytest.approx(one.score[0], rel=1e-12, abs=1e-12)
+    np.testing.assert_allclose(score_map(cells, turned, x[::3], y[::3]), result[::3, ::3], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(score_map(cells, turned, x, y[7:9]), result[7:9], rtol=1e-12, atol=1e-12)
     assert not score_map(cells, turned, x + 100.0, y).any()
 
 
@@ -197,12 +197,12 @@ def test_a_score_map_takes_translations_in_any_order(rng, grids):
     scene = room("combo")
     cells = ndt_map.build(scene.target[None], 1.2, grids=grids)
     x, y = np.linspace(-3.0, 3.0, 31), np.linspace(-2.0, 5.0, 23)
-    found = score_map(cells, scene.source, x, y)
+    result = score_map(cells, scene.source, x, y)
     i, j = rng.integers(0, 31, 40), rng.permutation(23)
-    assert np.array_equal(score_map(cells, scene.source, x[i], y[j]), found[np.ix_(j, i)])
-    assert score_map(cells, scene.source, x[4:5], y[9:10]) == found[9, 4]
+    assert np.array_equal(score_map(cells, scene.source, x[i], y[j]), result[np.ix_(j, i)])
+    assert score_map(cells, scene.source, x[4:5], y[9:10]) == result[9, 4]
     nowhere = np.concatenate([[[np.nan, 0.0]], scene.source, [[0.0, np.inf], [1e300, -1e300]]])
-    assert np.array_equal(score_map(cells, nowhere, x, y), found)
+    assert np.array_equal(score_map(cells, nowhere, x, y), result)
     empty = ndt_map.build(np.array([[[0.0, 0.0], [9.0, 9.0]]]), 1.2, grids=grids)
     assert not score_map(empty, scene.source, x, y).any()
 
@@ -232,12 +232,12 @@ def test_each_level_only_climbs(seed):
 def test_from_nearby_the_truth_is_found():
     """Over 25 seeds of the noisy room, 10° and 0.3 u off: each within a degree or two."""
     scenes = [room("noise", seed=40 + 13 * k) for k in range(25)]
-    found = register(
+    result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "ndt", start=room_start(10.0, 0.3),
         cells=(2.4, 1.2), max_shift=0.5,
     )  # fmt: skip
-    assert (rre(found.pose, Pose.identity()) < np.radians(3.0)).sum() >= 24
-    assert np.median(rte(found.pose, Pose.identity())) < 0.08
+    assert (rre(result.pose, Pose.identity()) < np.radians(3.0)).sum() >= 24
+    assert np.median(rte(result.pose, Pose.identity())) < 0.08
 
 
 def test_a_large_motion_far_from_the_origin_is_composed_the_right_way(rng):
@@ -246,9 +246,9 @@ def test_a_large_motion_far_from_the_origin_is_composed_the_right_way(rng):
     truth = Pose.from_angle(np.radians(150.0), (30.0, -25.0))
     target = truth.apply(scene.target)
     start = truth.compose(room_start(8.0, 0.2))
-    found = register(scene.source, target, "ndt", start=start, cells=(2.4, 1.2), max_shift=0.5)
-    assert rre(found.pose, truth) < np.radians(2.0)
-    assert np.abs(found.transform(scene.source) - truth.apply(scene.source)).max() < 0.25
+    result = register(scene.source, target, "ndt", start=start, cells=(2.4, 1.2), max_shift=0.5)
+    assert rre(result.pose, truth) < np.radians(2.0)
+    assert np.abs(result.transform(scene.source) - truth.apply(scene.source)).max() < 0.25
 
 
 def test_a_batch_is_its_single_runs():
@@ -276,11 +276,11 @@ def test_a_batch_is_its_single_runs():
 )  # fmt: skip
 def test_hopeless_scenes_are_degenerate_and_leave_the_batch_alone(name, source, target, options, words):
     good = room("noise")
-    found = register([good.source, source], [good.target, target], "ndt", **options)
-    assert found.status[1] == Status.DEGENERATE
-    assert words in found.reason[1]
-    assert found.status[0] in (Status.CONVERGED, Status.STALLED)
-    assert np.isfinite(found.pose.matrix).all()
+    result = register([good.source, source], [good.target, target], "ndt", **options)
+    assert result.status[1] == Status.DEGENERATE
+    assert words in result.reason[1]
+    assert result.status[0] in (Status.CONVERGED, Status.STALLED)
+    assert np.isfinite(result.pose.matrix).all()
 
 
 def test_a_wall_is_harder_along_itself():
@@ -360,10 +360,10 @@ def test_on_a_circle_the_centre_is_found_and_the_turn_is_weak(method):
         circles.append(3.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
     for begun in (0.0, 0.2, 1.0):
         start = Pose.from_angle(begun, (0.3, -0.2))
-        found = register(circles[1], circles[0], method, start=start, cells=(2.4, 1.2))
-        state = found.states[0]
-        assert np.abs(found.pose.t).max() < 0.01
-        assert abs(found.pose.angle - begun) < 0.15
+        result = register(circles[1], circles[0], method, start=start, cells=(2.4, 1.2))
+        state = result.states[0]
+        assert np.abs(result.pose.t).max() < 0.01
+        assert abs(result.pose.angle - begun) < 0.15
         assert state.condition[0] > 200.0
         assert abs(state.weak[0, 2]) > 0.999
     scene = room("clean")
@@ -374,10 +374,10 @@ def test_on_a_circle_the_centre_is_found_and_the_turn_is_weak(method):
 def test_where_all_is_outliers_nothing_is_claimed_but_a_stop(method):
     """Two clouds of junk: a finite pose and a status that says how the run ended, whatever it found."""
     scenes = [room("clean", seed=40 + 13 * k, outliers=1.0) for k in range(5)]
-    found = register(np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), method, max_steps=200)
-    assert np.isfinite(found.pose.matrix).all()
-    assert np.isin(found.status, (Status.CONVERGED, Status.STALLED, Status.DEGENERATE)).all()
-    assert (found.reason != "").all()
+    result = register(np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), method, max_steps=200)
+    assert np.isfinite(result.pose.matrix).all()
+    assert np.isin(result.status, (Status.CONVERGED, Status.STALLED, Status.DEGENERATE)).all()
+    assert (result.reason != "").all()
 
 
 @pytest.mark.parametrize(

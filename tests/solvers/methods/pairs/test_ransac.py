@@ -83,8 +83,8 @@ def test_distinct_draws_are_a_little_less_often_all_right_than_the_formula_assum
     draws = METHODS["ransac"].start(problem, METHODS["ransac"].options(most=20000)).draws[0]
     assert np.all(draws[:, 0] != draws[:, 1])
     assert np.bincount(draws.ravel(), minlength=n).min() > 800
-    found = (draws < k).all(axis=1).mean()
-    assert abs(found - share) < 4.0 * np.sqrt(share * (1.0 - share) / 20000)
+    fraction = (draws < k).all(axis=1).mean()
+    assert abs(fraction - share) < 4.0 * np.sqrt(share * (1.0 - share) / 20000)
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -283,10 +283,10 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
     corners = single.origin + single.cell[0] * rng.integers(0, 60, (300, 2))
     for shift in (-1e-9, 0.0, 1e-9):
         places = corners + shift
-        found = single.total(np.broadcast_to(np.eye(2), (1, 300, 2, 2)), places[None], np.zeros((1, 1, 2)))[0]
+        result = single.total(np.broadcast_to(np.eye(2), (1, 300, 2, 2)), places[None], np.zeros((1, 1, 2)))[0]
         gaps = np.linalg.norm(places[:, None] - target[0], axis=2).min(axis=1)
-        assert np.all(found <= np.minimum(gaps / reach, 1.0) ** 2 + 1e-7)
-        assert found.min() < 0.5
+        assert np.all(result <= np.minimum(gaps / reach, 1.0) ** 2 + 1e-7)
+        assert result.min() < 0.5
 
 
 def test_a_run_at_rest_ends_where_no_refit_helps():
@@ -340,8 +340,8 @@ def test_congruent_scenes_without_an_answer(rng):
     equal = register(10.0 * cloud, np.ones((4, 2)), "ransac-congruent")
     assert equal.status is Status.DEGENERATE
     wide = np.concatenate([10.0 * cloud, [[1e7, -1e7]]])
-    found = register(10.0 * cloud, wide, "ransac-congruent", patience=40, **RACE)
-    assert np.abs(found.matrix - np.eye(3)).max() < 1e-6
+    result = register(10.0 * cloud, wide, "ransac-congruent", patience=40, **RACE)
+    assert np.abs(result.matrix - np.eye(3)).max() < 1e-6
 
 
 def test_lengths_that_are_not_given_are_those_of_each_problem():
@@ -387,6 +387,6 @@ def test_a_tolerance_beyond_the_separation_tries_pairs_all_the_same():
     """The ring of partners then has no inner edge."""
     source = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 2))
     target = Pose.from_angle(0.4, (0.2, 0.1)).apply(source)
-    found = register(source, target, "ransac-congruent", separation=0.5, tolerance=10.0, inlier=0.1)
-    assert found.detail("tried") > 0
-    assert found.status != Status.DEGENERATE
+    result = register(source, target, "ransac-congruent", separation=0.5, tolerance=10.0, inlier=0.1)
+    assert result.detail("tried") > 0
+    assert result.status != Status.DEGENERATE

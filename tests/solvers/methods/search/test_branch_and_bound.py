@@ -90,9 +90,9 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
     """All turns by 5°, all places by half a cap, each of the best thirty descended from by capped ICP."""
     source, target, _ = small_scene(seed)
     cap, gap = 0.4, 1e-4
-    found = register(source, target, METHOD, cap=cap, gap=gap)
-    assert found.status == Status.PROVED
-    assert 0.0 <= found.gap <= gap
+    result = register(source, target, METHOD, cap=cap, gap=gap)
+    assert result.status == Status.PROVED
+    assert 0.0 <= result.gap <= gap
     mean = source.mean(axis=0)
     turns = np.radians(np.arange(-180.0, 180.0, 5.0))
     low, high = target.min(axis=0) - 1.0, target.max(axis=0) + 1.0
@@ -104,32 +104,32 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
     starts = poses[np.argsort(values)[:30]]
     ends = register(source, target, "capped-icp", start=starts, cap=cap, max_steps=100)
     least = min(values.min(), ends.objective.min() / len(source))
-    assert found.lower <= least + 1e-12
-    assert found.objective <= least + gap
-    again = objective(Pose(found.pose.R[None], found.pose.t[None]), source, target, cap)[0]
-    assert again == pytest.approx(float(found.objective), abs=1e-12)
+    assert result.lower <= least + 1e-12
+    assert result.objective <= least + gap
+    again = objective(Pose(result.pose.R[None], result.pose.t[None]), source, target, cap)[0]
+    assert again == pytest.approx(float(result.objective), abs=1e-12)
 
 
 @pytest.mark.parametrize("setting", ["noise", "combo"])
 def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting):
     """From 500 random poses none ends below the proved floor, and none below the proved pose by more than 1e-3 u²."""
     scene, rng, cap = room(setting), np.random.default_rng(1), 0.4
-    found = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
-    assert found.status == Status.PROVED
+    result = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
+    assert result.status == Status.PROVED
     starts = Pose.from_angle(rng.uniform(-np.pi, np.pi, 500), rng.uniform(-3.0, 3.0, (500, 2)))
     ends = register(scene.source, scene.target, "capped-icp", start=starts, cap=cap, max_steps=40)
-    assert ends.objective.min() / len(scene.source) >= found.lower
-    assert found.objective <= ends.objective.min() / len(scene.source) + 1e-3
+    assert ends.objective.min() / len(scene.source) >= result.lower
+    assert result.objective <= ends.objective.min() / len(scene.source) + 1e-3
 
 
 def test_the_hall_is_proved_and_may_be_half_a_turn_off():
     """Of 6 draws all are proved; some answers lie within 5° of the truth, some within 5° of half a turn from it."""
     scenes = [hall(seed=40 + 13 * k) for k in range(6)]
-    found = register(
+    result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), METHOD, gap=1e-3
     )
-    assert (found.status == Status.PROVED).all()
-    off = np.degrees(rre(found.pose, scenes[0].truth))
+    assert (result.status == Status.PROVED).all()
+    off = np.degrees(rre(result.pose, scenes[0].truth))
     assert ((off < 5.0) | (off > 175.0)).all()
     assert 0 < np.count_nonzero(off > 175.0) < 6
 
@@ -138,8 +138,8 @@ def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
     controls = Controls(setting="noise")
     problem, _ = race_problem(controls, seeds=[40, 53, 66])
     lowers = []
-    found, _ = run(begin(METHODS[METHOD], problem), lambda k, state: lowers.append((state.lower, state.objective)))
-    together = found.state()
+    result, _ = run(begin(METHODS[METHOD], problem), lambda k, state: lowers.append((state.lower, state.objective)))
+    together = result.state()
     for i, seed in enumerate((40, 53, 66)):
         one, _ = race_problem(controls, seeds=[seed])
         alone = run(begin(METHODS[METHOD], one))[0].state()
@@ -157,10 +157,10 @@ def test_the_start_plays_no_part():
     """Twelve starts about the circle: one value to within the gap, every one of them proved."""
     scene = room("outliers")
     starts = Pose.from_angle(np.radians(30.0 * np.arange(12)), 3.0 * np.ones((12, 2)))
-    found = register(scene.source, scene.target, METHOD, start=starts, gap=1e-3)
-    assert (found.status == Status.PROVED).all()
-    assert np.ptp(found.objective) <= 1e-3
-    assert (np.degrees(rre(found.pose, scene.truth)) < 2.0).all()
+    result = register(scene.source, scene.target, METHOD, start=starts, gap=1e-3)
+    assert (result.status == Status.PROVED).all()
+    assert np.ptp(result.objective) <= 1e-3
+    assert (np.degrees(rre(result.pose, scene.truth)) < 2.0).all()
 
 
 def test_a_search_that_is_confined_stays_where_it_is_told():
@@ -230,11 +230,11 @@ def test_the_answer_has_no_unit_and_no_origin(unit):
     ],
 )
 def test_clouds_that_cannot_be_searched_are_said_to_be_such(source, target, reason):
-    found = register(source, target, METHOD)
-    assert found.status == Status.DEGENERATE
-    assert reason in found.reason
-    assert np.isfinite(found.objective)
-    assert found.lower == 0.0
+    result = register(source, target, METHOD)
+    assert result.status == Status.DEGENERATE
+    assert reason in result.reason
+    assert np.isfinite(result.objective)
+    assert result.lower == 0.0
 
 
 @pytest.mark.parametrize(
@@ -248,9 +248,9 @@ def test_options_out_of_range_are_refused(options):
 def test_a_line_on_a_line_is_proved_though_many_poses_tie():
     """Every place along the wall, and half a turn of it, is as good: the value is proved, the pose is one of many."""
     wall = np.stack([np.linspace(0.0, 8.0, 60), np.zeros(60)], axis=1)
-    found = register(wall[20:40], wall, METHOD)
-    assert found.status == Status.PROVED
-    assert found.objective < 1e-4
+    result = register(wall[20:40], wall, METHOD)
+    assert result.status == Status.PROVED
+    assert result.objective < 1e-4
 
 
 def test_the_objective_is_that_of_the_cap_that_is_told():
@@ -270,12 +270,12 @@ def test_a_searched_turn_may_pass_half_a_turn():
     target = np.random.default_rng(2).uniform(-2.0, 2.0, (25, 2))
     truth = Pose.from_angle(-np.pi + 0.1, (0.1, -0.2))
     start = Pose.from_angle(np.pi - 0.1, (0.0, 0.0))
-    found = register(
+    result = register(
         truth.inverse().apply(target), target, "branch-and-bound", start=start, turn=0.4, shift=0.5, cap=0.4, gap=1e-3
     )
-    assert found.status == Status.PROVED
-    assert np.degrees(rre(found.pose, truth)) < 1.0
-    assert found.objective < 1e-3
+    assert result.status == Status.PROVED
+    assert np.degrees(rre(result.pose, truth)) < 1.0
+    assert result.objective < 1e-3
 
 
 def test_the_fine_bound_allows_for_the_bend_of_the_arc():

@@ -269,10 +269,10 @@ def test_a_stray_does_not_widen_the_field(far):
     source, target = np.vstack([[[-far, 0.5 * far]], scene.source]), np.vstack([scene.target, [[far, -0.3 * far]]])
     m = len(scene.source)
     for p, q in ((scene.source, target), (source, scene.target), (source, target)):
-        found = register(p, q, "correlative")
-        assert np.array_equal(found.matrix, alone.matrix)
-        assert np.array_equal(found.detail("runner_up").matrix, alone.detail("runner_up").matrix)
-        assert found.detail("poses") == alone.detail("poses")
-        assert found.detail("score") == pytest.approx(alone.detail("score") * m / len(p), rel=1e-12)
+        result = register(p, q, "correlative")
+        assert np.array_equal(result.matrix, alone.matrix)
+        assert np.array_equal(result.detail("runner_up").matrix, alone.detail("runner_up").matrix)
+        assert result.detail("poses") == alone.detail("poses")
+        assert result.detail("score") == pytest.approx(alone.detail("score") * m / len(p), rel=1e-12)
         # The start may put the stray on the target, and the rest of the source far away.
-        assert found.states[0].lattice[0].score(Pose.from_angle(0.0, (far, -0.5 * far)), p) == 0.0
+        assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (far, -0.5 * far)), p) == 0.0

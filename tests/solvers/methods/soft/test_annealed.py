@@ -86,18 +86,18 @@ def test_large_motions_are_found_from_near_them(degrees):
     s = room("clean")
     truth = Pose.from_angle(np.radians(degrees), (4.0, -3.0))
     start = Pose.from_angle(np.radians(degrees + 15.0), (3.8, -2.9))
-    found = register(s.source, truth.apply(s.target), "soft-annealed", start=start)
-    assert found.status == Status.CONVERGED
-    assert metrics.rre(found.pose, truth) < np.radians(0.5)
-    assert metrics.point_error(found.pose, truth, s.source) < 0.05
+    result = register(s.source, truth.apply(s.target), "soft-annealed", start=start)
+    assert result.status == Status.CONVERGED
+    assert metrics.rre(result.pose, truth) < np.radians(0.5)
+    assert metrics.point_error(result.pose, truth, s.source) < 0.05
 
 
 def test_in_space(rng, random_pose):
     source = rng.standard_normal((80, 3)) * [3.0, 2.0, 1.0]
     truth = random_pose(rng, 3)
     start = Pose(truth.R, truth.t + 0.3)
-    found = register(source, truth.apply(source), "soft-annealed", start=start)
-    assert metrics.point_error(found.pose, truth, source) < 0.01
+    result = register(source, truth.apply(source), "soft-annealed", start=start)
+    assert metrics.point_error(result.pose, truth, source) < 0.01
 
 
 def test_a_batch_is_its_single_runs():
@@ -119,21 +119,21 @@ def test_no_overlap_and_equal_points_are_said():
     assert "support" in lost.reason
     np.testing.assert_array_equal(lost.matrix, np.eye(3))
     equal = "all source points with weight are equal"
-    for source, target, said in (
+    for source, target, text in (
         ([[1.0, 2.0]], s.target, equal),
         (np.full((4, 2), 0.1), s.target, equal),
         (s.source, [[0.0, 0.0]], "no source point has enough support"),
     ):
-        found = register(source, target, "soft-annealed", max_steps=200)
-        assert found.status == Status.DEGENERATE
-        assert found.reason.startswith(said)
+        result = register(source, target, "soft-annealed", max_steps=200)
+        assert result.status == Status.DEGENERATE
+        assert result.reason.startswith(text)
 
 
 def test_two_points():
     two = np.array([[0.0, 0.0], [2.0, 0.0]])
-    found = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "soft-annealed", max_steps=300)
-    assert found.status == Status.CONVERGED
-    np.testing.assert_allclose(found.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-3)
+    result = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "soft-annealed", max_steps=300)
+    assert result.status == Status.CONVERGED
+    np.testing.assert_allclose(result.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-3)
 
 
 def test_a_circle_and_a_wall_stop_truthfully():
@@ -150,8 +150,8 @@ def test_a_circle_and_a_wall_stop_truthfully():
 
 def test_all_outliers(rng):
     source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
-    found = register(source, target, "soft-annealed", **RACE)
-    assert found.status in (Status.CONVERGED, Status.CAPPED)
+    result = register(source, target, "soft-annealed", **RACE)
+    assert result.status in (Status.CONVERGED, Status.CAPPED)
 
 
 @pytest.mark.parametrize(

@@ -72,8 +72,8 @@ def _largest_error(drawn, miss, sweeps):
     k, n, _ = drawn.shape
     blocks, own = np.zeros((k, n, k, n)), np.arange(k)
     blocks[own, :, own] = drawn
-    found = bp_marginals(blocks.reshape(k * n, k * n), miss, sweeps).reshape(blocks.shape)[own, :, own]
-    return np.abs(found - [exact_marginals(psi, miss) for psi in drawn]).max()
+    result = bp_marginals(blocks.reshape(k * n, k * n), miss, sweeps).reshape(blocks.shape)[own, :, own]
+    return np.abs(result - [exact_marginals(psi, miss) for psi in drawn]).max()
 
 
 def test_on_loops_they_are_an_approximation_of_stated_error(rng):
@@ -116,14 +116,14 @@ def test_screening_loses_no_pair(seed, kind):
     if kind == "outliers":
         moved[:, 0], target[:, 0] = 1e6, -1e5
     reach = np.ptp(target, axis=1).max(axis=1) / rng.integers(5, 100, b) if kind != "grid" else np.full(b, 0.5)
-    found = within_reach(moved, target, reach)
+    result = within_reach(moved, target, reach)
     squares = np.square(moved[:, :, None, 0] - target[:, None, :, 0]) + np.square(
         moved[:, :, None, 1] - target[:, None, :, 1]
     )
     k, i, j = np.nonzero(squares <= np.square(reach)[:, None, None])
-    assert np.array_equal(found.row, i + m * k)
-    assert np.array_equal(found.column, j + n * k)
-    assert np.array_equal(found.squares, squares[k, i, j])
+    assert np.array_equal(result.row, i + m * k)
+    assert np.array_equal(result.column, j + n * k)
+    assert np.array_equal(result.squares, squares[k, i, j])
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -132,16 +132,16 @@ def test_pairs_within_reach_are_all_listed(rng, d):
     for far in (0.0, 1e7):
         moved, target = rng.standard_normal((3, 20, d)) + far, rng.standard_normal((3, 30, d)) + far
         reach = np.array([0.3, 1.0, 1e-9])
-        found = within_reach(moved, target, reach)
+        result = within_reach(moved, target, reach)
         squares = np.square(moved[:, :, None] - target[:, None]).sum(axis=-1)
         k, i, j = np.nonzero(squares <= np.square(reach)[:, None, None])
-        assert np.array_equal(found.row, i + 20 * k)
-        assert np.array_equal(found.column, j + 30 * k)
-        assert np.allclose(found.squares, squares[k, i, j], rtol=1e-13)
+        assert np.array_equal(result.row, i + 20 * k)
+        assert np.array_equal(result.column, j + 30 * k)
+        assert np.allclose(result.squares, squares[k, i, j], rtol=1e-13)
         values = rng.uniform(size=len(i))
-        assert np.allclose(found.row_sums(values), np.bincount(found.row, values, 60), rtol=1e-13)
-        assert np.allclose(found.column_sums(values), np.bincount(found.column, values, 90), rtol=1e-13)
-        psi = scores(found, 20, np.array([0.5, 1.0, 2.0]))
+        assert np.allclose(result.row_sums(values), np.bincount(result.row, values, 60), rtol=1e-13)
+        assert np.allclose(result.column_sums(values), np.bincount(result.column, values, 90), rtol=1e-13)
+        psi = scores(result, 20, np.array([0.5, 1.0, 2.0]))
         assert np.allclose(psi, np.exp(-squares[k, i, j] / 2.0 / np.square(np.array([0.5, 1.0, 2.0])[k])), rtol=1e-12)
 
 

@@ -149,8 +149,8 @@ def test_both_clutter_conventions_agree_at_v_equal_n():
     np.testing.assert_allclose(responsibilities(state), K / (K.sum(axis=0) + clutter), rtol=1e-9)
     paper = register(source, target, "cpd-rigid", clutter=0.2, volume=n)
     own = register(source, target, "cpd-rigid", clutter=0.2)
-    told = register(source, target, "cpd-rigid", clutter=0.2, volume=square)
-    np.testing.assert_allclose(own.matrix, told.matrix, atol=1e-9)
+    result = register(source, target, "cpd-rigid", clutter=0.2, volume=square)
+    np.testing.assert_allclose(own.matrix, result.matrix, atol=1e-9)
     assert np.abs(own.matrix - paper.matrix).max() > 1e-6
 
 
@@ -176,9 +176,9 @@ def test_the_trace_form_of_the_variance_falls_below_zero(rng):
         U, _, Vt = np.linalg.svd(Xh.T @ Yh)
         values.append(np.square(Xh).sum() - 2.0 * np.trace((Xh.T @ Yh).T @ (U @ Vt)) + np.square(Yh).sum())
     assert -1e-12 < min(values) < 0.0 < max(values) < 1e-12
-    found = register(Y, X, "cpd-rigid", start=Pose.from_angle(0.95, (0.5, -2.0)), sigma=0.1, clutter=0.0)
-    assert found.detail("sigma") > 0.0
-    np.testing.assert_allclose(found.transform(Y), X, atol=1e-6)
+    result = register(Y, X, "cpd-rigid", start=Pose.from_angle(0.95, (0.5, -2.0)), sigma=0.1, clutter=0.0)
+    assert result.detail("sigma") > 0.0
+    np.testing.assert_allclose(result.transform(Y), X, atol=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [-170.0, -100.0, 60.0, 150.0])
@@ -187,12 +187,12 @@ def test_large_motions_are_found_from_near_them(degrees):
     truth = Pose.from_angle(np.radians(degrees), (3.0, -2.0), 0.85)
     start = Pose.from_angle(np.radians(degrees + 20.0), (2.6, -1.8))
     target = truth.apply(fish(100))
-    found = register(fish(100), target, "cpd-similarity", start=start)
-    np.testing.assert_allclose(found.matrix, truth.matrix, atol=1e-6)
+    result = register(fish(100), target, "cpd-similarity", start=start)
+    np.testing.assert_allclose(result.matrix, truth.matrix, atol=1e-6)
     rigid = Pose(truth.R, truth.t)
-    found = register(fish(100), rigid.apply(fish(100)), "cpd-rigid", start=start)
-    np.testing.assert_allclose(found.matrix, rigid.matrix, atol=1e-6)
-    np.testing.assert_allclose(found.inverse().apply(rigid.apply(fish(100))), fish(100), atol=1e-5)
+    result = register(fish(100), rigid.apply(fish(100)), "cpd-rigid", start=start)
+    np.testing.assert_allclose(result.matrix, rigid.matrix, atol=1e-6)
+    np.testing.assert_allclose(result.inverse().apply(rigid.apply(fish(100))), fish(100), atol=1e-5)
 
 
 def test_in_space(rng, random_pose):
@@ -203,8 +203,8 @@ def test_in_space(rng, random_pose):
     turn = np.eye(3)
     turn[:2, :2] = near.R
     start = Pose(truth.R @ turn, truth.t, truth.scale)
-    found = register(source, truth.apply(source), "cpd-similarity", start=start, sigma=0.5 * float(truth.scale))
-    np.testing.assert_allclose(found.matrix, truth.matrix, atol=1e-6)
+    result = register(source, truth.apply(source), "cpd-similarity", start=start, sigma=0.5 * float(truth.scale))
+    np.testing.assert_allclose(result.matrix, truth.matrix, atol=1e-6)
 
 
 def test_the_scale_switch():
@@ -221,13 +221,13 @@ def test_similarity_can_collapse():
     cannot, and near the truth neither does. The likelihood at the collapse is far below that near the truth."""
     scene = room("striped")
     options = {"sigma": 0.3, "clutter": 0.12, "volume": 36.0, "max_steps": 200}
-    found = register(
+    result = register(
         scene.source, scene.target, "cpd-similarity", start=Pose.from_angle(0.0, (-6.0, -4.0)), **options
     )
     near = register(scene.source, scene.target, "cpd-similarity", **options)
-    assert found.pose.scale < 0.5
+    assert result.pose.scale < 0.5
     assert near.pose.scale == pytest.approx(1.0, abs=0.01)
-    assert found.objective > near.objective + 50.0
+    assert result.objective > near.objective + 50.0
 
 
 @pytest.mark.parametrize("method", BOTH)
@@ -297,27 +297,27 @@ def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, far):
         along = np.array([np.cos(turn), np.sin(turn)])
         across = np.array([-along[1], along[0]])
         corner = far * np.array([x, y])
-        found = register(corner + np.outer([x, -x], along), corner + np.outer([y, -y], across), "cpd-rigid")
-        assert found.status == Status.DEGENERATE
-        assert "several rotations" in found.reason
+        result = register(corner + np.outer([x, -x], along), corner + np.outer([y, -y], across), "cpd-rigid")
+        assert result.status == Status.DEGENERATE
+        assert "several rotations" in result.reason
 
 
 def test_a_pose_at_rest_does_not_end_a_run_whose_width_still_shrinks():
     """A grid on itself is where it belongs from the first step on: by its symmetry, whatever the width."""
     cloud = np.stack(np.meshgrid(np.linspace(-1.0, 1.0, 6), np.linspace(-1.0, 1.0, 6)), axis=-1).reshape(-1, 2)
     states = []
-    found = register(cloud, cloud, "cpd-rigid", callback=lambda k, state: states.append(state))
+    result = register(cloud, cloud, "cpd-rigid", callback=lambda k, state: states.append(state))
     first, last = states[0], states[-1]
-    assert found.status == Status.CONVERGED
+    assert result.status == Status.CONVERGED
     np.testing.assert_allclose(first.pose.matrix, last.pose.matrix, atol=1e-9)
     assert last.sigma < 0.01 * first.sigma
 
 
 def test_in_space_a_line_leaves_its_own_turn_free(rng, random_pose):
     line = np.linspace(-1.0, 2.0, 9)[:, None] * [1.0, 2.0, -0.5]
-    found = register(line, random_pose(rng, 3).apply(line), "cpd-rigid", max_steps=300)
-    assert found.status in (Status.DEGENERATE, Status.CAPPED)
-    assert np.isfinite(found.matrix).all()
+    result = register(line, random_pose(rng, 3).apply(line), "cpd-rigid", max_steps=300)
+    assert result.status in (Status.DEGENERATE, Status.CAPPED)
+    assert np.isfinite(result.matrix).all()
     equal = register(line, line, "cpd-rigid", max_steps=300)
     assert equal.status == Status.DEGENERATE
     assert "collinear" in equal.reason
@@ -325,10 +325,10 @@ def test_in_space_a_line_leaves_its_own_turn_free(rng, random_pose):
 
 def test_a_clutter_that_explains_all_is_said():
     """Far apart, with a small σ and a dense clutter, no responsibility is left: degenerate, not a pose of NaN."""
-    found = register(fish(20), fish(20) + 1000.0, "cpd-rigid", sigma=0.1, clutter=0.5, volume=1.0)
-    assert found.status == Status.DEGENERATE
-    assert "clutter explains every fixed point" in found.reason
-    assert found.steps == 0
+    result = register(fish(20), fish(20) + 1000.0, "cpd-rigid", sigma=0.1, clutter=0.5, volume=1.0)
+    assert result.status == Status.DEGENERATE
+    assert "clutter explains every fixed point" in result.reason
+    assert result.steps == 0
 
 
 def test_a_circle_and_a_wall_stop_truthfully(rng):
@@ -348,9 +348,9 @@ def test_a_circle_and_a_wall_stop_truthfully(rng):
 def test_all_outliers(rng):
     """Two unrelated clouds: it stops, with a status, and says nothing about success."""
     source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
-    found = register(source, target, "cpd-rigid", max_steps=100)
-    assert found.status in (Status.CONVERGED, Status.CAPPED)
-    assert found.detail("sigma") > 0.3
+    result = register(source, target, "cpd-rigid", max_steps=100)
+    assert result.status in (Status.CONVERGED, Status.CAPPED)
+    assert result.detail("sigma") > 0.3
 
 
 @pytest.mark.parametrize(

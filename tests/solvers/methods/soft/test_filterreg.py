@@ -36,16 +36,16 @@ def test_moments_against_exact_sums(kind, sigma):
     """Each filter's moments at the moving points against exact sums, within the errors that it is known to have; the
     weighted mean square distance, of which the variance is made, is never negative."""
     s = room("clean")
-    found = kernel_filters.build(kind, s.target, sigma)
-    answer = found.query(s.source)
-    mass, mean, _ = exact(s.target - found.centre, s.source - found.centre, sigma)
+    result = kernel_filters.build(kind, s.target, sigma)
+    answer = result.query(s.source)
+    mass, mean, _ = exact(s.target - result.centre, s.source - result.centre, sigma)
     wrong_mass, wrong_target = ERROR[kind]
     assert np.abs(answer.mass / mass - 1.0).max() < wrong_mass
     target = answer.first / answer.mass[:, None]
     assert np.linalg.norm(target - mean, axis=1).max() < wrong_target * sigma
-    x = s.source - found.centre
+    x = s.source - result.centre
     squares = np.square(x).sum(axis=1) - 2.0 * (x * target).sum(axis=1) + answer.second / answer.mass
-    expected = np.square(x).sum(axis=1) - 2.0 * (x * mean).sum(axis=1) + exact(s.target - found.centre, x, sigma)[2]
+    expected = np.square(x).sum(axis=1) - 2.0 * (x * mean).sum(axis=1) + exact(s.target - result.centre, x, sigma)[2]
     assert np.all(squares > -1e-12)
     assert np.sqrt(np.mean((squares - expected) ** 2)) < max(wrong_target, 1e-10) * np.mean(expected)
 
@@ -69,11 +69,11 @@ def test_a_filters_kernel_has_the_right_mass_and_variance(kind):
     sigma = 0.5
     rng = np.random.default_rng(3)
     points = rng.uniform(-3.0, 3.0, (300, 2))
-    found = kernel_filters.build(kind, points, sigma)
+    result = kernel_filters.build(kind, points, sigma)
     step = 0.11 * sigma
     axis = np.arange(-7.0, 7.0, step)
     queries = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
-    answer = found.query(queries)
+    answer = result.query(queries)
     assert answer.mass.sum() * step**2 / len(points) == pytest.approx(2.0 * np.pi * sigma**2, rel=1e-3)
     # Cov(query) under the filtered density is Cov(points) + σ² I.
     p = answer.mass / answer.mass.sum()
@@ -86,23 +86,23 @@ def test_a_filters_kernel_has_the_right_mass_and_variance(kind):
 def test_splat_keeps_the_values(kind):
     """Splatting neither loses nor adds mass, and puts first moments where they were; blurring keeps the sums."""
     points = np.random.default_rng(4).standard_normal((50, 2))
-    found = kernel_filters.build(kind, points, 0.3)
-    centred = points - found.centre
-    np.testing.assert_allclose(found.splat[:, 0].sum(), 50.0)
-    places = found.places(found.splat_codes) - found.centre
-    np.testing.assert_allclose(found.splat[:, 0] @ places, centred.sum(axis=0), atol=1e-12)
-    np.testing.assert_allclose(found.splat[:, 1:3].sum(axis=0), centred.sum(axis=0))
-    area = found.side**2 * (1.0 if kind == "grid" else np.sqrt(0.75))
-    sums = found.values.sum(axis=0) * area / (2.0 * np.pi * 0.09)
-    np.testing.assert_allclose(sums, found.splat.sum(axis=0), atol=1e-9)
-    assert np.all(np.diff(found.codes) > 0)
-    assert len(found.codes) > len(found.splat_codes)
+    result = kernel_filters.build(kind, points, 0.3)
+    centred = points - result.centre
+    np.testing.assert_allclose(result.splat[:, 0].sum(), 50.0)
+    places = result.places(result.splat_codes) - result.centre
+    np.testing.assert_allclose(result.splat[:, 0] @ places, centred.sum(axis=0), atol=1e-12)
+    np.testing.assert_allclose(result.splat[:, 1:3].sum(axis=0), centred.sum(axis=0))
+    area = result.side**2 * (1.0 if kind == "grid" else np.sqrt(0.75))
+    sums = result.values.sum(axis=0) * area / (2.0 * np.pi * 0.09)
+    np.testing.assert_allclose(sums, result.splat.sum(axis=0), atol=1e-9)
+    assert np.all(np.diff(result.codes) > 0)
+    assert len(result.codes) > len(result.splat_codes)
 
 
 @pytest.mark.parametrize("kind", ["grid", "lattice"])
 def test_a_query_beyond_the_lattice_has_no_mass(kind):
-    found = kernel_filters.build(kind, np.random.default_rng(4).standard_normal((50, 2)), 0.3)
-    far = found.query(np.array([[100.0, 0.0], [-1e200, 1e200], [0.0, 1e9], [3.0, -1e6]]))
+    result = kernel_filters.build(kind, np.random.default_rng(4).standard_normal((50, 2)), 0.3)
+    far = result.query(np.array([[100.0, 0.0], [-1e200, 1e200], [0.0, 1e9], [3.0, -1e6]]))
     np.testing.assert_array_equal(far.mass, 0.0)
     np.testing.assert_array_equal(far.first, 0.0)
 
@@ -159,8 +159,8 @@ def test_with_exact_sums_the_likelihood_grows_from_a_near_start():
     """The twist step minimises a linearised sum of squares, so nothing is promised; with exact sums, an estimated σ and
     a start within reach the negative log-likelihood falls at every step all the same."""
     s = room("outliers")
-    found = register(s.source, s.target, "filterreg", filter="exact", start=room_start(20.0, 0.5))
-    assert np.all(np.diff(found.history.objective) <= 1e-9)
+    result = register(s.source, s.target, "filterreg", filter="exact", start=room_start(20.0, 0.5))
+    assert np.all(np.diff(result.history.objective) <= 1e-9)
 
 
 @pytest.mark.parametrize("kind", kernel_filters.KINDS)
@@ -169,9 +169,9 @@ def test_large_motions_are_found_from_near_them(kind, variance):
     s = room("clean")
     truth = Pose.from_angle(np.radians(-150.0), (4.0, -3.0))
     start = Pose.from_angle(np.radians(-130.0), (3.8, -2.9))
-    found = register(s.source, truth.apply(s.target), "filterreg", start=start, filter=kind, variance=variance)
-    assert metrics.rre(found.pose, truth) < np.radians(0.5)
-    assert metrics.point_error(found.pose, truth, s.source) < 0.05
+    result = register(s.source, truth.apply(s.target), "filterreg", start=start, filter=kind, variance=variance)
+    assert metrics.rre(result.pose, truth) < np.radians(0.5)
+    assert metrics.point_error(result.pose, truth, s.source) < 0.05
 
 
 def test_twists_compose_to_the_pose():

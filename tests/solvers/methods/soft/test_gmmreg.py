@@ -45,8 +45,8 @@ def test_the_objective_is_the_integral_of_the_squared_difference(rng):
     axis = np.arange(-7.0, 7.0, 0.1)
     places = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
     difference = density(pose.apply(source), places, sigma) - density(target, places, sigma)
-    found = state_at(source, target, pose, sigma).objective[0]
-    assert found == pytest.approx(np.square(difference).sum() * 0.01, rel=1e-9)
+    result = state_at(source, target, pose, sigma).objective[0]
+    assert result == pytest.approx(np.square(difference).sum() * 0.01, rel=1e-9)
 
 
 @pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0])
@@ -54,9 +54,9 @@ def test_it_is_a_gaussian_kernel_mmd(rng, sigma):
     """The L2 distance is MMD² with ℓ = √2 σ times (4πσ²)^(−d/2), for uniform weights and one component a point."""
     source, target = rng.standard_normal((20, 2)), rng.standard_normal((30, 2)) + 0.5
     pose = Pose.from_angle(-2.0, (0.3, 0.4))
-    found = state_at(source, target, pose, sigma).objective[0]
+    result = state_at(source, target, pose, sigma).objective[0]
     expected = gaussian_mmd2(pose.apply(source), target, np.sqrt(2.0) * sigma) / (4.0 * np.pi * sigma**2)
-    assert found == pytest.approx(expected, rel=1e-10)
+    assert result == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize("sigma", [0.2, 1.0])
@@ -120,17 +120,17 @@ def test_large_motions_are_found_from_near_them(degrees):
     s = room("clean")
     truth = Pose.from_angle(np.radians(degrees), (4.0, -3.0))
     start = Pose.from_angle(np.radians(degrees + 25.0), (3.6, -2.7))
-    found = register(s.source, truth.apply(s.target), "gmmreg", start=start)
-    assert found.status == Status.CONVERGED
-    assert metrics.rre(found.pose, truth) < np.radians(0.5)
-    assert metrics.point_error(found.pose, truth, s.source) < 0.05
+    result = register(s.source, truth.apply(s.target), "gmmreg", start=start)
+    assert result.status == Status.CONVERGED
+    assert metrics.rre(result.pose, truth) < np.radians(0.5)
+    assert metrics.point_error(result.pose, truth, s.source) < 0.05
 
 
 def test_equal_clouds_have_no_distance(rng):
     points = rng.standard_normal((25, 2))
-    found = register(points, points, "gmmreg", start=Pose.from_angle(0.2, (0.1, 0.1)))
-    np.testing.assert_allclose(found.matrix, np.eye(3), atol=1e-7)
-    assert 0.0 <= found.objective < 1e-12
+    result = register(points, points, "gmmreg", start=Pose.from_angle(0.2, (0.1, 0.1)))
+    np.testing.assert_allclose(result.matrix, np.eye(3), atol=1e-7)
+    assert 0.0 <= result.objective < 1e-12
 
 
 def test_a_batch_is_its_single_runs():
@@ -173,11 +173,11 @@ def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
         (s.source, [[0.1, 0.2]], "target"), (s.source, np.full((5, 2), 0.3), "target"),
     ):  # fmt: skip
         source, target = unit * np.asarray(source), unit * np.asarray(target)
-        found = register(source, target, "gmmreg")
-        assert found.status == Status.DEGENERATE
-        assert found.reason == f"all {name} points are equal: the rotation is undefined"
-        assert found.steps > 0
-        assert np.isfinite(found.matrix).all()
+        result = register(source, target, "gmmreg")
+        assert result.status == Status.DEGENERATE
+        assert result.reason == f"all {name} points are equal: the rotation is undefined"
+        assert result.steps > 0
+        assert np.isfinite(result.matrix).all()
     onto = register(np.full((4, 2), 0.1), np.full((3, 2), 0.6), "gmmreg")
     np.testing.assert_allclose(onto.transform(np.full((1, 2), 0.1)), [[0.6, 0.6]], atol=1e-6)
     both = register(np.stack([s.source, np.full_like(s.source, 0.1)]), s.target, "gmmreg", start=room_start(10.0, 0.2))

@@ -42,8 +42,8 @@ def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
     rng = np.random.default_rng(seed)
     m, n = rng.integers(1, 14, 2)
     psi = rng.integers(0, 4, (m, n)) / 3.0 if ties else rng.uniform(0.0, 1.0, (m, n)) * (rng.random((m, n)) < 0.6)
-    found, values = _pairs(psi)
-    out = greedy(found, values, 0.12)
+    result, values = _pairs(psi)
+    out = greedy(result, values, 0.12)
     if not ties:
         assert np.array_equal(out, _greedy_one_by_one(psi, 0.12))
     given_ = np.flatnonzero(out >= 0)
@@ -57,10 +57,10 @@ def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
 def test_drawn_assignments_are_one_to_one_and_only_of_listed_pairs(rng):
     """Crowded rows and columns: no column twice in one hypothesis, no pair without a score."""
     psi = rng.uniform(0.0, 1.0, (30, 20)) * (rng.random((30, 20)) < 0.5)
-    found, values = _pairs(psi)
+    result, values = _pairs(psi)
     H = 50
     order = rng.permuted(np.tile(np.arange(30)[:, None], (1, H)), axis=0)
-    out = drawn(found, values, 0.12, rng.random((4, 30, H)), order)
+    out = drawn(result, values, 0.12, rng.random((4, 30, H)), order)
     for h in range(H):
         given_ = out[:, h][out[:, h] >= 0]
         assert len(np.unique(given_)) == len(given_)
@@ -71,9 +71,9 @@ def test_drawn_assignments_are_one_to_one_and_only_of_listed_pairs(rng):
 def test_a_lone_row_is_drawn_with_its_odds(rng):
     """One source point: target j with probability ψ_j / (ψ₀ + Σ ψ), none with ψ₀'s share; 40,000 draws, 4 sigma."""
     psi = np.array([[0.2, 0.5, 0.05, 0.9]])
-    found, values = _pairs(psi)
+    result, values = _pairs(psi)
     H = 40_000
-    out = drawn(found, values, 0.12, rng.random((1, 1, H)), np.zeros((1, H), dtype=np.int64))
+    out = drawn(result, values, 0.12, rng.random((1, 1, H)), np.zeros((1, H), dtype=np.int64))
     odds = np.append(psi[0], 0.12) / (psi.sum() + 0.12)
     share = np.array([(out == j).mean() for j in (0, 1, 2, 3, -1)])
     assert (np.abs(share - odds) < 4.0 * np.sqrt(odds * (1.0 - odds) / H)).all()
@@ -83,10 +83,10 @@ def test_a_taken_target_is_drawn_around(rng):
     """Two points, the first in order always gets what it draws; the other redraws among what is left: the odds of one
     after the other, which turns enough reach to a hundredth."""
     psi = np.array([[1.0, 0.3], [0.8, 0.4]])
-    found, values = _pairs(psi)
+    result, values = _pairs(psi)
     H, miss = 40_000, 0.12
     order = np.tile(np.array([[0], [1]]), (1, H))
-    out = drawn(found, values, miss, rng.random((24, 2, H)), order)
+    out = drawn(result, values, miss, rng.random((24, 2, H)), order)
     for j in (0, 1):
         after = out[1, out[0] == j]
         other = psi[1, 1 - j]
