@@ -158,6 +158,18 @@ def test_noise_alone_can_ask_for_a_reflection():
     assert np.mean(bird.determinant == -1) == 0.0
 
 
+def test_the_scene_shows_the_draw_that_leans_towards_the_reflection():
+    """Of 1,000 draws of the scene more than nine in ten ask for a reflection, not all; of their mirror images across
+    the mast none does."""
+    scenes = [kabsch_scene("would-reflect", seed=seed) for seed in range(1000)]
+    noise = np.stack([s.target for s in scenes]) - KABSCH_TRUTH.apply(MAST)
+    across = KABSCH_TRUTH.R[:, 0]
+    mirrored = noise - 2.0 * (noise @ across)[..., None] * across
+    shown, others = (fit_rigid(MAST, KABSCH_TRUTH.apply(MAST) + draw).determinant for draw in (noise, mirrored))
+    assert 0.9 < np.mean(shown == -1) < 1.0
+    assert (others == 1).all()
+
+
 def test_rotation_is_good_where_the_reflection_wins():
     """In the scene that would reflect, the rotation is a few degrees from the truth and its residual hardly larger."""
     scene = kabsch_scene("would-reflect")
