@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, fit_rigid, register
+from solvers import METHODS, Pose, Status, fit_rigid, register
 from solvers.collinear import poses_about_line
+from solvers.core.registry import method_of
 from solvers.metrics import residuals, rre
 from solvers.mug_scene import AXIS, RADIUS, TRUTH, mug, mug_pairs, mug_start
 
@@ -26,6 +27,24 @@ def random_rotations(n, seed=1):
     q, r = np.linalg.qr(np.random.default_rng(seed).standard_normal((n, 3, 3)))
     q = q * np.sign(np.diagonal(r, axis1=1, axis2=2))[:, None, :]
     return q * np.linalg.det(q)[:, None, None]  # in odd dimensions −Q is the other kind
+
+
+PLANAR = (
+    "ndt", "ndt-d2d", "filterreg", "gmmreg", "flow", "flow-from-source", "branch-and-bound", "correlative",
+    "ransac-congruent", "association-bp", "hypothesis-mixture",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_which_methods_run_in_space(name):
+    """A mug in space is refused by NDT, FilterReg, GMMReg, the flows, the searches, the race's RANSAC, association BP
+    and hypothesis mixture; every other method takes a step on it."""
+    scene = mug_pairs("four") if method_of(name).paired else mug()
+    if name in PLANAR:
+        with pytest.raises(ValueError, match="works in 2 dimensions, the points have 3"):
+            register(scene.source, scene.target, name)
+    else:
+        assert register(scene.source, scene.target, name, max_steps=1).pose.R.shape == (3, 3)
 
 
 # Six numbers
