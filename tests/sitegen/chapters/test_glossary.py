@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
 from tests.sitegen.conftest import SECOND, START, Project
+
+CONTENT = Path(__file__).resolve().parents[3] / "content"
+TERMS = yaml.safe_load((CONTENT / "glossary.yaml").read_text("utf-8"))
+CHAPTERS = [path.read_text("utf-8") for path in sorted(CONTENT.glob("[0-9]*.md"))]
+MARKED = sorted(key for key in TERMS if any(f"]{{{key}}}" in text for text in CHAPTERS))
 
 GLOSSARY = """\
 gate:
@@ -44,3 +55,12 @@ def test_what_is_wrong_with_terms(project: Project) -> None:
         "content/glossary.yaml:4:3: no chapter 'secnd'; did you mean 'second'?",
         "content/glossary.yaml:11:3: no key 'seys'; did you mean 'says'?",
     ]
+
+
+@pytest.mark.parametrize("key", MARKED)
+def test_the_chapter_of_a_marked_term_speaks_of_it(key: str) -> None:
+    """The chapter that an entry links to marks the term, or has its name or another one."""
+    term = TERMS[key]
+    (text,) = (text for text in CHAPTERS if re.search(rf"^slug: {term['chapter']}$", text, re.MULTILINE))
+    names = [term["term"], *term.get("also", [])]
+    assert f"]{{{key}}}" in text or any(name.lower() in text.lower() for name in names)
