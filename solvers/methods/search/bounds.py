@@ -9,7 +9,8 @@ point i, at ρ_i from the centroid, is at most
 from where the box's middle puts it. Two bounds follow, with d_i the distance to the cloud at the middle:
 
 - `coarse`: a distance falls by no more than the point moves, so E ≥ mean min(max(0, d_i − γ_i), 1)². It needs one
-  look-up a point, and it is too low by about 2 d_i γ_i: near a minimum boxes must become as small as the gap.
+  look-up a point, and it is too low by about 2 d_i γ_i: near a minimum boxes must become as small as the gap. The
+  grid's rounding is added to γ_i, so that even a single pose has a bound below its value.
 - `fine`: with v the vector from the nearest target point, d²(x + u) ≥ ‖v‖² + 2 v·u + a_i for every move ‖u‖ ≤ γ_i,
   where a_i ≤ 0 is what changing the partner, or the cap, may gain. The linear parts are summed over the points *before*
   they are bounded. At a minimum they cancel, and what is left falls with the square of the box's size.
