@@ -44,12 +44,15 @@ def test_the_long_axis_of_a_wall_says_how_much_of_it_the_cell_holds(length):
 
 
 def test_the_short_axis_of_a_wall_is_its_noise():
-    """Across a straight wall, over 2,000 draws, the variance of n points is σ² (n − 1)/n on average."""
-    rng, n, sigma = np.random.default_rng(40), 8, 0.05
-    along = np.broadcast_to(evenly(2.0, n) - 1.0, (2000, n))
-    clouds = np.stack([along, sigma * rng.standard_normal((2000, n))], axis=2)
-    cells = build(clouds, 10.0, offset=np.full(2, -5.0))
-    assert cells.covariance[:, 0, 1, 1].mean() == pytest.approx(sigma**2 * (n - 1) / n, rel=0.05)
+    """Across a straight wall, over 5,000 draws, the variance of n points is σ² (n − 1)/n on average, and that along the
+    short axis, which is fitted to the same points, σ² (n − 2)/n: of four points, half of σ²."""
+    rng, sigma = np.random.default_rng(40), 0.05
+    for n in (4, 8):
+        along = np.broadcast_to(evenly(2.0, n) - 1.0, (5000, n))
+        clouds = np.stack([along, np.zeros((5000, n))], axis=2) + sigma * rng.standard_normal((5000, n, 2))
+        covariance = build(clouds, 10.0, offset=np.full(2, -5.0)).covariance[:, 0]
+        assert covariance[:, 1, 1].mean() == pytest.approx(sigma**2 * (n - 1) / n, rel=0.03)
+        assert np.linalg.eigvalsh(covariance)[:, 0].mean() == pytest.approx(sigma**2 * (n - 2) / n, rel=0.03)
 
 
 @pytest.mark.parametrize("arm", [0.5, 1.0])
