@@ -42,11 +42,11 @@ def pipeline(steps=70, gate=0.5, **controls):
 @cache
 def race(degrees):
     """The nine lines of the race, which were right, and which have three quarters of their source explained."""
-    result = benchmark(Controls(degrees=degrees))
+    results = benchmark(Controls(degrees=degrees))
     p, truth = problem(degrees=degrees)
-    good = np.stack([right(x.pose, truth) for x in result])
-    explained = np.stack([evidence(p.source, p.target, x.pose, REACH).share >= 0.75 for x in result])
-    converged = np.stack([x.status == 1 for x in result])
+    good = np.stack([right(x.pose, truth) for x in results])
+    explained = np.stack([evidence(p.source, p.target, x.pose, REACH).share >= 0.75 for x in results])
+    converged = np.stack([x.status == 1 for x in results])
     return good, explained, converged
 
 

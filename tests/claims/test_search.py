@@ -81,17 +81,17 @@ def test_the_rounding_of_the_grid_would_keep_a_proof_from_ending():
 
 def test_in_the_hall_a_proof_is_half_a_turn_off_as_often_as_not(halls):
     """Twelve draws: all proved, five within 5° of the truth, seven within 5° of half a turn from it."""
-    scenes, result = halls
-    off = np.degrees([rre(f.pose, s.truth) for f, s in zip(result, scenes, strict=True)])
-    assert all(f.status == Status.PROVED for f in result)
+    scenes, results = halls
+    off = np.degrees([rre(f.pose, s.truth) for f, s in zip(results, scenes, strict=True)])
+    assert all(f.status == Status.PROVED for f in results)
     assert np.count_nonzero(off < 5.0) == 5
     assert np.count_nonzero(off > 175.0) == 7
 
 
 def test_the_hall_has_two_optima_of_one_value(halls):
     """The best pose turned by more than 90° from the answer: half a turn from it, and within 1e-3 u² of its value."""
-    scenes, result = halls
-    for scene, best in zip(scenes, result, strict=True):
+    scenes, results = halls
+    for scene, best in zip(scenes, results, strict=True):
         other = elsewhere(scene, best.pose, 90.0)
         assert other.status == Status.PROVED
         assert np.degrees(rre(other.pose, best.pose)) > 175.0

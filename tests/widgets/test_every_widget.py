@@ -53,9 +53,9 @@ def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 def ends(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """Of those the first and the last of each run of presses."""
-    result = taped(name)
-    logs = [len(plain["log"]) for plain, _ in result]
-    return [pair for pair, k, after in zip(result, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
+    results = taped(name)
+    logs = [len(plain["log"]) for plain, _ in results]
+    return [pair for pair, k, after in zip(results, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
 
 
 @pytest.mark.parametrize("name", WIDGETS)

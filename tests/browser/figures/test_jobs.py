@@ -38,9 +38,9 @@ def test_the_benchmark_is_the_native_one(race: Figure) -> None:
     begin.click()
     expect(begin).to_be_enabled(timeout=LONG)
     expect(words).to_contain_text("Done in")
-    result = rows(race)
-    assert [row[0] for row in result] == [row[0] for row in built]
-    for row, line in zip(result, benchmark(Controls()), strict=True):
+    results = rows(race)
+    assert [row[0] for row in results] == [row[0] for row in built]
+    for row, line in zip(results, benchmark(Controls()), strict=True):
         assert abs(int(row[3]) - line.turned) <= 1, row
         assert abs(int(row[4]) - line.close) <= 1, row
         assert int(row[6].replace(",", "")) > 0

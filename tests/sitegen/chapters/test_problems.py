@@ -174,10 +174,10 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_content(second: Fails, name: str) -> None:
     body, expected = BROKEN[name]
-    result = second(body)
-    assert len(result) == len(expected), result
-    for text, wanted in zip(result, expected, strict=True):
-        assert text.startswith(wanted), result
+    results = second(body)
+    assert len(results) == len(expected), results
+    for text, wanted in zip(results, expected, strict=True):
+        assert text.startswith(wanted), results
         if not wanted.endswith(": ") and "reference 'no" not in wanted and "no image" not in wanted:
             assert text == wanted
 

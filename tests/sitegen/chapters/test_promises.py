@@ -78,9 +78,9 @@ def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: 
     """In a caption, in the text and in a button each is told once, at its own place, with what is there instead."""
     set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
     figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
-    result = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
-    assert len(result) == 3
-    for at, says in result:
+    results = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
+    assert len(results) == 3
+    for at, says in results:
         assert at.startswith(expected.partition("¦")[2] or '"')
         assert says.startswith(said)
 
@@ -106,8 +106,8 @@ def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> No
     ],
 )
 def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str, said: str) -> None:
-    result = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
-    assert [at for at, says in result if said in says] == [written.partition("¦")[2]]
+    results = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
+    assert [at for at, says in results if said in says] == [written.partition("¦")[2]]
 
 
 def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project) -> None:

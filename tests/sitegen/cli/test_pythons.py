@@ -26,8 +26,8 @@ def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
     """By the name that a PATH has it under."""
     (tmp_path / "python3").symlink_to(sys.executable)
     (tmp_path / "python3-config").symlink_to(sys.executable)
-    result = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
-    assert [(one.version, one.path) for one in result] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
+    results = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
+    assert [(one.version, one.path) for one in results] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
 
 
 def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> None:
@@ -43,8 +43,8 @@ def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> No
     for version in ("3.12.1", "3.12.10", "3.13.0"):
         program(pyenv / "versions" / version / "bin" / "python3", f"{version.replace('.', ' ')} final True")
     environ = {"PATH": os.pathsep.join([str(path), str(tmp_path / "absent")]), "PYENV_ROOT": str(pyenv)}
-    result = interpreters(candidates(environ))
-    assert [(one.name, one.can_set_up) for one in result] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
+    results = interpreters(candidates(environ))
+    assert [(one.name, one.can_set_up) for one in results] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
 
 
 def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
