@@ -70,9 +70,9 @@ def test_the_rounding_of_the_grid_would_keep_a_proof_from_ending():
     """At the proved pose of the noisy room the bound by the grid is more than 2 · 10⁻³ u² below the value, even for a
     box of that pose alone; the one by the points is the value."""
     scene = room("noise")
-    found = register(scene.source, scene.target, METHOD, **ASKED)
-    (ground,) = found.states[0].ground
-    place = (found.pose.apply(scene.source.mean(axis=0)[None])[0] - ground.middle) / ground.cap
+    result = register(scene.source, scene.target, METHOD, **ASKED)
+    (ground,) = result.states[0].ground
+    place = (result.pose.apply(scene.source.mean(axis=0)[None])[0] - ground.middle) / ground.cap
     here = ground.grid, ground.arms, np.array([[float(result.pose.angle), *place]]), np.zeros((1, 2))
     low, exact = (result.objective - ground.cap**2 * bound(*here)[0] for bound in (bounds.coarse, bounds.fine))
     assert low > 2e-3
