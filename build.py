@@ -4,7 +4,7 @@ import runpy
 import signal
 import sys
 
-if sys.version_info < (3, 11):  # noqa: UP036  (this is where an older Python is told so)
+if sys.version_info < (3, 11):  # noqa: UP036  (an older Python fails here with a clear message)
     sys.exit("build.py needs Python 3.11 or newer; this is Python %d.%d" % sys.version_info[:2])  # noqa: UP031
 
 from pathlib import Path
@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parent
 
 
 def main(words):
-    """Run one command: parse it, be inside .venv (made on first use), hand over. Returns the exit code."""
-    asked = cli.parse(words)  # --help and mistakes end here, before anything is set up
+    """Parse and run one command, inside .venv (made on first use). Return the exit code."""
+    asked = cli.parse(words)  # --help and usage errors exit here, before anything is set up
     stopping.listen()
     try:
         if cli.COMMANDS[asked.command].needs_venv:
@@ -32,11 +32,11 @@ def main(words):
         sys.stdout.flush()
         sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by Ctrl-C\n")
         sys.stderr.flush()
-        stopping.leave(130)  # threads that pack a large file would be waited for
+        stopping.leave(130)  # a normal exit would wait for threads that are packing large files
 
 
 def hand_over():
-    """Run PyPA's `build`, which `python3 -m build` asks for and which this file hides where it stands."""
+    """Run PyPA's `build`: in this folder, `python3 -m build` finds this file instead."""
     sys.path[:] = [path for path in sys.path if Path(path or ".").resolve() != ROOT]
     runpy.run_module("build", run_name="__main__", alter_sys=True)
 

@@ -1,1 +1,1 @@
-"""The generator: reads content, bakes figures, assembles the browser runtime, writes the pages, checks the result."""
+"""The site generator: reads content, bakes figures, assembles the browser runtime, writes and checks the pages."""

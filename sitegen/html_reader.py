@@ -1,7 +1,7 @@
-"""HTML that we wrote, read for its elements and its text; what html5lib says of it is for the checks.
+"""A fast reader for HTML that we wrote: reports elements and text. Strict parsing with html5lib is left to the checks.
 
-Every element that opens is closed, in order: a void one at once, one without its end tag with what it stands in or at
-the end of the page. An end tag that closes nothing is passed over.
+Every opened element is closed, in order: a void element at once, one without an end tag together with its parent or at
+the end of the page. An end tag that closes nothing is ignored.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ VOID = frozenset(
 
 
 class Tag(NamedTuple):
-    """A start tag: its attributes (no value is ""), line and column from 1. Made by the thousand."""
+    """A start tag: its attributes ("" for those without a value), line and column from 1. Created by the thousand."""
 
     name: str
     attributes: Mapping[str, str]
@@ -24,25 +24,25 @@ class Tag(NamedTuple):
     column: int
 
     def get(self, name: str) -> str:
-        """An attribute's value, "" where there is none."""
+        """The attribute's value; "" if it is missing."""
         return self.attributes.get(name, "")
 
 
 class Reader(Protocol):
-    """What is told of a page. Events made into a list would take twice the time."""
+    """Callbacks for the events of a page. Collecting the events in a list would take twice the time."""
 
     def opened(self, tag: Tag) -> None:
-        """An element begins."""
+        """Called when an element begins."""
 
     def closed(self, tag: Tag) -> None:
-        """The element of this very tag ends."""
+        """Called when an element ends, with the same object that `opened` received."""
 
     def text(self, text: str) -> None:
-        """A piece of text, its entities read; what stands in scripts and styles comes as it is."""
+        """Called for each piece of text, with entities decoded; scripts and styles are passed on verbatim."""
 
 
 def read(html: str, reader: Reader) -> None:
-    """Tell the reader what stands in a page, in order."""
+    """Report the elements and text of a page to the reader, in order."""
     parser = _Parser(reader)
     parser.feed(html)
     parser.close()
@@ -66,7 +66,7 @@ class _Parser(HTMLParser):
             self.open.append(element)
 
     def handle_endtag(self, tag: str) -> None:
-        if self.open and self.open[-1].name == tag:  # as nearly all are
+        if self.open and self.open[-1].name == tag:  # the usual case
             self.reader.closed(self.open.pop())
         elif any(element.name == tag for element in self.open):
             while (element := self.open.pop()).name != tag:

@@ -1,4 +1,4 @@
-"""What is wrong with the content: collected over the whole build, each with its place and the nearest right name."""
+"""Problems in the content: collected over the whole build, each with its place and the closest valid name."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 
 
 def first_line(error: BaseException) -> str:
-    """What an error says first; its kind where it says nothing."""
+    """The first line of an error's message; its type if the message is empty."""
     text = str(error).strip()
     return text.splitlines()[0] if text else type(error).__name__
 
 
 @dataclass(frozen=True, order=True)
 class Problem:
-    """One thing to mend; line and column count from 1, 0 where a file as a whole is meant."""
+    """One thing to fix. Line and column count from 1; both are 0 if the file as a whole is meant."""
 
     path: str
     line: int
@@ -30,38 +30,38 @@ class Problem:
 
 @dataclass
 class Problems:
-    """The problems of one build; its warnings, which are problems in a strict one; notes, which are not faults."""
+    """The problems of one build; warnings, which a strict build treats as problems; and notes, which are not faults."""
 
     found: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
     unread: set[str] = field(default_factory=set)
-    """Files of which nothing could be read: what they would have named is not a mistake of others."""
+    """Files that could not be read at all: a reference to a name they would have defined is not reported."""
     unclear: set[tuple[str, int]] = field(default_factory=set)
-    """Lines of files that may be code or text, which has been told: what is wrong in them waits for that."""
+    """Lines of files that may be code or text. That is reported; other problems in them wait until it is fixed."""
 
     def add(self, place: Place, message: str) -> None:
-        """Note a problem at a place, once."""
+        """Record a problem at a place, once."""
         self._append(self.found, place, message)
 
     def lacks(self, file: str, place: Place, message: str, any_known: bool = True) -> None:
-        """Note a name that a file should have, unless nothing of that file could be read; where no name of it is known
-        at all, the file itself."""
+        """Record that a file lacks a name; or, if none of its names are known (`any_known` is false), that the file
+        itself is missing. A file that could not be read is not blamed."""
         if file not in self.unread and any_known:
             self.add(place, message)
         elif file not in self.unread:
             self.add(Place(file), "is missing or empty, and is needed")
 
     def warn(self, place: Place, message: str) -> None:
-        """Note what only a strict build minds."""
+        """Record something that only a strict build rejects."""
         self._append(self.warnings, place, message)
 
     def note(self, place: Place, message: str) -> None:
-        """Note what an author may want to know."""
+        """Record something that an author may want to know."""
         self._append(self.notes, place, message)
 
     def take(self, others: Problems) -> None:
-        """Note all that others have, each once."""
+        """Add everything from `others`, each once."""
         self.found += [one for one in others.found if one not in self.found]
         self.warnings += [one for one in others.warnings if one not in self.warnings]
         self.notes += [one for one in others.notes if one not in self.notes]
@@ -84,7 +84,7 @@ class Place:
 
 
 class BuildFailed(Exception):
-    """The build has problems; nothing was published."""
+    """Raised when the build has problems; nothing was published."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(sorted(problems))
@@ -92,8 +92,8 @@ class BuildFailed(Exception):
 
 
 def read_text(path: Path, name: str, problems: Problems) -> str:
-    """An author's file as any editor saves it, with plain line ends. What is not UTF-8, and where two versions stand
-    since a merge was not finished, goes to `problems`; what can be read is given, so that all else is told too."""
+    """Read an author's file as any editor may save it, with line ends normalised to LF. Text that is not UTF-8 and
+    unresolved merge conflicts go to `problems`; what can be read is returned, so that other problems are found too."""
     text = _decoded(path.read_bytes(), name, problems).removeprefix("\ufeff")
     text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "\ufffd")
     for match in CONFLICT.finditer(text):
@@ -119,13 +119,13 @@ CONFLICT = re.compile(r"^<{7}(?: .*)?\n((?:.*\n)*?)={7}\n((?:.*\n)*?)>{7}(?: .*)
 
 
 def _ours(match: re.Match[str]) -> str:
-    """Our version of a conflict, with blank lines for the rest, so that line numbers hold."""
-    ours = re.split(r"^\|{7}", match[1], maxsplit=1, flags=re.MULTILINE)[0]  # what both came from may stand there too
+    """Our side of a conflict, padded with blank lines to keep line numbers right."""
+    ours = re.split(r"^\|{7}", match[1], maxsplit=1, flags=re.MULTILINE)[0]  # diff3 style adds the common ancestor
     return "\n" + ours + "\n" * (match[0].count("\n") - ours.count("\n") - 1)
 
 
 def hint(name: str, names: Iterable[str]) -> str:
-    """'; did you mean 'x'?' for the closest of `names`; a list of them where none is close and they are few."""
+    """'; did you mean 'x'?' for the closest of `names`; a list of them all if none is close and there are few."""
     choices = sorted(set(names))
     close = get_close_matches(name, choices, n=1)
     if close:

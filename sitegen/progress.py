@@ -1,4 +1,4 @@
-"""Progress of what takes long: bars on a terminal, plain lines in a log."""
+"""Progress of long tasks: bars on a terminal, plain lines in a log."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any
 from tqdm import tqdm
 
 LOG_SECONDS = 10.0
-BYTES = 100_000  # totals from here on are bytes: nothing else that is counted comes near
+BYTES = 100_000  # totals from here on are taken as bytes: no other count comes near
 
 
 @contextmanager
 def shown() -> Iterator[Progress]:
-    """A Progress on stderr, cleared away at the end."""
+    """A Progress that reports on stderr and clears its bar at the end."""
     show = _Bars() if sys.stderr.isatty() else _Lines()
     try:
         yield show
@@ -25,7 +25,7 @@ def shown() -> Iterator[Progress]:
 
 
 class _Bars:
-    """One bar, for what is under way now; it goes when that is done."""
+    """One bar for the current task, removed when the task is done."""
 
     def __init__(self) -> None:
         self._what = ""
@@ -50,7 +50,7 @@ class _Bars:
 
 
 class _Lines:
-    """A line when something has taken ten seconds, and every ten from then on; and one when such a thing is done."""
+    """A line for every ten seconds that a task takes, and a last one when such a task is done."""
 
     def __init__(self) -> None:
         self._what = ""
@@ -69,9 +69,9 @@ class _Lines:
             self._told, self._spoke = now, True
 
     def close(self) -> None:
-        """Nothing stays open."""
+        """Do nothing: plain lines leave nothing open."""
 
-# What is under way, how much of it is done, and of how much, in pieces or in bytes; 0 where nobody knows how much.
+# The current task, the amount done and the total, in pieces or in bytes; the total is 0 if it is unknown.
 Progress = Callable[[str, int, int], None]
 
 

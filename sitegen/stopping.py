@@ -1,6 +1,6 @@
-"""Ctrl-C: once ends a command as an exception, so that everything clears up; again disturbs no clearing up.
+"""Ctrl-C handling: the first press raises KeyboardInterrupt, so that everything cleans up; more do not disturb that.
 
-Standard library only, since it is there before anything is installed.
+Uses the standard library only, since it runs before anything is installed.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
-_UNDER_WAY = threading.RLock()  # of a thread in the middle of what is not cut in two: leave() waits for it
-LEAVING_SECONDS = 2.0  # at most; writing one file takes a fraction of that
-CLEARING_SECONDS = 5.0  # more than any clearing up takes: a Ctrl-C after that is one that got lost, and is raised again
+_UNDER_WAY = threading.RLock()  # held by a thread inside held(): leave() waits for it
+LEAVING_SECONDS = 2.0  # the longest that leave() waits; writing one file takes a fraction of that
+CLEARING_SECONDS = 5.0  # longer than any clean-up: a Ctrl-C after that means that the first was lost
 
 
 def listen() -> None:
-    """From now on Ctrl-C raises KeyboardInterrupt once; while that is being cleared up, more of them change nothing."""
+    """From now on, Ctrl-C raises KeyboardInterrupt; more of them are ignored while the first is being cleaned up."""
     raised = -CLEARING_SECONDS
 
     def once(number: int, frame: FrameType | None) -> None:
@@ -35,8 +35,8 @@ def listen() -> None:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """What stands in here is not cut in two: Ctrl-C, or being asked to end, waits until it is done."""
-    if threading.current_thread() is not threading.main_thread():  # only that one is interrupted
+    """Run the body to its end: SIGINT and SIGTERM are handled only after it."""
+    if threading.current_thread() is not threading.main_thread():  # signals interrupt only the main thread
         with _UNDER_WAY:
             yield
         return
@@ -58,14 +58,14 @@ def held() -> Iterator[None]:
 
 
 def leave(code: int) -> NoReturn:
-    """End this process without waiting for its threads, but for one that is in the middle of a file."""
+    """End this process without waiting for its threads, except for one inside held()."""
     _UNDER_WAY.acquire(timeout=LEAVING_SECONDS)
     os._exit(code)
 
 
 @contextmanager
 def unheard() -> Iterator[None]:
-    """Processes that are started in here never hear Ctrl-C: whoever started them ends them."""
+    """Shield processes started in here from Ctrl-C: whoever started them ends them."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
