@@ -1,1 +1,1 @@
-"""The build from beginning to end, and the site that it leaves."""
+"""The build pipeline, from reading the content to publishing the site."""

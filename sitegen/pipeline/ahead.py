@@ -1,4 +1,4 @@
-"""What a build computes and draws before all else, over processes: whatever of it the cache does not have."""
+"""The plots and figures that are not cached: a build makes them first, in parallel processes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sitegen.plots import registry
 
 
 def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[pool.Piece]:
-    """The site's own plots and figures that the cache does not have; plots first, the longest to compute before all."""
+    """The site's own plots and figures that are not cached, as pieces for the pool: plots first, slowest plot first."""
     plots = registry.longest_first(placed for one in surveys for placed in one.plots.values())
     ours = [placed for placed in plots if registry.known().get(placed.plot.name) is placed.plot]
     figures = [(figure, one.taped[figure.id]) for one in surveys for figure in one.figures.values()]
@@ -28,7 +28,7 @@ def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: 
 
 
 def _beside(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
-    """The states beside the tapes that pictures show and promises are held to, and the cache does not have."""
+    """The uncached states outside the tapes: those that still pictures show or that promises are checked against."""
     for one in surveys:
         for still in one.tokens.pictures.values():
             if known_by_name(still.figure.widget) and bakery.lacks_frames(still.figure.dom_id, [still.record]):

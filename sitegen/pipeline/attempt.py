@@ -1,4 +1,4 @@
-"""One attempt at a build, as the commands see it: what came of it, never an exception."""
+"""One attempt at a build, as the commands see it: returns an outcome, never raises."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from sitegen.external.pins import OutsideError
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import Progress, quiet, shown
 
-# What is not a mistake of anybody's code: a full disk, or one that only others may write.
+# Errors of the machine, not of anyone's code: a full disk, or one that we may not write to.
 MACHINE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a build went: nothing in `problems` and `trouble` means that it is published.
+    """How a build went: it was published if `problems` and `trouble` are empty.
 
-    trouble: why there could be no build at all (an outside file that cannot be had, a mistake in Python), as text.
-    sources: the page of each chapter's file.
+    trouble: why nothing could be built at all (an external file that cannot be fetched, an error in Python), as text.
+    sources: the page of each chapter's source file.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -40,18 +40,18 @@ class Outcome:
         return not self.problems and not self.trouble
 
     def plain(self) -> dict[str, Any]:
-        """The outcome as JSON carries it."""
+        """The outcome as plain data for JSON."""
         return asdict(self)
 
     @classmethod
     def parsed(cls, plain: dict[str, Any]) -> Outcome:
-        """The outcome that plain() wrote."""
+        """Restore an outcome from the output of plain()."""
         known = {one.name: plain[one.name] for one in fields(cls) if one.name in plain}
         lists = {name: tuple(Problem(**one) for one in plain.get(name, ())) for name in ("problems", "warnings")}
         return cls(**{**known, **lists})
 
     def lines(self) -> list[str]:
-        """What there is to mend, a line each."""
+        """What needs fixing, as lines of text."""
         return [*map(str, self.problems), *self.trouble.splitlines()]
 
 
@@ -65,10 +65,7 @@ def attempt(
     progress: Progress = quiet,
     memory: Memory | None = None,
 ) -> Outcome:
-    """Build the checkout `root` into `dest`, with drafts or without, packed for hosts or not, and say how it went.
-
-    memory: see build().
-    """
+    """Build the checkout `root` into `dest` and report how it went. For the options, see `BuildContext`."""
     began = time.monotonic()
     try:
         from sitegen.pipeline.build import build
@@ -89,7 +86,7 @@ def attempt(
 
 
 def build_command(root: Path) -> int:
-    """Build site/. The exit code is 1 when there is something to mend; what was published before then stays."""
+    """Build site/. The exit code is 1 if anything needs fixing; the previously published site then stays in place."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome)
@@ -99,7 +96,7 @@ def build_command(root: Path) -> int:
 
 
 def tell(outcome: Outcome) -> None:
-    """Tell the terminal how a build went."""
+    """Print how a build went."""
     for line in [*(f"{warning} (note)" for warning in outcome.warnings), *outcome.lines()]:
         print(line, file=sys.stderr)
     if outcome.good:

@@ -1,4 +1,4 @@
-"""content/ → the site: read everything, collect every problem, write beside, then take the old site's place."""
+"""content/ → the site: read everything, collect every problem, write to a new folder, then swap it in."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ SERVED = ("temml", "pyodide", "numpy", "minisearch", *typefaces.BUNDLES)
 
 @dataclass(frozen=True)
 class Report:
-    """A build that went well: its pages, its warnings (of a strict build: notes that are not faults), files and bytes.
+    """A successful build: its pages, warnings (in a strict build also notes), and its number of files and bytes.
 
-    Packed copies and the runtime are not counted. sources: the page of each chapter's file.
+    Packed copies and the runtime are not counted. sources: the page of each chapter's source file.
     """
 
     pages: tuple[str, ...]
@@ -87,9 +87,9 @@ def build(
     parts: Parts = STANDARD,
     memory: Memory | None = None,
 ) -> Report:
-    """Build the site of the checkout at `root` into `dest`, which changes only when all went well; see `BuildContext`.
+    """Build the site of the checkout at `root` into `dest`, which changes only on success; see `BuildContext`.
 
-    Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
+    Raises BuildFailed with every problem in the content; OutsideError, NodeError or WheelError if the machinery fails.
     """
     clear(dest)
     cache, progress, memory = cache or cache_dir(), progress or quiet, memory or Memory()
@@ -99,7 +99,7 @@ def build(
 
 
 def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
-    """The build; what can wait is done `beside` it, while the work on pages keeps one core busy."""
+    """Build the site. Packing runs in the threads of `beside`, while the work on pages keeps one core busy."""
     problems = Problems()
     context.memory.begin((context.root, context.cache, context.parts, state(context.root)))
     manuscript = _read(context, problems)
@@ -125,7 +125,7 @@ def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
 
 @dataclass(frozen=True)
 class _Manuscript:
-    """What authors have written. left_out: drafts that are not built; written: chapters and docs."""
+    """Everything that authors have written. left_out: drafts that are not built; written: chapters and docs."""
 
     site: Site
     chapters: Sequence[Chapter]
@@ -142,13 +142,13 @@ def _read(context: BuildContext, problems: Problems) -> _Manuscript:
     references = read_references(root, problems, memory)
     terms = read_glossary(root, chapters, left_out, problems, memory)
     docs = read_docs(root, problems, memory)
-    check_names([*docs, *chapters], problems)  # a page of the docs has its name from its file, a chapter may change its
+    check_names([*docs, *chapters], problems)  # docs first: their files name them; a chapter can be renamed
     return _Manuscript(site, chapters, left_out, [*chapters, *docs], references, terms)
 
 
 @dataclass(frozen=True)
 class _Media:
-    """What stands in the pages beside words, and what makes it."""
+    """Everything in the pages besides text, and the objects that produce it."""
 
     surveys: Sequence[Survey]
     mathematics: Mathematics
@@ -161,7 +161,7 @@ class _Media:
 
 
 def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, beside: Executor) -> _Media:
-    """Formulas, figures and plots, and the runtime that brings figures alive."""
+    """Make formulas, figures, plots and the runtime that makes figures interactive."""
     cache, memory, parts, progress = context.cache, context.memory, context.parts, context.progress
     placeable = memory.told("widgets", (), problems, partial(sound, parts.widgets))
 
@@ -171,7 +171,7 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
 
     surveys = [surveyed(one) for one in manuscript.written]
     formulas = [formula for one in surveys for formula in one.formulas]
-    unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
+    unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros are defined there
     mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, memory)
     templates = environment(context.root, cache)
     broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
@@ -185,14 +185,14 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
     tapes = record_tapes(surveys, bakery, problems, progress, memory)
     early = {**contents(started), **{tape.name: tape.script for tape in tapes.values()}}
     for name, data in early.items() if context.pack else ():
-        beside.submit(packed, name, data, cache)  # for publish and archive, which find the copies in the cache
+        beside.submit(packed, name, data, cache)  # publish and archive then find the copies in the cache
     if context.strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
     return _Media(surveys, mathematics, templates, started, tapes, bakery, gallery, values)
 
 
 def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, problems: Problems) -> Content:
-    """What the pages are written from; BuildFailed where anything is wrong with it."""
+    """Render the chapters into what the pages are written from. Raises BuildFailed if anything is wrong."""
     root, cache, memory, parts = context.root, context.cache, context.memory, context.parts
     drafts = outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in manuscript.left_out)
     known = Known(
@@ -208,7 +208,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         values=media.values,
         frames=partial(frames_of, media.bakery, problems, {}),
         readouts=partial(readouts_of, media.bakery, problems, {}),
-        figure_html=lambda figure, says, caption, question: Markup(""),  # these three are the pen's to give
+        figure_html=lambda figure, says, caption, question: Markup(""),  # the pen replaces these three
         plot_html=lambda placed, caption: Markup(""),
         picture_html=lambda panels, words, caption: Markup(""),
         problems=problems,
@@ -250,12 +250,12 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
 
 
 def _codes() -> dict[str, str]:
-    """The hash of each package that chapters may call."""
+    """The code hash of each package that chapters may call."""
     return {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}
 
 
 def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
-    """The claimed tests' sources as code."""
+    """The highlighted source of each test that backs a claim."""
     shown = Remembered(cache, f"code-{version('pygments')}, {WAY}")
     made = {name: shown.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
     shown.keep()
@@ -263,6 +263,6 @@ def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
 
 
 def _runtime(context: BuildContext) -> RuntimeInfo | None:
-    """The browser runtime, kept in the cache from build to build."""
+    """The browser runtime, cached between builds; None if this build has none."""
     assemble = context.parts.assemble
     return None if assemble is None else assemble(cache=context.cache, progress=context.progress)

@@ -1,4 +1,4 @@
-"""What every stage of a build works with: what was asked for, and what the site is made of beside its content."""
+"""The context shared by all stages of a build: its options, and the parts of the site other than its content."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from widgets.engine.registry import WIDGETS
 
 @dataclass(frozen=True)
 class Parts:
-    """What a build is made of beside content and templates; tests put others in their place."""
+    """The parts of a build other than content and templates; tests substitute their own."""
 
     widgets: Mapping[str, Widget]
     plots: Mapping[str, Plot] = field(default_factory=registry.known)
@@ -37,11 +37,11 @@ STANDARD = Parts(WIDGETS)
 
 @dataclass(frozen=True)
 class BuildContext:
-    """A build of the checkout at `root`.
+    """The settings of one build of the checkout at `root`.
 
-    strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files,
-    and the whole site in a zip to take away; who only looks at pages needs neither. memory: what an earlier build in
-    this process left there is not made again; the site is the same without.
+    strict: treat warnings as problems. drafts: build draft chapters too. pack: write .gz and .br copies of the files,
+    and a zip of the whole site for download; a preview needs neither. memory: results of earlier builds in this
+    process, to be reused; the site is the same without them.
     """
 
     root: Path

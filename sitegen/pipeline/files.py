@@ -1,4 +1,4 @@
-"""What a site's files hold, from its content written: pages, their assets, and what lies beside them."""
+"""The site's files, made from the rendered content: pages, their assets, and the files that accompany them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from sitegen.runtime.assemble import RuntimeInfo
 
 @dataclass(frozen=True)
 class Content:
-    """What the pages are written from. started: the runtime, None where there is none."""
+    """Everything that the pages are written from. started: the browser runtime, None if there is none."""
 
     site: Site
     templates: Environment
@@ -56,11 +56,11 @@ class Content:
 
 
 def site_files(context: BuildContext, content: Content, problems: Problems) -> dict[str, bytes]:
-    """Every file of the site by name, without the runtime and what is packed."""
+    """Every file of the site by name, without the runtime and the packed copies."""
     parts, memory, cache = context.parts, context.memory, context.cache
     templates, started = content.templates, content.started
     scripts = {tape.name: tape.script for tape in content.tapes.values()}
-    # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
+    # The text of the pages determines the fonts' glyphs and the search index, and the page frames link to both.
     zipped = folder_name(content.site.title) + ".zip" if context.pack else ""
     writer = Writer(
         templates, content.site, content.chapters, memory, bool(content.docs), parts.search is not None, zipped
@@ -80,7 +80,7 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
     files |= _for_hosts(context.root, templates, files, started)
     if assets.download:
         files[assets.download.name] = assets.download.data
-    files |= content.notebooks  # to be taken away, so not among what is kept for offline use
+    files |= content.notebooks  # they are for download, so not among the files kept for offline use
     return files
 
 
@@ -91,7 +91,7 @@ def _assets(
     scripts: Mapping[str, bytes],
     problems: Problems,
 ) -> Assets:
-    """Styles, scripts, typefaces and icons, and what the search looks through."""
+    """Styles, scripts, typefaces, icons and the search index."""
     parts, memory, cache = context.parts, context.memory, context.cache
     fontset = _fonts(context, insides, scripts)
     if fontset and fontset.missing:
@@ -123,7 +123,7 @@ def _assets(
 
 
 def _public(content: Content) -> list[str]:
-    """The pages that the site map lists."""
+    """The pages to list in the site map."""
     own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
     own += [doc.page for doc, _ in content.docs if not doc.hidden]
     slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
@@ -131,7 +131,7 @@ def _public(content: Content) -> list[str]:
 
 
 def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:
-    """The typefaces with the letters that pages and figures need."""
+    """The typefaces, subset to the letters that pages and figures need."""
     if context.parts.cut_fonts is None:
         return None
     letters = characters({name: one.html for name, one in insides.items()}, scripts, context.cache, context.memory)
@@ -140,7 +140,7 @@ def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mappin
 
 
 def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
-    """The site's icons, and what its links show elsewhere."""
+    """The site's icons, and the preview images of its links on other sites."""
     if context.parts.draw_emblem is None:
         return {}
     site = content.site
@@ -152,21 +152,21 @@ def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapp
 def _for_hosts(
     root: Path, templates: Environment, files: Mapping[str, bytes], started: RuntimeInfo | None
 ) -> dict[str, bytes]:
-    """What lies beside the files of a site: the service worker that keeps them, the headers that hosts shall send."""
+    """The files for hosting: the service worker that caches the site, and `_headers` with the headers to send."""
     worker = service_worker(root, files, started.kept_files() if started else ())
     sent = headers(policy(**inline(templates).hashes))
     return {**({} if worker is None else {"sw.js": worker}), "_headers": sent.encode()}
 
 
 def _unpacked(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The whole site as it lies on a disk, with Python, so that a small server brings the unpacked folder alive."""
+    """The whole site for the zip, with the Python runtime, so that its figures run once any small server serves it."""
     mine = {name: data for name, data in files.items() if not name.endswith(MAP)}
     mine |= {**_for_hosts(root, content.templates, mine, content.started), **content.notebooks}
     return mine | contents(content.started)
 
 
 def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
-    """What stands in each page, by the page's name."""
+    """The contents of each page, by the page's name."""
     references, terms = content.references, content.known.terms
     insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
     insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
@@ -186,7 +186,7 @@ def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
 
 
 def _pages(content: Content, writer: Writer, insides: Mapping[str, Inside], assets: Assets) -> dict[str, bytes]:
-    """Every page by name: framed, and those that load nothing."""
+    """Every page by name: the framed ones, and those that load nothing (redirects and 404)."""
     pages = {name: writer.framed(inside, assets) for name, inside in insides.items()}
     written = [*content.chapters, *(doc for doc, _ in content.docs)]
     pages |= {f"{name}.html": writer.redirect(one).encode() for one in written for name in _old_names(one)}
@@ -194,5 +194,5 @@ def _pages(content: Content, writer: Writer, insides: Mapping[str, Inside], asse
 
 
 def _old_names(chapter: Chapter) -> list[str]:
-    """Where a chapter was, or would be looked for."""
+    """The chapter's former page names, and its slug if its page is named otherwise."""
     return [*chapter.redirects, *([chapter.slug] if chapter.slug != chapter.name else [])]

@@ -1,4 +1,4 @@
-"""Files → the published folder: written beside, packed, then put in the old one's place."""
+"""Files → the published folder: written to a temporary folder, packed, then swapped in."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sitegen.stopping import held
 
 
 def clear(dest: Path) -> None:
-    """Raises BuildFailed where what has the site's name is a file or a link, which a build would put away."""
+    """Check that `dest` can be replaced: raises BuildFailed if it is a file or a link, which a build would displace."""
     what = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
     if what:
         message = f"this is {what}, not a folder; a build would put a folder in its place: move or rename it first"
@@ -33,14 +33,14 @@ def publish(
     cache: Path,
     progress: Progress,
 ) -> None:
-    """Write all files into a folder beside `dest`, then put that in its place. Raises BuildFailed as `clear` does."""
+    """Write all files into a folder beside `dest`, then move it to `dest`. Raises BuildFailed as `clear` does."""
     clear(dest)
     dest.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     try:
         beside.chmod(0o755)
         _fill(beside, {**contents(started), **files}, dest, pack, cache, progress)
-        if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
+        if (dest / ".gitignore").is_file():  # it is tracked in git and not made by the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
         with held():
             _exchange(beside, dest)
@@ -57,8 +57,8 @@ def contents(started: RuntimeInfo | None) -> dict[str, bytes]:
 def _fill(
     folder: Path, files: Mapping[str, bytes], old: Path, pack: bool, cache: Path, progress: Progress
 ) -> None:
-    """Write the files, and take from `old` those that it has already. The threads only pack: so nothing is written any
-    more once this is left."""
+    """Write the files; hard-link those that `old` already has. The threads only pack, so once this returns or raises,
+    nothing more is written."""
     for parent in {(folder / name).parent for name in files}:
         parent.mkdir(parents=True, exist_ok=True)
     with pool.threads() as threads:
@@ -72,20 +72,19 @@ def _fill(
 
 
 def _linked(old: Path, new: Path, data: bytes) -> bool:
-    """Give the old file, where it holds these bytes, the new name as well: it need not be written. Tells whether it
-    could."""
+    """Hard-link `old` to `new` if it holds these bytes, which saves writing them. Return whether that worked."""
     try:
         facts = old.lstat()
         if not stat.S_ISREG(facts.st_mode) or facts.st_size != len(data) or old.read_bytes() != data:
             return False
         os.link(old, new)
-    except OSError:  # it is not there, or the file system knows no second names
+    except OSError:  # the file is missing, or the file system has no hard links
         return False
     return True
 
 
 def _exchange(beside: Path, dest: Path) -> None:
-    """Put the new folder in the old one's place; where that fails half way, the old one comes back."""
+    """Replace the old folder by the new one; if that fails halfway, restore the old one."""
     old = beside.with_name(beside.name + "-old")
     try:
         if dest.exists():

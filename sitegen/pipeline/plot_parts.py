@@ -1,4 +1,4 @@
-"""The parts of long plots that the repository keeps: run anew where the code is another, else a sample is run again."""
+"""Stored results of slow plots: rerun if their code has changed, else spot-checked by rerunning a sample."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from sitegen.problems import Problem
 from sitegen.progress import Progress
 
 OFF = 1
-"""By how much a count may differ: on another processor, a close branch may be taken the other way."""
+"""How much a count may differ: on another processor, a close branch may go the other way."""
 NEAR = 1e-3
-"""By how much of it a measure may differ, for the same reason."""
+"""The relative difference allowed in a measurement, for the same reason."""
 
 
 def long_plots() -> dict[str, Plot]:
-    """The plots of parts, by name."""
+    """The plots that are computed in parts, by name."""
     return {name: plot for name, plot in known().items() if plot.parts}
 
 
 def run_part(name: str, asked: Asked) -> Any:
-    """What a part of a plot finds."""
+    """Run one part of a plot and return its result."""
     plot = known()[name]
     assert plot.parts is not None
     return plot.parts.run(asked)
 
 
 def renew(names: Iterable[str], processes: int, progress: Progress) -> list[str]:
-    """Run the parts of these plots, over processes, where the file is not of this code; the plots that were run."""
+    """Rerun, in parallel processes, the parts of these plots whose stored file is stale. Return the plots rerun."""
     stale = {name: plot.parts for name, plot in long_plots().items() if name in set(names) and plot.parts}
     stale = {name: parts for name, parts in stale.items() if parts.kept() is None}
     every = [(name, asked) for name, parts in stale.items() for asked in parts.asked]
@@ -56,9 +56,9 @@ def renew(names: Iterable[str], processes: int, progress: Progress) -> list[str]
 
 
 def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None) -> Standing:
-    """Read what is kept of these plots, all for None, and of each run a part again, which the results themselves pick.
+    """Check the stored results of these plots (None: all) by rerunning one part of each, picked by a hash of them.
 
-    cache: where it is remembered what a part gave, on this machine, by this code; None for nowhere.
+    cache: where to remember a part's result for this machine and code; None: nowhere.
     """
     remembered = Remembered(cache, "plots") if cache else None
     wrong, stale, proved = [], [], 0
@@ -83,13 +83,13 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
 
 
 def sample(found: Mapping[Asked, Any]) -> Asked:
-    """One of the parts, by the hash of what they all found."""
+    """One of the parts, picked by a hash of all their results."""
     text = json.dumps([[named(asked), value] for asked, value in found.items()])
     return list(found)[int(sha256(text.encode()).hexdigest(), 16) % len(found)]
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether a part found the same: every count to OFF, every measure to NEAR of it."""
+    """Whether two results of a part agree: counts within OFF, measurements within a fraction NEAR of the first."""
     match one, other:
         case dict(), dict():
             return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)

@@ -1,4 +1,4 @@
-"""Every preset of every figure, tried: what no chapter shows today is a mistake of tomorrow's."""
+"""Try every preset of every figure, so that those that no chapter shows yet are known to work."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def try_presets(
     problems: Problems,
     progress: Progress,
 ) -> None:
-    """Draw each of them, untouched and after each of its buttons; what the cache has is not drawn again."""
+    """Draw each preset, untouched and after each of its press buttons; cached frames are not drawn again."""
     places = {figure.widget.name: figure.place for one in reversed(surveys) for figure in one.figures.values()}
     asked = [(name, _states(widget, chosen)) for name, widget in widgets.items() for chosen in widget.presets]
     ours = [(f"fig-{name}", records) for name, records in asked if known_by_name(widgets[name])]

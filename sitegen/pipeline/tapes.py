@@ -1,4 +1,4 @@
-"""The tapes of all figures of a build."""
+"""Record the tapes of all figures of a build."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sitegen.progress import Progress
 def record_tapes(
     surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress, memory: Memory
 ) -> dict[tuple[str, str], Tape]:
-    """The tape of every figure, by page and figure."""
+    """The tape of every figure, by page name and figure id."""
     tapes: dict[tuple[str, str], Tape] = {}
     for i, one in enumerate(surveys):
         progress("drawing figures", i, len(surveys))
@@ -33,7 +33,7 @@ def _tapes(one: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, s
         try:
             script, first, states = bakery.tape(figure.dom_id, one.taped[figure.id], tape_script)
             results = bakery.results(figure.dom_id, figure.record.plain())
-        except FigureFault as fault:  # a widget's own mistake: the author sees where, which figure and why
+        except FigureFault as fault:  # an error in a widget: the author sees where, in which figure and why
             fault.tell(problems, figure.place)
             continue
         name = hashed_name(f"tapes/{one.chapter.name}-{figure.id}.js", script)
