@@ -1,1 +1,1 @@
-"""What is kept between builds: files by the hash of what made them, and the processes that make them ahead."""
+"""The cache between builds, keyed by hashes of inputs, and the worker processes that fill it in advance."""

@@ -1,6 +1,6 @@
-"""What a piece of code runs, as text to be hashed: the modules that it imports, or the names that it reaches.
+"""The code that a piece of code depends on, as text to hash: the modules that it imports, or the names that it uses.
 
-Comments, docstrings and blank lines do not count: an edit of words makes nothing stale.
+Comments, docstrings and blank lines do not count, so editing them makes nothing stale.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from solvers.core.registry import METHODS
 IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w., ]+))", re.MULTILINE)
 
 TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t].*)?\n)*", re.MULTILINE)
-"""What a type checker reads and nothing runs."""
+"""Blocks that only type checkers read."""
 
 
 def code_text(source: str) -> str:
-    """The source without comments, docstrings, blank lines and spaces at the ends of lines."""
+    """The source without comments, docstrings, blank lines and trailing spaces."""
     lines = source.split("\n")
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
@@ -38,10 +38,10 @@ def code_text(source: str) -> str:
 
 
 def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dict[str, Path]:
-    """The modules of these names, all that they import of the same packages, and so on: module → file.
+    """The named modules and everything that they import, directly or indirectly, from the same packages: module → file.
 
-    Imports inside functions count; `skip` names modules that are not entered. Other packages are left out. Raises
-    LookupError for a module of these packages that is not there: what it runs would not be hashed.
+    Imports inside functions count; `skip` names modules to leave out. Other packages are ignored. Raises LookupError if
+    a module of these packages is missing, since its code could not be hashed.
     """
     waiting, skipped = list(modules), set(skip)
     packages = {name.partition(".")[0] for name in waiting}
@@ -59,7 +59,7 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
 
 
 def imports(source: str, root: Path) -> list[str]:
-    """The modules that a source imports, by their full names; one that gives a name of its own stands for that."""
+    """The full names of the modules that a source imports; `from a import b` counts as a.b if that is a module."""
     modules: list[str] = []
     source = TYPES.sub("", source)
     for module, names, plain in IMPORT.findall(source):
@@ -73,7 +73,7 @@ def imports(source: str, root: Path) -> list[str]:
 
 
 def method_modules(name: str) -> set[str]:
-    """The modules that a method's own parts stand in."""
+    """The modules that define a method's own parts."""
     method = METHODS[name]
     return {part.__module__ for part in (method.options, method.start, method.step)}
 
@@ -87,9 +87,9 @@ def _file(name: str, root: Path) -> Path | None:
 
 
 def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = lambda module: "") -> dict[str, str]:
-    """The definitions at a module's top that these names name, and those that they name in turn: name → code.
+    """The top-level definitions of these names in a module, and of the names that they use in turn: name → code.
 
-    `imported(module)` may give the text of a module that a name is imported from, to stand with it.
+    `imported(module)` may return text to append to the code of a name that is imported from that module.
     """
     definitions: dict[str, ast.stmt] = {}
     for node in ast.parse(source).body:
@@ -111,7 +111,7 @@ def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = 
 
 
 def _segment(lines: list[str], node: ast.stmt | ast.expr) -> str:
-    """The text of a node; ast's own function splits the source anew for each. Columns count bytes."""
+    """The source text of a node. ast.get_source_segment would split the source again for each. Columns count bytes."""
     last = (node.end_lineno or node.lineno) - 1
     end = lines[last].encode()[: node.end_col_offset].decode()
     if last == node.lineno - 1:
@@ -121,7 +121,7 @@ def _segment(lines: list[str], node: ast.stmt | ast.expr) -> str:
 
 
 def _defines(node: ast.stmt) -> list[str]:
-    """The names that a statement at a module's top gives a meaning."""
+    """The names that a top-level statement defines."""
     match node:
         case ast.FunctionDef() | ast.ClassDef():
             return [node.name]

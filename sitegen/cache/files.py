@@ -1,4 +1,4 @@
-"""Files as the build writes them: atomically, and named by their content."""
+"""File helpers of the build: atomic writes, hashes of contents, and names that contain them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sitegen.stopping import held
 
 @held()
 def write(path: Path, data: bytes) -> None:
-    """Write beside, then rename: nobody meets half a file, and a full disk leaves none behind."""
+    """Write to a temporary file, then rename: no reader sees a partial file, and a full disk leaves none behind."""
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
     try:
@@ -30,7 +30,7 @@ def write(path: Path, data: bytes) -> None:
 
 
 def content(path: Path) -> bytes:
-    """A file's bytes; of one that has neither another date nor another size than before, from memory."""
+    """A file's bytes, from memory if its date and size have not changed since it was last read."""
     facts = path.stat()
     return _content(path, facts.st_mtime_ns, facts.st_size)
 
@@ -42,7 +42,7 @@ def _content(path: Path, mtime: int, size: int) -> bytes:
 
 @lru_cache(maxsize=512)
 def digest(data: bytes) -> str:
-    """The sha256 in hex; of what was asked for a short while ago, from memory."""
+    """The sha256 in hex; recent digests come from memory."""
     return hashlib.sha256(data).hexdigest()
 
 
@@ -52,13 +52,13 @@ def short_hash(data: bytes) -> str:
 
 
 def hashed_name(name: str, data: bytes) -> str:
-    """The name with its content's hash before the ending: 'a/site.css' → 'a/site.0123456789.css'."""
+    """The name with the content's hash before its suffix: 'a/site.css' → 'a/site.0123456789.css'."""
     path = PurePosixPath(name)
     return str(path.with_name(f"{path.stem}.{short_hash(data)}{path.suffix}"))
 
 
 def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
-    """A hash of names and contents together, whatever their order."""
+    """A hash of names and contents together, independent of their order."""
     hasher = hashlib.sha256()
     for name, data in sorted(files):
         hasher.update(f"{name}\0{len(data)}\0".encode() + data)
@@ -67,5 +67,5 @@ def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
 
 
 def cache_dir() -> Path:
-    """The folder for downloads and compiled files: LADDER_CACHE, or the user's cache folder."""
+    """The cache folder: LADDER_CACHE, or this project's folder in the user's cache."""
     return Path(os.environ.get("LADDER_CACHE") or platformdirs.user_cache_dir("registration-ladder"))

@@ -1,4 +1,4 @@
-"""What pure functions found, by the hash of what they were given: one entry of the cache for each function."""
+"""Results of pure functions, keyed by a hash of their input: one cache entry per function."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 
 from sitegen.cache.store import Store
 
-SPARE = 60  # answers of earlier builds that are kept beside those of the last one: all are read at each build
+SPARE = 60  # how many answers of earlier builds to keep beside those of the last; every build reads them all
 
 
 class Remembered:
-    """A function's answers, as plain data, from build to build. The name tells the function's version."""
+    """A function's answers, as plain data, kept between builds. The name includes the function's version."""
 
     def __init__(self, cache: Path, name: str, spare: int | None = None) -> None:
         self._store, self._name, self._spare = Store(cache, "remembered"), name, SPARE if spare is None else spare
@@ -23,23 +23,23 @@ class Remembered:
 
     @cached_property
     def _known(self) -> dict[str, Any]:
-        """What was kept, read when it is first asked for."""
+        """The stored answers, read on first use."""
         entries: dict[str, Any] = json.loads(self._store.find(self._name) or "{}")
         return entries
 
     def knows(self, question: str) -> bool:
-        """Whether the answer is there."""
+        """Whether the answer is stored."""
         return _key(question) in self._known
 
     def answer(self, question: str, make: Callable[[], Any]) -> Any:
-        """What `make` finds, which depends on `question` alone."""
+        """The stored answer, or else the result of `make`, which must depend on `question` alone."""
         key = _key(question)
         if key not in self._asked:
             self._asked[key] = self._known[key] if key in self._known else make()
         return self._asked[key]
 
     def keep(self) -> None:
-        """Write down what is new; what was asked for last stays longest."""
+        """Store the answers if any are new; those used least recently are dropped first."""
         if not self._asked or self._asked.keys() <= self._known.keys():
             return
         rest = [(key, value) for key, value in self._known.items() if key not in self._asked]

@@ -1,6 +1,6 @@
-"""What a process that builds again and again keeps of one build for the next, so that only what changed is made anew.
+"""Results that a process keeps from one build to the next, so that only what has changed is made again.
 
-Nothing is ever declared out of date: an answer stands beside all that it was made of, and counts while that is equal.
+There is no invalidation: an answer is stored with everything that it was made of, and is valid while that is equal.
 """
 
 from __future__ import annotations
@@ -14,33 +14,34 @@ from typing import Any, TypeVar
 from sitegen.problems import Problems
 
 SOURCES = ("templates", "widgets", "solvers", "sitegen", "content/data")
-READ = (".md", ".yaml")  # of content/: chapters and lists, which every build reads
+READ = (".md", ".yaml")  # in content/: chapters and lists, which every build reads
 
 T = TypeVar("T")
 Stamp = tuple[str, int, int]
 
 
 class Memory:
-    """Answers by name. A name has one answer, the last, so that memory does not grow from edit to edit."""
+    """Answers by name. Only the last answer of each name is kept, so that memory does not grow with every edit."""
 
     def __init__(self) -> None:
         self._state: object = None
         self._known: dict[Hashable, tuple[object, Any]] = {}
 
     def begin(self, state: object) -> None:
-        """Begin a build. state: what every answer is made of beside what it names; with another one all are gone."""
+        """Begin a build. state: the inputs common to all answers; if it has changed, all answers are dropped."""
         if self._state != state:
             self._state, self._known = state, {}
 
     def answer(self, name: Hashable, made_of: object, make: Callable[[], T]) -> T:
-        """What `make` gives, which depends on `made_of` alone; that is compared by value, and nobody may change it."""
+        """The result of `make`, reused while its inputs `made_of` compare equal; nobody may change it."""
         if name not in self._known or self._known[name][0] != made_of:
             self._known[name] = made_of, make()
         value: T = self._known[name][1]
         return value
 
     def told(self, name: Hashable, made_of: object, problems: Problems, make: Callable[[Problems], T]) -> T:
-        """The same of what also tells problems, which may depend on those told before: they are told again."""
+        """Like `answer`, for a `make` that also reports problems, which may depend on those found before. A reused
+        answer reports its problems again."""
 
         def made() -> tuple[T, Problems]:
             own = _before(problems)
@@ -51,7 +52,7 @@ class Memory:
         return value
 
     def has_told(self, name: Hashable, made_of: object, problems: Problems) -> bool:
-        """Whether `told` would make nothing."""
+        """Whether `told` would reuse its answer."""
         return name in self._known and self._known[name][0] == (made_of, _before(problems))
 
 
@@ -60,13 +61,13 @@ def _before(problems: Problems) -> Problems:
 
 
 def sources(root: Path) -> frozenset[Stamp]:
-    """Name, date and size of all that a process may keep in its memory from build to build: everything but chapters,
-    their pictures and lists, and tests, which every build reads anew."""
+    """Path, date and size of every file that a process may keep in memory between builds: all but chapters, their
+    pictures and lists, and tests, which every build reads again."""
     return frozenset(stamp for name in SOURCES for stamp in _stamps(root / name))
 
 
 def state(root: Path) -> frozenset[Stamp]:
-    """The same with the chapters' pictures: all of a checkout that a Memory's answers need not name."""
+    """`sources` and the chapters' pictures: all files of a checkout that a Memory's answers need not list as inputs."""
     return sources(root) | {stamp for stamp in _stamps(root / "content") if not stamp[0].endswith(READ)}
 
 
@@ -75,6 +76,6 @@ def _stamps(home: Path) -> Iterator[Stamp]:
         folders[:] = [one for one in folders if one != "__pycache__"]
         for file in files:
             path = os.path.join(folder, file)
-            with suppress(FileNotFoundError):  # removed meanwhile
+            with suppress(FileNotFoundError):  # removed in the meantime
                 facts = os.stat(path)
                 yield path, facts.st_mtime_ns, facts.st_size

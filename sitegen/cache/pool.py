@@ -1,11 +1,11 @@
-"""Processes for what takes long: one for each core, with one thread each, so that together they keep every core busy.
+"""A pool of worker processes for slow work: one per core with one thread each, which together keep every core busy.
 
-A build first asks what the cache does not have, has all of it made here at once, and then goes on as if nothing had
-been missing. Whoever makes a piece leaves it in the cache; what fails is left to the build, which tries again where it
-can say whose mistake it is.
+A build first finds out what the cache lacks, has all of it made here at once, and then goes on as if nothing had been
+missing. Workers leave what they make in the cache. What fails is left to the build, which tries again at a point where
+it can say whose mistake it is.
 
-Each process has a pipe of its own and nothing is shared: so there is no lock that one which is ended could hold, and
-one whose starter is gone ends.
+Each worker has a pipe of its own and shares nothing: so a terminated worker cannot hold a lock, and a worker whose
+parent has died ends.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from sitegen.progress import Progress
 from sitegen.stopping import held, unheard
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-CLEAR_UP_SECONDS = 0.4  # what a process has for that when it is ended in the middle of a piece
+CLEAR_UP_SECONDS = 0.4  # a worker's time to clean up when it is terminated in the middle of a piece
 
 Piece = tuple[Callable[..., object], tuple[Any, ...]]
-"""A function of a module and what it is called with."""
+"""A module-level function and its arguments."""
 
 
 class PieceFailed(RuntimeError):
@@ -39,8 +39,8 @@ class PieceFailed(RuntimeError):
 
 @contextmanager
 def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[int, Any]]]:
-    """The pieces' places in the list and their results, as they are finished by `count` fresh processes, 0 for one a
-    core. The result of one that fails is PieceFailed. On leaving, what is under way is ended."""
+    """Yield an iterator over (index, result) of the pieces, in the order in which `count` new processes finish them (0:
+    one per core). The result of a failed piece is a PieceFailed. On exit, the workers are terminated."""
     crew: dict[Connection, SpawnProcess] = {}
     try:
         yield _finished(pieces, min(count or os.cpu_count() or 1, len(pieces)), crew)
@@ -50,8 +50,8 @@ def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[
 
 
 def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
-    """Make all pieces, begun in their order: the longest first keeps the cores busy to the end. A single one is left to
-    whoever needs it, since a process takes a second to start."""
+    """Make all pieces, started in order: with the longest first, the cores stay busy to the end. A single piece is left
+    to whoever needs it, since a process takes a second to start."""
     if len(pieces) < 2:
         return
     with working(pieces) as results:
@@ -62,8 +62,8 @@ def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
 
 @contextmanager
 def threads(spared: int = 0) -> Iterator[ThreadPoolExecutor]:
-    """Threads, one a core but for those `spared`, for what lets others run meanwhile. Who leaves by an exception waits
-    for none of them."""
+    """A thread pool with one thread per core, minus `spared`, for work that releases the GIL. Leaving by an exception
+    waits for none of them."""
     pool = ThreadPoolExecutor(max(1, (os.cpu_count() or 1) - spared))
     try:
         yield pool
@@ -82,7 +82,7 @@ def _finished(
     def hand_on(to: Connection) -> None:
         if todo:
             busy[to], piece = todo.pop()
-            with suppress(OSError):  # where it has died, the missing answer tells
+            with suppress(OSError):  # if it has died, the missing answer shows it
                 to.send(piece)
 
     for each in [_started(crew) for _ in range(count)]:
@@ -103,8 +103,8 @@ def _finished(
 
 
 def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
-    """The pipe to a fresh process."""
-    resource_tracker.ensure_running()  # else the first start would, and lets signals through in the middle of it
+    """Start a new process and return the pipe to it."""
+    resource_tracker.ensure_running()  # otherwise the first start does it, which unblocks signals in the middle
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     with held(), unheard():
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
@@ -123,7 +123,7 @@ def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
 
 
 def _end(crew: dict[Connection, SpawnProcess]) -> None:
-    """End all, in the middle of a piece too."""
+    """Terminate all processes, even in the middle of a piece."""
     deadline = time.monotonic() + CLEAR_UP_SECONDS
     for pipe, process in crew.items():
         process.terminate()
@@ -136,9 +136,9 @@ def _end(crew: dict[Connection, SpawnProcess]) -> None:
 
 
 def _work(pipe: Connection) -> None:
-    """Make what comes through the pipe, until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it could not be kept out: see unheard()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no half of a file is left
+    """Make the pieces that arrive through the pipe, until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # in case unheard() could not block it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no partial file is left
     with suppress(EOFError, OSError):
         while True:
             function, arguments = pipe.recv()

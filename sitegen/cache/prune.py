@@ -1,7 +1,7 @@
-"""The cache of outside files and of what builds have made: what nobody has used for two months goes.
+"""Cache pruning: files, whether fetched or made by builds, that have not been used for 60 days are removed.
 
-Whoever takes a file from the cache notes the use by its date (store.used). Another build may be at work meanwhile: it
-has noted its use before it reads, and what it is just writing is new; so neither is taken away.
+Using a file of the cache updates its date (store.used). Pruning is safe while another build is running: it updates the
+date before it reads, and files that it is writing are new, so neither are removed.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ STAMP = "pruned"
 
 
 def prune(cache: Path, now: float | None = None) -> list[Path]:
-    """Remove what has not been used for `UNUSED` seconds, and folders left empty; looks once a day. What is gone."""
+    """Remove files not used for `UNUSED` seconds, and empty folders, at most once a day. Return the removed files."""
     now = time.time() if now is None else now
     stamp = cache / STAMP
     if stamp.is_file() and now - stamp.stat().st_mtime < DAY:
         return []
-    with suppress(OSError):  # a cache that we may only read
+    with suppress(OSError):  # a read-only cache
         put_file(stamp, b"", cache)
     removals = []
     for name in FOLDERS:
-        for path in sorted((cache / name).rglob("*"), reverse=True):  # what a folder holds comes before it
-            with suppress(OSError):  # gone already, in use on Windows, or a folder that holds something
+        for path in sorted((cache / name).rglob("*"), reverse=True):  # a folder comes after its contents
+            with suppress(OSError):  # already gone, in use on Windows, or a folder that is not empty
                 if _removed(path, now):
                     removals.append(path)
     return removals
 
 
 def _removed(path: Path, now: float) -> bool:
-    """Whether a file was old and has been removed; an old folder is, too, but does not count."""
+    """Remove a file if it is old and return whether it was; an old empty folder is removed too, but returns False."""
     if not path.is_dir():
         if now - path.stat().st_mtime <= UNUSED:
             return False

@@ -1,7 +1,7 @@
-"""What builds keep: one entry for each thing made, by the hash of what it is made of, held to a hash of its own.
+"""The build cache: one entry per artefact, keyed by a hash of its inputs and checked against a hash of its contents.
 
-An entry that is cut short, changed, exchanged for another or unreadable counts as none: it is made again. Entries are
-written beside and renamed, so that builds of several processes can share a cache.
+An entry that is truncated, altered, swapped with another or unreadable counts as missing and is made again. Entries
+are written to a temporary file and renamed, so that several processes can share a cache.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ Kind = Literal[
     "brotli", "bundles", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "notebooks", "plots",
     "remembered", "runtime", "sweep", "templates", "wheel",
 ]  # fmt: skip
-SEAL = 32  # bytes of the hash before an entry's own
+SEAL = 32  # bytes of the hash that precedes an entry's data
 
 
 def anything(data: bytes) -> bool:
-    """What an entry has to hold to where its hash is all that can be asked of it."""
+    """Accept any entry: the check for data that can be checked only by its hash."""
     return True
 
 
 @dataclass(frozen=True)
 class Store:
-    """The entries of one kind in a cache: bytes, each by its key, a text that says all that they depend on."""
+    """The entries of one kind in a cache: bytes, each under a key, which is a text that lists all their inputs."""
 
     cache: Path
     kind: Kind
 
     def get(self, key: str, make: Callable[[], bytes], holds: Callable[[bytes], bool] = anything) -> bytes:
-        """The entry; made where there is none, or one for which `holds` is false."""
+        """Return the entry; make and store it if it is missing or `holds` rejects it."""
         data = self.find(key)
         if data is None or not holds(data):
             data = make()
@@ -50,11 +50,11 @@ class Store:
         return data
 
     def has(self, key: str) -> bool:
-        """Whether there is an entry, whole or not."""
+        """Whether an entry exists, even a damaged one."""
         return self.path(key).is_file()
 
     def find(self, key: str) -> bytes | None:
-        """The entry; None where there is none. One that has not changed since it was last read is the same object."""
+        """The entry; None if it is missing or damaged. An entry unchanged since it was last read is the same object."""
         path = self.path(key)
         facts = _used(path)
         if facts is None:
@@ -68,7 +68,7 @@ class Store:
         return data
 
     def put(self, key: str, data: bytes) -> None:
-        """Keep an entry. One that cannot be kept is made again by the next build (see unwritable)."""
+        """Store an entry. If that fails, the next build makes it again (see unwritable)."""
         path = self.path(key)
         with suppress(OSError):
             put_file(path, _seal(path, data) + data, self.cache)
@@ -79,14 +79,14 @@ class Store:
 
 
 def _seal(path: Path, data: bytes) -> bytes:
-    """The hash of an entry, its place included."""
+    """The hash of an entry's place and data."""
     hasher = hashlib.sha256(f"{path.parent.name}/{path.name}\0".encode())
     hasher.update(data)
     return hasher.digest()
 
 
 def _read(path: Path) -> bytes | None:
-    """What stands behind the hash, if it is the hash of that."""
+    """The data of an entry; None if it cannot be read or its hash does not match."""
     try:
         with path.open("rb") as file:
             seal, data = file.read(SEAL), file.read()
@@ -97,23 +97,23 @@ def _read(path: Path) -> bytes | None:
 
 @lru_cache(maxsize=512)
 def _memory(path: Path) -> list[tuple[tuple[int, int], bytes | None]]:
-    """Where it is remembered what a file last held: its date and size then, and the entry."""
+    """A mutable slot for what a file last held: its date and size at the time, and the entry."""
     return []
 
 
 def used(path: Path) -> bool:
-    """Whether a file of a cache is there; if so, its age begins anew (see prune.py), which is noted once a day."""
+    """Whether a file of a cache exists. If so, its date is updated, at most once a day, to keep it from prune.py."""
     return _used(path) is not None
 
 
 def _used(path: Path) -> tuple[int, int] | None:
-    """The date and the size of a file that is there, noted as used."""
+    """A file's date and size, after marking it as used; None if it is missing."""
     try:
         facts = path.stat()
         if not stat.S_ISREG(facts.st_mode):  # reading a pipe would wait for ever
             return None
         if time.time() - facts.st_mtime > DAY:
-            with suppress(OSError):  # of somebody else's cache, which we may only read
+            with suppress(OSError):  # another user's cache, which we may only read
                 os.utime(path)
                 facts = path.stat()
     except OSError:
@@ -122,7 +122,7 @@ def _used(path: Path) -> tuple[int, int] | None:
 
 
 def put_file(path: Path, data: bytes, cache: Path) -> None:
-    """Write a file of the cache, also where a folder stands in its place, or a file in the place of its folder."""
+    """Write a file of the cache, replacing a folder of its name or a file where its folder should be."""
     try:
         write(path, data)
     except OSError:
@@ -135,7 +135,7 @@ def put_file(path: Path, data: bytes, cache: Path) -> None:
 
 
 def unwritable(cache: Path) -> str:
-    """Why nothing can be kept in a cache; "" where it can."""
+    """Why nothing can be written to a cache; "" if it can."""
     try:
         cache.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=cache) as file:
