@@ -1,1 +1,1 @@
-"""The site while it is written: built anew at every edit, and told to the open page."""
+"""The live preview for authors: rebuilds the site on every edit and updates open pages."""

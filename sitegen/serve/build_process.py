@@ -1,8 +1,8 @@
-"""A process that waits for builds: it has imported other people's modules, which takes a while, and none of ours.
+"""A process that waits to build: it has already imported third-party modules, which takes a while, but none of ours.
 
-`serve` keeps one of these ready, so that a build always runs the newest sources and still begins at once; once it has
-built, it builds again for as long as it is asked to. Run as a script: build_process.py ROOT DEST MODULES (JSON). It
-says "ready"; each line on stdin starts a build, the end of stdin ends the process; an outcome is one line of JSON on
+`serve` keeps one of these ready, so that a build always runs the newest sources and still starts at once. After its
+first build it builds again on each request. Run as a script: build_process.py ROOT DEST MODULES (JSON). It prints
+"ready"; each line on stdin starts a build, and the end of stdin ends the process; each outcome is one line of JSON on
 stdout.
 """
 
@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any
 
 OURS = ("sitegen", "widgets", "solvers", "tests")
-RECENT = 5.0  # seconds; what Python knows of a source's age is whole seconds
+RECENT = 5.0  # seconds; bytecode stores the date of its source in whole seconds
 
 
 def forget_recent(root: str) -> None:
-    """Drop the bytecode of sources saved just now: another save within the second, of equal size, would not count."""
+    """Delete the bytecode of sources just saved: Python would miss another save in the same second with equal size."""
     for name in OURS:
         for path in Path(root, name).rglob("*.py"):
             if time.time() - path.stat().st_mtime < RECENT:
@@ -32,8 +32,8 @@ def forget_recent(root: str) -> None:
 
 
 def build(root: str, dest: str, state: dict[str, Any]) -> dict[str, Any]:
-    """Build the checkout `root` into `dest`: how it went, and the modules of other people that it has imported. kept:
-    holds the builds' memory."""
+    """Build the checkout `root` into `dest`. Return the outcome and the names of the third-party modules imported so
+    far. state: keeps the memory that the builds share."""
     try:
         from sitegen.cache.memory import Memory
         from sitegen.pipeline.attempt import attempt
@@ -43,20 +43,20 @@ def build(root: str, dest: str, state: dict[str, Any]) -> dict[str, Any]:
             memory = state.setdefault("memory", Memory())
             report = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, memory=memory)
         outcome = report.plain()
-    except Exception:  # the very modules that tell of problems may be what is being edited
+    except Exception:  # the modules that report problems may themselves be broken by an edit
         outcome = {"trouble": traceback.format_exc()}
     skip = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")
     return {**outcome, "modules": [name for name in sys.modules if name.split(".")[0] not in skip]}
 
 
 def main(root: str, dest: str, modules: str) -> None:
-    """Import `modules`, and build whenever a line asks for it."""
+    """Import `modules`, then build once for each line on stdin."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that a build under way clears up
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that a running build cleans up
     for name in json.loads(modules):
-        with contextlib.suppress(Exception):  # if it matters, the build will say so
+        with contextlib.suppress(Exception):  # if it matters, the build reports it
             importlib.import_module(name)
-    answers, sys.stdout = sys.stdout, sys.stderr  # nothing printed on the way is taken for the answer
+    answers, sys.stdout = sys.stdout, sys.stderr  # so that stray prints are not taken for an answer
     answers.write("ready\n")
     answers.flush()
     sys.path.insert(0, root)
@@ -66,7 +66,7 @@ def main(root: str, dest: str, modules: str) -> None:
         if not began:
             forget_recent(root)
         began = True
-        gc.disable()  # looking for cycles in a build's many tokens takes a tenth of its time; it is done afterwards
+        gc.disable()  # searching a build's many tokens for cycles takes a tenth of its time, so it is done afterwards
         answers.write(json.dumps(build(root, dest, state)) + "\n")
         answers.flush()
         gc.collect()
@@ -78,6 +78,6 @@ if __name__ == "__main__":
         main(*sys.argv[1:])
     except SystemExit:
         code = 1
-    # Taking a large interpreter apart takes time, and nothing is left to be done but what a thread is writing.
-    stopping = sys.modules.get("sitegen.stopping")  # there is nothing to wait for where no build has brought it
+    # Shutting down a large interpreter takes time, and all that is left to do is what a thread is writing.
+    stopping = sys.modules.get("sitegen.stopping")  # missing before the first build: nothing to wait for
     getattr(stopping, "leave", os._exit)(code)

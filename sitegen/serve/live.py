@@ -1,7 +1,7 @@
-"""`serve`: the site on loopback, built anew on every edit; pages reload themselves and show what a build found wrong.
+"""`serve`: the site on loopback, rebuilt on every edit; pages update themselves and show the problems of a build.
 
-A build runs in a fresh process, so that edits of Python count. Pages learn of builds by server-sent events; the script
-that listens is put into HTML on its way out, never into what is built.
+A build after an edit of code runs in a new process. Pages learn of builds by server-sent events; the script that
+listens is added to HTML as it is served, never to the built files.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from sitegen.serve.rebuilder import Builder
 from sitegen.serve.static_files import StaticHandler, StaticServer, content_type
 
 WATCHED = ("content", "templates", "widgets", "solvers", "sitegen", "tests")
-SETTLE_MS = 20  # an editor's save is over when nothing has changed for so long
-SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
+SETTLE_MS = 20  # an editor's save is complete when nothing has changed for this long
+SWAP_SECONDS = 30.0  # how long a request waits for a build that has just moved its file away
 PORTS = 50
 PREVIEW = Path(__file__).with_name("preview")
 SCRIPTS = {f"/.ladder/{path.name}": path for path in PREVIEW.glob("*.js")}
 FOLLOW = "/.ladder/follow.js"  # imports the others
 
-# A worker of an earlier visit would answer with what it keeps; this one takes its place and goes.
+# A service worker from an earlier visit would answer from its cache; this one replaces it and unregisters itself.
 NO_SERVICE_WORKER = b"""\
 addEventListener("install", () => skipWaiting());
 addEventListener("activate", (event) => event.waitUntil(registration.unregister()));
@@ -40,11 +40,11 @@ addEventListener("activate", (event) => event.waitUntil(registration.unregister(
 
 
 class Live:
-    """What pages are told: which build is published, what the last one found wrong."""
+    """The state that pages receive: which build is published, and the problems of the last one."""
 
     def __init__(self) -> None:
         self._changed = Condition()
-        self._started = time.time_ns()  # pages left open from an earlier server are not of build 1 of this one
+        self._started = time.time_ns()  # tells this server's builds from an earlier one's, whose pages may be open
         self._good = 0
         self._lines: list[str] = []
         self._title = ""
@@ -55,16 +55,16 @@ class Live:
 
     @property
     def build(self) -> str:
-        """The name of the published build."""
+        """The published build's name."""
         return f"{self._started:x}-{self._good}"
 
     def begin(self) -> None:
-        """A build is under way: files may be missing for a moment."""
+        """Note that a build has begun: files may be missing for a moment."""
         with self._changed:
             self._building = True
 
     def end(self, outcome: Outcome, edited: Iterable[str] = ()) -> None:
-        """The build is over: tell the pages, and which chapters were edited since the last one."""
+        """Note that a build is over; tell the pages its outcome and which chapters were edited since the last one."""
         with self._changed:
             self._building = False
             self._count += 1
@@ -83,7 +83,7 @@ class Live:
             self._changed.notify_all()
 
     def settled(self) -> None:
-        """Return when no build is under way."""
+        """Wait until no build is running, for at most SWAP_SECONDS."""
         with self._changed:
             self._changed.wait_for(lambda: not self._building or self._closed, SWAP_SECONDS)
 
@@ -91,7 +91,7 @@ class Live:
         return self._closed or self._count != count
 
     def messages(self, beat: float = 15.0) -> Iterator[str]:
-        """The state as JSON, now and after every build; "" every `beat` seconds, so that a dead connection shows."""
+        """Yield the state as JSON, now and after every build; "" every `beat` seconds, to detect dead connections."""
         last = -1
         while True:
             with self._changed:
@@ -105,11 +105,11 @@ class Live:
 
 
 class LiveServer(StaticServer):
-    """The site's folder together with what pages are told."""
+    """A server of the site's folder and of the live state."""
 
     def __init__(self, root: Path, address: tuple[str, int], live: Live) -> None:
         self.live = live
-        # On Windows the option would let two servers share a port instead of only skipping a wait.
+        # On Windows this option would let two servers share a port instead of only skipping a wait.
         self.allow_reuse_address = os.name != "nt"
         super().__init__(root, address, LiveHandler)
 
@@ -120,7 +120,7 @@ class LiveHandler(StaticHandler):
     server: LiveServer
 
     def do_GET(self) -> None:
-        # Taken before the file is read: a page may be newer than the build it names, and then reloads once more.
+        # Taken before the file is read: a page may then be newer than the build it names, and just reloads once more.
         self.build = self.server.live.build
         path = self.path.partition("?")[0]
         if self.headers.get("Service-Worker") == "script":
@@ -141,7 +141,7 @@ class LiveHandler(StaticHandler):
 
     def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
         if kind.startswith("text/html"):
-            # Nothing is painted before it has run: a page that comes anew stands where its author was.
+            # Painting waits for this script, so that a reloaded page appears at the author's place.
             tag = f'<script type="module" src="{FOLLOW}" data-build="{self.build}" blocking="render"></script>'.encode()
             before, head, after = data.partition(b"</head>")
             data = before + tag + head + after
@@ -149,7 +149,7 @@ class LiveHandler(StaticHandler):
         super().answer(status, data, kind, headers)
 
     def stream(self) -> None:
-        """Events until the page or the server goes."""
+        """Send events until the page or the server closes."""
         self.close_connection = True
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", "text/event-stream")
@@ -162,17 +162,17 @@ class LiveHandler(StaticHandler):
 
 
 class LiveSite:
-    """Server, builder and watcher of one checkout."""
+    """The server, builder and watcher of one checkout."""
 
     def __init__(self, root: Path, dest: Path, host: str = "127.0.0.1", port: int = 0) -> None:
         self.root = root
         self._stop = Event()
         self._edits = self._watch()
-        next(self._edits)  # from here on no edit is missed
+        next(self._edits)  # starts the watcher: from here on no edit is missed
         self.live = Live()
         self.server = listening(dest, host, port, self.live)
         self.builder = Builder(root, dest)
-        self.idle = Event()  # set while nothing is being built and the next build can begin at once
+        self.idle = Event()  # set while nothing is being built and the next build can start at once
         self._thread = Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
         self._thread.start()
 
@@ -205,15 +205,15 @@ class LiveSite:
             step=SETTLE_MS,
             debounce=20 * SETTLE_MS,
             rust_timeout=8 * SETTLE_MS,
-            yield_on_timeout=True,  # so that watching can be begun before the first build, which takes long
+            yield_on_timeout=True,  # so that watching can start before the first build, which is slow
         )
 
     def stop(self) -> None:
-        """End watching, once the build that may be under way is done."""
+        """Stop watching, after a running build is done."""
         self._stop.set()
 
     def close(self) -> None:
-        """End everything, at once; where another thread watches, it has to have ended."""
+        """Stop everything at once. A thread that runs watch() must have ended before."""
         self.stop()
         self.live.close()
         self.server.stop()
@@ -221,7 +221,7 @@ class LiveSite:
 
 
 def listening(dest: Path, host: str, port: int, live: Live) -> LiveServer:
-    """A server on the port, or on the next free one. Raises OSError where there is none."""
+    """A server on the port, or on the next free one. Raises OSError if there is none."""
     last: Any = None
     for candidate in range(port, port + PORTS) if port else [0]:
         try:
@@ -232,14 +232,14 @@ def listening(dest: Path, host: str, port: int, live: Live) -> LiveServer:
 
 
 def can_open() -> bool:
-    """Whether there is a screen to open a browser on (else Python may find one for the terminal)."""
+    """Whether a graphical browser can be opened (without a screen, Python may start a text browser in the terminal)."""
     if sys.platform.startswith("linux"):
         return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
     return True
 
 
 def serve(root: Path, host: str, port: int, *, opens: bool = True) -> int:
-    """Build and serve until Ctrl-C. The exit code is 1 when there is no port to serve on."""
+    """Build and serve until Ctrl-C. The exit code is 1 if there is no port to serve on."""
     try:
         site = LiveSite(root, root / "site", host, port)
     except OSError as error:

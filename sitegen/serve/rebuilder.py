@@ -1,6 +1,6 @@
-"""Builds in a process of their own, which builds again with what it has in memory for as long as no code has changed.
+"""Builds in a separate process, which is reused, with all it has in memory, for as long as no code has changed.
 
-So edits of Python count: then a fresh process takes its place, and that already waits with other people's modules.
+After an edit of code, a new process takes over; it is already waiting, with third-party modules imported.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CLEAR_UP_SECONDS = 5.0
 
 
 class Process:
-    """One process that builds (see build_process.py)."""
+    """A process that builds (see build_process.py)."""
 
     def __init__(self, root: Path, dest: Path, modules: list[str]) -> None:
         command = [sys.executable, "-P", str(BUILD_PROCESS), str(root), str(dest), json.dumps(modules)]
@@ -36,14 +36,14 @@ class Process:
         assert self._child.stdout is not None
         self._to, self._from = self._child.stdin, self._child.stdout
         try:
-            self._from.readline()  # it says so when it is ready
+            self._from.readline()  # "ready"
         except BaseException:
             self.close()
             raise
 
     def build(self) -> tuple[Outcome, list[str]]:
-        """Let it build; the outcome, and what it has imported of other people's."""
-        with contextlib.suppress(OSError):  # where it has died, the missing answer tells
+        """Have it build. Return the outcome and the names of the third-party modules that it has imported."""
+        with contextlib.suppress(OSError):  # if it has died, the missing answer shows it
             self._to.write("\n")
             self._to.flush()
         try:
@@ -54,7 +54,7 @@ class Process:
         return Outcome.parsed(answer), answer["modules"]
 
     def close(self) -> None:
-        """End it; a build that is under way clears up."""
+        """End the process; a running build cleans up."""
         self._child.terminate()
         try:
             self._child.wait(CLEAR_UP_SECONDS)
@@ -62,7 +62,7 @@ class Process:
             self._child.kill()
             self._child.wait()
         for pipe in (self._to, self._from):
-            with contextlib.suppress(OSError):  # what was about to be written has no reader any more
+            with contextlib.suppress(OSError):  # unwritten data has lost its reader
                 pipe.close()
 
 
@@ -72,28 +72,28 @@ class Builder:
     def __init__(self, root: Path, dest: Path) -> None:
         self.root, self.dest = root, dest
         self._modules: list[str] = []
-        self._code: frozenset[Stamp] = frozenset()  # what the process at work has imported
+        self._code: frozenset[Stamp] = frozenset()  # the sources as the current process has read them
         self._at_work: Process | None = None
         self._next: Process | None = Process(root, dest, self._modules)
 
     def build(self) -> Outcome:
-        """One build, of the sources as they are now; renew() before the next."""
+        """Build the current sources; call renew() before the next build."""
         code = sources(self.root)
         if self._at_work is None or code != self._code:
             self._end_work()
             self._at_work, self._next, self._code = self._next or self._fresh(), None, code
         outcome, modules = self._at_work.build()
         self._modules = modules or self._modules
-        if outcome.trouble:  # whatever is half imported, or wrong in memory, goes with the process
+        if outcome.trouble:  # ending the process discards half-imported modules and bad memory
             self._end_work()
         return outcome
 
     def renew(self) -> None:
-        """Have the next process wait; returns when it is ready."""
+        """Make sure that the next process is waiting; return when it is ready."""
         self._next = self._next or self._fresh()
 
     def close(self) -> None:
-        """End the processes that wait or build."""
+        """End both processes."""
         self._end_work()
         if self._next is not None:
             self._next.close()

@@ -1,4 +1,4 @@
-"""A folder served over HTTP as a static host would: types, the headers that its `_headers` file asks for, 304s."""
+"""A folder served over HTTP as a static host would: content types, the headers of its `_headers` file, and 304s."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from typing import Any
 from urllib.parse import unquote
 from weakref import WeakKeyDictionary
 
-# Written down, since what a machine's own tables say of these differs (or is nothing).
+# Listed here because the tables of different machines disagree on these types or lack them.
 TYPES = {
     ".css": "text/css; charset=utf-8",
     ".html": "text/html; charset=utf-8",
@@ -44,13 +44,13 @@ Rule = tuple[str, tuple[tuple[str, str], ...]]
 
 
 def content_type(path: Path) -> str:
-    """The Content-Type of a file by its name."""
+    """The Content-Type for a file's name."""
     guess = mimetypes.guess_type(path.name)[0]
     return TYPES.get(path.suffix.lower()) or guess or "application/octet-stream"
 
 
 def header_rules(root: Path) -> list[Rule]:
-    """The rules of `_headers` as static hosts read it: a path pattern, then indented `Name: value` lines."""
+    """Read the rules of `_headers` as static hosts do: a path pattern, then indented `Name: value` lines."""
     file = root / "_headers"
     rules: list[Rule] = []
     for line in file.read_text("utf-8").splitlines() if file.is_file() else []:
@@ -65,27 +65,27 @@ def header_rules(root: Path) -> list[Rule]:
 
 
 def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
-    """The headers that the rules give a request path ("/kabsch.html"); a later rule wins."""
+    """The headers that the rules set for a request path ("/kabsch.html"); a later rule wins."""
     return {name: value for pattern, headers in rules if fnmatch.fnmatchcase(path, pattern) for name, value in headers}
 
 
-REQUEST_SECONDS = 30.0  # by then a caller has sent the whole head of its next request, or is sent away
-CHUNK = 1 << 16  # bytes of an answer that a caller has as long to take
+REQUEST_SECONDS = 30.0  # a client that has not sent the complete head of its next request by then is disconnected
+CHUNK = 1 << 16  # bytes of a response that a client must accept within the same time
 
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 
 def named(host: str) -> str:
-    """The name in a Host header, without its port and an address's brackets."""
+    """The host name in a Host header, without its port and an address's brackets."""
     if host.startswith("["):
         return host[1:].partition("]")[0].lower()
     return host.partition(":")[0].lower()
 
 
 def locate(root: Path, url: str) -> tuple[str, Path] | None:
-    """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
-    request = unquote(url.partition("?")[0])  # urlsplit would take "//x" for a host, and "//[" for a mistake of ours
-    if "\0" in request or "\\" in request:  # Windows takes a backslash for a slash
+    """The request path and the file below `root` that a URL names; None if it would lead outside of `root`."""
+    request = unquote(url.partition("?")[0])  # urlsplit takes "//x" for a host and raises on "//["
+    if "\0" in request or "\\" in request:  # Windows treats a backslash as a slash
         return None
     file = (root / request.lstrip("/")).resolve()
     if not file.is_relative_to(root.resolve()):
@@ -99,11 +99,11 @@ class StaticHandler(BaseHTTPRequestHandler):
     """GET and HEAD of the files below the server's `root`."""
 
     protocol_version = "HTTP/1.1"
-    disable_nagle_algorithm = True  # head and body are two writes: the second must not wait for the first's receipt
+    disable_nagle_algorithm = True  # head and body are two writes: the second must not wait for the first's ACK
     server: StaticServer
 
     def setup(self) -> None:
-        """Nothing that is sent or awaited takes longer; an answer is sent in pieces, so that a large one may."""
+        """Limit each read and write to the server's patience. A response in many chunks may take longer in total."""
         super().setup()
         self.connection.settimeout(self.server.patience)
 
@@ -111,12 +111,12 @@ class StaticHandler(BaseHTTPRequestHandler):
         self.do_GET()
 
     def handle_one_request(self) -> None:
-        """The next request, which may trickle in only for a while."""
+        """Handle the next request, whose head must arrive in time."""
         self.server.expect(self.connection)
         super().handle_one_request()
 
     def parse_request(self) -> bool:
-        """Answer nobody who was sent here under another name: a foreign page could read what is on loopback."""
+        """Refuse requests for another host name: otherwise a foreign page could read from loopback (DNS rebinding)."""
         if not super().parse_request():
             return False
         self.server.expect(self.connection, math.inf)
@@ -134,23 +134,23 @@ class StaticHandler(BaseHTTPRequestHandler):
             self.answer(HTTPStatus.OK, data, content_type(location[1]), self.headers_of(location[0]))
 
     def read(self, file: Path) -> bytes | None:
-        """The file's bytes at once, so that no answer mixes two builds; None where there is no such file."""
+        """Read the whole file at once, so that no response mixes two builds; None if it cannot be read."""
         try:
             return file.read_bytes()
         except OSError:
             return None
 
     def headers_of(self, path: str) -> dict[str, str]:
-        """The headers of one answer."""
+        """The headers for a request path."""
         return headers_for(path, header_rules(self.server.root))
 
     def missing(self) -> None:
-        """Answer that there is no such file, with the site's own page for it where it has one."""
+        """Answer 404, with the site's own page if it has one."""
         page = self.read(self.server.root / "404.html") or b"<!doctype html><title>404</title><p>No such page."
         self.answer(HTTPStatus.NOT_FOUND, page, TYPES[".html"], self.headers_of("/404.html"))
 
     def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
-        """Send one whole answer, or a 304 where the browser has these bytes."""
+        """Send a complete response, or a 304 if the browser already has these bytes."""
         tag = f'"{hashlib.sha256(data).hexdigest()[:20]}"'
         fresh = status == HTTPStatus.OK and self.headers.get("If-None-Match") == tag
         self.send_response(HTTPStatus.NOT_MODIFIED if fresh else status)
@@ -164,11 +164,11 @@ class StaticHandler(BaseHTTPRequestHandler):
                 self.wfile.write(data[at : at + CHUNK])
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Requests are not worth a line each."""
+        """Log nothing: a line per request would be noise."""
 
 
 class StaticServer(ThreadingHTTPServer):
-    """The server of one folder; its threads never keep the process alive."""
+    """A server of one folder; its threads do not keep the process alive."""
 
     daemon_threads = True
 
@@ -178,21 +178,21 @@ class StaticServer(ThreadingHTTPServer):
         if ":" in address[0]:
             self.address_family = socket.AF_INET6
         self.patience = REQUEST_SECONDS
-        self._callers: WeakKeyDictionary[socket.socket, float] = WeakKeyDictionary()  # and when each one's time is up
+        self._callers: WeakKeyDictionary[socket.socket, float] = WeakKeyDictionary()  # connection → when its time is up
         super().__init__(address, handler)
 
     def get_request(self) -> tuple[socket.socket, Any]:
-        """A caller's connection, remembered for as long as it is open."""
+        """Accept a connection and start its deadline."""
         caller, address = super().get_request()
         self.expect(caller)
         return caller, address
 
     def expect(self, caller: socket.socket, seconds: float | None = None) -> None:
-        """A caller has so long for what it does next: as a rule, for the head of a request."""
+        """Set a client's deadline for its next step; the default suits the head of a request."""
         self._callers[caller] = time.monotonic() + (self.patience if seconds is None else seconds)
 
     def service_actions(self) -> None:
-        """Send away those whose time is up. This is called at every turn of the server's loop."""
+        """Disconnect clients whose time is up. The server's loop calls this on every iteration."""
         now = time.monotonic()
         for caller, until in list(self._callers.items()):
             if until < now:
@@ -200,7 +200,7 @@ class StaticServer(ThreadingHTTPServer):
                 hang_up(caller)
 
     def stop(self) -> None:
-        """Be gone, also for those who are still connected. The server must be running in another thread."""
+        """Stop the server and disconnect everyone. It must be running in another thread."""
         self.shutdown()
         self.server_close()
         for caller in list(self._callers):
@@ -208,26 +208,26 @@ class StaticServer(ThreadingHTTPServer):
 
     @property
     def origin(self) -> str:
-        """The address to open."""
+        """The URL to open."""
         host, port = str(self.server_address[0]), self.server_address[1]
         here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
         return f"http://{f'[{here}]' if ':' in here else here}:{port}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away in the middle of an answer is not an event; everything else is told."""
+        """Ignore a browser that disconnects in the middle of a response; report everything else."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)
 
 
 def hang_up(caller: socket.socket) -> None:
-    """End a connection; its thread finds nothing more to read and ends."""
-    with suppress(OSError):  # closed long ago
+    """Shut a connection down; its thread then finds nothing more to read and ends."""
+    with suppress(OSError):  # already closed
         caller.shutdown(socket.SHUT_RDWR)
 
 
 @contextmanager
 def serving(root: Path, handler: type[StaticHandler] = StaticHandler) -> Iterator[StaticServer]:
-    """The folder served on a free loopback port for as long as the context lasts."""
+    """Serve the folder on a free loopback port for the duration of the context."""
     server = StaticServer(root, ("127.0.0.1", 0), handler)
     thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()

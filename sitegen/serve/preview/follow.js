@@ -1,4 +1,4 @@
-/* Keeps the page in step with what `python3 build.py serve` builds. Only that server serves this; no published page has it. */
+/* Keeps the page in step with the builds of `python3 build.py serve`. Only that server serves it; no published page has it. */
 
 import { elsewhere, hide, problems } from "./messages.js";
 import { keep, ladder, place, restore, unfold } from "./place.js";
@@ -8,7 +8,7 @@ import { same, swap } from "./swap.js";
 
 const KEPT = "ladder-preview";
 let shown = buildOf(document);
-/** @type {Document | null} the page as it was built, which scripts have changed since */
+/** @type {Document | null} the page as built, before scripts changed it */
 let source = null;
 /** @type {EventSource | null} */
 let events = null;
@@ -20,7 +20,7 @@ async function fetched() {
 }
 
 /**
- * The name of the build that a page is from.
+ * The name of the build that made a page.
  * @param {Document} page
  */
 function buildOf(page) {
@@ -34,13 +34,13 @@ function reload() {
   try {
     sessionStorage.setItem(KEPT, JSON.stringify(keep()));
   } catch {
-    // forbidden or full: the page comes back at its beginning
+    // storage is forbidden or full: the page returns at its top
   }
   location.reload();
 }
 
 /**
- * A build has been published: the page becomes what it is now, with as little stir as can be.
+ * Brings the page up to date with a published build, with as little disturbance as possible.
  * @param {BuildState} state
  */
 async function update({ build, edited }) {
@@ -60,11 +60,11 @@ function open() {
     const state = JSON.parse(data);
     hide();
     if (state.lines.length) problems(state.title, state.lines);
-    else last = last.then(() => update(state)).catch(() => {}); // the server has gone: the next message comes with it
+    else last = last.then(() => update(state)).catch(() => {}); // the server is down: the next message comes when it is back
   };
 }
 
-// A browser holds six connections to one server, so a page that nobody sees gives its own back.
+// A browser allows six connections per server, so a hidden page releases its own.
 function follow() {
   if (document.hidden) {
     events?.close();
@@ -73,8 +73,8 @@ function follow() {
 }
 
 /**
- * After a reload: the place is taken before anything is painted, and held until fonts and pictures are there. The rest
- * waits for the figures, whose buttons cannot be focused before.
+ * After a reload: scrolls to the author's place before the first paint, and keeps it until fonts and pictures have
+ * loaded. The rest waits for the figures, whose buttons cannot be focused earlier.
  */
 async function comeBack() {
   /** @type {Kept | null} */
@@ -83,7 +83,7 @@ async function comeBack() {
     kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
     sessionStorage.removeItem(KEPT);
   } catch {
-    // forbidden: nothing was kept
+    // storage is forbidden: nothing was kept
   }
   if (kept?.page !== location.pathname) return;
   unfold(kept);
@@ -101,7 +101,7 @@ async function comeBack() {
 
 const back = comeBack();
 addEventListener("pagehide", () => {
-  history.scrollRestoration = reloading ? "manual" : "auto"; // the browser's own would go by pixels
+  history.scrollRestoration = reloading ? "manual" : "auto"; // the browser's own restoration goes by pixels
   events?.close();
   events = null;
 });
@@ -113,5 +113,5 @@ Promise.all([fetched(), back]).then(
     document.addEventListener("visibilitychange", follow);
     follow();
   },
-  () => {}, // the server has gone
+  () => {}, // the server is down
 );

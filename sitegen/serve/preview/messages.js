@@ -1,4 +1,4 @@
-/* What the author is told in the page: what a build found wrong, and that another page has changed. */
+/* Messages to the author in the page: the problems of a build, and that another page has changed. */
 
 const FACE = "font: 15px/1.5 ui-monospace, Menlo, Consolas, monospace; color: #f6f2ec; background: #1d1b1a;";
 const BUTTON =
@@ -6,7 +6,7 @@ const BUTTON =
   "border: 1px solid #8a827a; border-radius: 6px; cursor: pointer;";
 
 /**
- * The site's styles stay out by a shadow root; styles are set by script, since the page's policy blocks style attributes.
+ * Appends a styled element. Styles are set by script, since the page's policy blocks style attributes.
  * @template {keyof HTMLElementTagNameMap} T
  * @param {Node} parent
  * @param {T} tag
@@ -20,6 +20,7 @@ const element = (parent, tag, style, text = "") => {
 };
 
 /**
+ * Adds a fixed box to the page. Its shadow root keeps the site's styles out.
  * @param {string} id
  * @param {string} role
  * @param {string} style
@@ -44,7 +45,7 @@ function hideButton(host, parent, style) {
 }
 
 /**
- * The list of problems: file, line and column, and below what is wrong.
+ * Shows the list of problems: file, line and column, and below them the message.
  * @param {string} title
  * @param {string[]} lines
  */
@@ -68,7 +69,7 @@ export function problems(title, lines) {
 }
 
 /**
- * A small line with a link to the page of the chapter that was edited.
+ * Shows a small note with a link to the page of the chapter that was edited.
  * @param {string} page
  * @param {string} file
  */
@@ -85,7 +86,7 @@ export function elsewhere(page, file) {
   hideButton(host, row, "border-color: transparent;");
 }
 
-/** Takes away what was told. */
+/** Removes all messages. */
 export function hide() {
   for (const id of ["build-problems", "build-elsewhere"]) document.getElementById(id)?.remove();
 }

@@ -1,25 +1,25 @@
-/* Where the author is in a page: kept as plain data, and brought back once the page is another one. */
+/* The author's place in a page: saved as plain data, and restored after the page has been replaced. */
 
 /** @import { Kept, Mark, PageLadder, State, Way } from "./types.js" */
 
-const TOLD = 200; // characters by which a block is known again
-const AROUND = 5; // blocks above and below the window that count where none in it is left
+const TOLD = 200; // characters by which a block is recognised
+const AROUND = 5; // blocks above and below the window to fall back on if none inside it remains
 const BLOCKS = "main :is(h1, h2, h3, h4, p, li, dt, dd, pre, tr, .equation, figure)";
 
 /**
- * What the page shows of itself, where its script has come.
+ * What the page's script exposes, if it has loaded.
  * @returns {PageLadder | undefined}
  */
 export const ladder = () => /** @type {any} */ (globalThis.Ladder);
 
 /**
- * A thing's own name: its id, else what it is and says. Names are not unique.
+ * An element's name: its id, else its tag and text. Names are not unique.
  * @param {Element} node
  */
 const named = (node) => (node.id ? `#${node.id}` : `${node.localName}: ${(node.textContent ?? "").trim().slice(0, TOLD)}`);
 
 /**
- * The way to an element: the nearest id, and from there the place among each parent's children.
+ * The path to an element: the nearest id, and from there the index among each parent's children.
  * @param {Element} node
  * @returns {Way}
  */
@@ -34,7 +34,7 @@ function wayTo(node) {
 }
 
 /**
- * The element that a way leads to, if it still leads to one.
+ * The element at the end of a path, if it still exists.
  * @param {Way} way
  */
 function at({ id, steps }) {
@@ -45,8 +45,8 @@ function at({ id, steps }) {
 }
 
 /**
- * The blocks of the text in order, each with its name and how many of that name stand before it. What figures say
- * changes as they are used, so a figure is one block.
+ * The blocks of the text in order, each with its name and the number of blocks of that name before it. The text in a
+ * figure changes as it is used, so a figure is one block.
  */
 function blocks() {
   /** @type {Map<string, number>} */
@@ -62,7 +62,8 @@ function blocks() {
 }
 
 /**
- * Blocks to find the place by, the best first: what is focused, what begins in the window, what else is in or near it.
+ * Blocks to find the place by, the best first: the focused one, then those that begin in the window, then others in it,
+ * then others near it.
  * @returns {Mark[]}
  */
 function marks() {
@@ -95,7 +96,7 @@ function states() {
 }
 
 /**
- * Where the author is, for `restore`.
+ * Saves the author's place, for `restore`.
  * @returns {Kept}
  */
 export function keep() {
@@ -111,7 +112,7 @@ export function keep() {
 }
 
 /**
- * Scrolls so that the first mark that is still there stands where it stood in the window.
+ * Scrolls so that the first mark that still exists is back at its position in the window.
  * @param {Kept} kept
  */
 export function place(kept) {
@@ -124,7 +125,7 @@ export function place(kept) {
 }
 
 /**
- * Opens what was open, and closes what was closed.
+ * Opens the details that were open, and closes those that were closed.
  * @param {Kept} kept
  */
 export function unfold(kept) {
@@ -135,7 +136,7 @@ export function unfold(kept) {
 }
 
 /**
- * Focus goes to the very element; where it has moved, to the one that says the same.
+ * Focuses the same element again; if it has moved, one with the same text.
  * @param {Kept} kept
  */
 function focus({ focus: kept }) {
@@ -149,7 +150,7 @@ function focus({ focus: kept }) {
 }
 
 /**
- * Figures go back to what the author made of them, as long as they begin where they began.
+ * Returns figures to the author's state, as long as their initial state is the same as before.
  * @param {Kept} kept
  */
 function play({ states: kept }) {
@@ -164,7 +165,7 @@ function play({ states: kept }) {
 }
 
 /**
- * Brings back all that was kept.
+ * Restores everything that was kept.
  * @param {Kept} kept
  */
 export function restore(kept) {

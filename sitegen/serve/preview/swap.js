@@ -1,5 +1,5 @@
-/* What of a page has changed, from its source before and now: nothing, its style, some of its text, or more than can be
-   put in place. */
+/* Compares a page's old and new source: nothing has changed, or its style, or some of its text, or more than can be
+   swapped in place. */
 
 import { keep, ladder, place, restore } from "./place.js";
 
@@ -7,7 +7,7 @@ const TEXT = "main .text";
 const STYLE = "link[rel=stylesheet]";
 
 /**
- * A page without its text, its style, and what changes in all pages with any of them: what has to be equal.
+ * A page without its text, its style, and what changes on every page along with them: the part that must be equal.
  * @param {Document} page
  */
 function frame(page) {
@@ -22,7 +22,7 @@ function frame(page) {
 const blocksOf = (page) => [...(page.querySelector(TEXT)?.children ?? [])];
 
 /**
- * The run of blocks that differs: where it begins, how many there were of it, and what is there now.
+ * The run of blocks that differs: its start, how many blocks it had, and the blocks there now.
  * @param {Element[]} was
  * @param {Element[]} now
  */
@@ -36,7 +36,7 @@ function difference(was, now) {
 }
 
 /**
- * Puts the text that has changed in the place of what it was. Tells whether it could: figures need a new page.
+ * Replaces the text that has changed. Returns whether it could: changed figures need a reload.
  * @param {Document} was
  * @param {Document} now
  */
@@ -56,7 +56,7 @@ function swapText(was, now) {
 }
 
 /**
- * The new style sheet takes the old one's place once it is there.
+ * Replaces the style sheet once the new one has loaded.
  * @param {Document} now
  */
 function swapStyle(now) {
@@ -73,7 +73,7 @@ function swapStyle(now) {
 }
 
 /**
- * Makes the page what its source is now, where that can be done in place. Tells whether it is done.
+ * Updates the page to its new source, if that can be done in place. Returns whether it was.
  * @param {Document} was
  * @param {Document} now
  */
@@ -90,7 +90,7 @@ export function swap(was, now) {
 }
 
 /**
- * Whether two sources are one page; the name of its build is not part of it.
+ * Whether two sources are the same page, apart from the name of the build.
  * @param {Document} was
  * @param {Document} now
  */

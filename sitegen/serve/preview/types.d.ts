@@ -1,4 +1,4 @@
-// What the preview's scripts hand each other, what its server tells them, and what they look at in the page.
+// The types that the preview's scripts exchange with each other, with the server, and with the page.
 
 import type { sound } from "../../../templates/assets/js/base/checked_record.js";
 import type * as record from "../../../templates/assets/js/base/record.js";
@@ -6,7 +6,7 @@ import type { FigureRecord } from "../../../templates/assets/js/base/types.js";
 import type { figures } from "../../../templates/assets/js/figure/registry.js";
 import type { describeCards } from "../../../templates/assets/js/page/cards.js";
 
-/** What of the page's own scripts is used (main.js). */
+/** The part of the page's own scripts that the preview uses (main.js). */
 export interface PageLadder {
   alive: Promise<void>;
   figures: typeof figures;
@@ -15,27 +15,27 @@ export interface PageLadder {
   describeCards: typeof describeCards;
 }
 
-/** The way to an element: from the nearest id, "" for the page itself, the place among each parent's children. */
+/** The path to an element: the nearest id ("" for the page itself), then the index among each parent's children. */
 export interface Way {
   id: string;
   steps: number[];
 }
 
-/** A block to find the place by: the nth of its name, and where it stood in the window. */
+/** A block to find the place by: its name, its number among blocks of that name, and its top in the window. */
 export interface Mark {
   name: string;
   nth: number;
   top: number;
 }
 
-/** A figure that was changed: what it shows, and what it showed first. */
+/** A figure that the author has changed: its current state and its initial one. */
 export interface State {
   id: string;
   initial: FigureRecord;
   record: FigureRecord;
 }
 
-/** Where the author is: plain data, which outlives the page. */
+/** The author's place: plain data, which outlives the page. */
 export interface Kept {
   page: string;
   marks: Mark[];
@@ -44,7 +44,7 @@ export interface Kept {
   states: State[];
 }
 
-/** What a build has come to. lines: its problems; edited: the chapters that were edited, with their pages. */
+/** The result of a build. lines: its problems; edited: the chapters that were edited, with their pages. */
 export interface BuildState {
   build: string;
   title: string;
