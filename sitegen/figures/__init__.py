@@ -1,1 +1,1 @@
-"""Figures drawn ahead: frames, tapes, plots, and what is wrong with them."""
+"""Figures drawn at build time: frames, tapes and plots, and the detection of faults in them."""

@@ -1,6 +1,6 @@
-"""Figures as chapters place them: which widget in which state, what the page needs of it, its frames, baked and kept.
+"""Bakes the figures that chapters place: frames, readouts, tapes and job results, all cached.
 
-Nothing is drawn here: frames come from widgets.engine.host, which the browser runs too.
+Nothing is drawn here: frames come from widgets.engine.host, which also runs in the browser.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from widgets.engine.host import Host
 from widgets.engine.jobs import finished
 from widgets.engine.registry import WIDGETS
 
-TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of what makes the tapes that are kept
-SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of what looks at the pictures before
+TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of the code that makes the cached tapes
+SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of the code that checks the pictures first
 
 
 def code_hash(
     packages: Sequence[ModuleType] = (solvers, widgets), skip: Callable[[Path], bool] = lambda path: False
 ) -> str:
-    """The hash of what frames and values are made by: the packages' sources as imported, and numpy's version."""
+    """The hash of the code that makes frames and values: the packages' sources as imported, and numpy's version."""
     files = [("numpy", np.__version__.encode())]
     for package in packages:
         root = Path(package.__path__[0]).parent
@@ -47,8 +47,8 @@ def code_hash(
 
 
 def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
-    """The hash of what the frames of one figure are made by: all but the modules of the other figures, which it cannot
-    import."""
+    """The hash of the code that makes one figure's frames: everything except the modules of the other figures, which it
+    cannot import."""
     own = Path(str(sys.modules[widgets[name].start.__module__].__file__))
     return _code_beside(own)
 
@@ -60,25 +60,25 @@ def _code_beside(own: Path) -> str:
 
 
 def _figure_of(path: Path) -> str:
-    """The module or folder in widgets/figures that a file is, or lies in; "" for one that lies elsewhere."""
+    """The module or folder in widgets/figures that a file is or belongs to; "" for a file elsewhere."""
     return path.relative_to(FIGURES).parts[0] if path.is_relative_to(FIGURES) else ""
 
 
 @lru_cache(maxsize=512)
 def _frames(data: bytes) -> list[Plain]:
-    """Frames as they are kept; nobody changes them."""
+    """Parse cached frames; nobody may change them."""
     return json.loads(data)  # type: ignore[no-any-return]
 
 
 @lru_cache(maxsize=128)
 def _tape(data: bytes) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
-    """A tape as it is kept."""
+    """Parse a cached tape."""
     script, first, states = json.loads(data)
     return script.encode(), first, tuple(StateRoles(**each) for each in states)
 
 
 class Bakery:
-    """Frames for records, kept by the hash of the code, the figure and the records."""
+    """Frames for records, cached under the hash of the code, the figure and the records."""
 
     def __init__(self, widgets: Mapping[str, Widget], cache: Path) -> None:
         self._widgets = widgets
@@ -89,7 +89,7 @@ class Bakery:
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
         """One frame for each record of one widget, in order.
 
-        Raises FigureFault for what a widget does wrong.
+        Raises FigureFault if the widget is at fault.
         """
 
         def made() -> bytes:
@@ -98,7 +98,7 @@ class Bakery:
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
     def shown(self, figure: Figure, tape_states: Sequence[Plain], record: Plain) -> Plain:
-        """The frame of a figure in a state; of one on its tape, whose states are `tape_states`, as drawn there.
+        """The frame of a figure in a state, taken from its tape if `tape_states`, the tape's states, include it.
 
         Raises FigureFault.
         """
@@ -106,7 +106,7 @@ class Bakery:
         return self.frames(figure.dom_id, records)[records.index(record)]
 
     def readouts(self, figure: Figure, tape_states: Sequence[Plain], record: Plain) -> dict[str, str]:
-        """The readouts of a figure in a state, by name, as `shown` has it.
+        """The readouts, by name, in the frame that `shown` returns.
 
         Raises FigureFault.
         """
@@ -119,7 +119,7 @@ class Bakery:
         return values
 
     def lacks_readouts(self, figure: Figure, record: Plain) -> bool:
-        """Whether any frame has to be drawn for these readouts."""
+        """Whether a frame has to be drawn for these readouts."""
         return not self._store.has(self._readouts_key(figure, record)) and self.lacks_frames(figure.dom_id, [record])
 
     def _readouts_key(self, figure: Figure, record: Plain) -> str:
@@ -139,8 +139,8 @@ class Bakery:
         records: Sequence[Plain],
         script: Callable[[str, Sequence[Plain], Sequence[Plain]], str],
     ) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
-        """What `script` makes of a figure's records and their frames, the first of these, and what all of them show,
-        kept likewise."""
+        """The tape that `script` makes of a figure's records and their frames, the first frame, and the roles that each
+        state shows; cached as well."""
 
         def made() -> bytes:
             frames = self.frames(dom_id, records)
@@ -150,7 +150,7 @@ class Bakery:
         return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", made))
 
     def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
-        """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
+        """The result of each job of the record's widget, without machine-dependent parts; cached as well."""
         widget = self._widgets[record["widget"]]
         if not widget.jobs:
             return ()
@@ -166,7 +166,7 @@ class Bakery:
         return tuple(json.loads(self._store.get(self._results_key(dom_id, record), made)))
 
     def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
-        """Whether any of a figure's frames, or what its jobs find, has to be made."""
+        """Whether any of a figure's frames or job results has to be made."""
         jobs = self._widgets[records[0]["widget"]].jobs
         lacks_results = jobs and not self._store.has(self._results_key(dom_id, records[0]))
         return self.lacks_frames(dom_id, records) or bool(lacks_results)
@@ -182,7 +182,7 @@ class Bakery:
         return self._key(record["widget"], ["jobs", dom_id, record])
 
     def _key(self, name: str, question: list[Any]) -> str:
-        """What is kept depends on the figure's code and on what is asked of it."""
+        """The cache key: the code of the figure and of the checks, and the request."""
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
         return json.dumps([self._codes[name], SOUND, *question])
@@ -191,7 +191,7 @@ class Bakery:
 def frames_of(
     bakery: Bakery, problems: Problems, tapes: Mapping[str, Sequence[Plain]], figure: Figure, records: Sequence[Plain]
 ) -> list[Plain]:
-    """Frames of a figure in some states; none, and a problem, where it cannot be drawn.
+    """Frames of a figure in some states; an empty list, and a problem, if it cannot be drawn.
 
     tapes: figure → the states of its tape.
     """
@@ -205,7 +205,7 @@ def frames_of(
 def readouts_of(
     bakery: Bakery, problems: Problems, tapes: Mapping[str, Sequence[Plain]], figure: Figure, record: Plain
 ) -> dict[str, str]:
-    """The readouts of a figure in a state, by name; none, and a problem, where it cannot be drawn.
+    """The readouts of a figure in a state, by name; an empty dict, and a problem, if it cannot be drawn.
 
     tapes: figure → the states of its tape.
     """
@@ -217,19 +217,19 @@ def readouts_of(
 
 
 def known_by_name(widget: Widget) -> bool:
-    """Whether another process finds a widget by its name, as it does the site's own."""
+    """Whether another process can find a widget by its name, as it can the site's own."""
     return WIDGETS.get(widget.name) is widget
 
 
 def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
-    """Draw a tape of one of the site's figures, in a process of its own: the cache has it then."""
+    """Put the tape's frames and the job results of one of the site's figures into the cache; for worker processes."""
     bakery = Bakery(WIDGETS, cache)
     bakery.frames(dom_id, records)
     bakery.results(dom_id, records[0])
 
 
 def draw_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
-    """Draw records of one of the site's figures, in a process of its own: the cache has them then."""
+    """Put frames of one of the site's figures into the cache; for worker processes."""
     Bakery(WIDGETS, cache).frames(dom_id, records)
 
 

@@ -1,4 +1,4 @@
-"""Regression figures: which there are, what they computed and how that looks, kept by the hash of what made them."""
+"""Plots: their definitions, and their results and drawings, cached under a hash of what made them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sitegen.figures.parts import Parts
 from sitegen.problems import Place
 from sitegen.progress import Progress, quiet
 
-FORMAT = "1"  # of what is kept; raised when its form changes
+FORMAT = "1"  # of the cached data; raised when its form changes
 SIZES = {"wide": (680, 380), "narrow": (350, 340)}  # px; the page shows the one that fits
 
 Table = tuple[Sequence[str], Sequence[Sequence[str]]]
@@ -27,9 +27,9 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 
 @dataclass(frozen=True)
 class Plot:
-    """A regression figure as its module has it. code: the hash of what `compute` runs; look: of all of the module.
-    seconds: about how long `compute` takes, so that a build begins with the longest. parts: of which a long
-    one is made."""
+    """A plot as its module defines it. code: the hash of the code that `compute` runs; look: of the whole module.
+    seconds: about how long `compute` takes, so that a build begins with the slowest. parts: those of a slow plot, else
+    None."""
 
     name: str
     title: str
@@ -57,13 +57,13 @@ class Placed:
 
     @property
     def dom_id(self) -> str:
-        """The id of its element, and what its SVGs' ids begin with."""
+        """The id of its element, and the prefix of the ids in its SVGs."""
         return f"fig-{self.id}"
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a page shows of a plot: its drawings by size, the words that say the same, and the numbers as a table."""
+    """A plot as a page shows it: its drawings by size, the same in words, and the numbers as a table."""
 
     svgs: Mapping[str, str]
     words: str
@@ -72,12 +72,12 @@ class Drawn:
 
 @once
 def version(package: str) -> str:
-    """An installed package's version, which takes a while to find."""
+    """An installed package's version; cached, since looking it up is slow."""
     return version_of(package)
 
 
 class Gallery:
-    """Results and drawings, each made once for what it is made of."""
+    """Results and drawings of plots, made once and then cached."""
 
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
@@ -92,12 +92,12 @@ class Gallery:
         return not self._drawn.has(self._drawings_key(placed))
 
     def result(self, plot: Plot) -> Any:
-        """What the plot computed. What its module raises is raised."""
-        # Also a new result comes from its bytes, so that kept and new are the same.
+        """The plot's result. Errors of its module propagate."""
+        # A new result is also read back from its bytes, so that cached and new ones are the same.
         return _result(plot.result, self._plain(plot))
 
     def _plain(self, plot: Plot) -> bytes:
-        """The same as it is kept."""
+        """The plot's result as cached bytes."""
         if plot.name not in self._results:
 
             def make() -> bytes:
@@ -110,7 +110,7 @@ class Gallery:
         return self._results[plot.name]
 
     def _drawings_key(self, placed: Placed) -> str:
-        """What a plot's drawings depend on: its result, its module's look, and what draws."""
+        """A hash of a plot's result, its module and the drawing code, on which its drawings depend."""
         name = f"{placed.plot.name} {placed.dom_id}"
         if name not in self._keys:
             from sitegen.figures import matplotlib_svg
@@ -126,7 +126,7 @@ class Gallery:
         return self._keys[name]
 
     def drawn(self, placed: Placed) -> Drawn:
-        """The plot for its page. What its module raises is raised."""
+        """The plot for its page. Errors of its module propagate."""
         plot, result = placed.plot, self.result(placed.plot)
         from sitegen.figures import matplotlib_svg
 
@@ -149,17 +149,17 @@ class Gallery:
 
 @lru_cache(maxsize=128)
 def _result(kind: type, plain: bytes) -> Any:
-    """A result from what is kept of it; nobody changes it."""
+    """Parse a cached result; nobody may change it."""
     return kind(**{name: _tuples(value) for name, value in json.loads(plain).items()})
 
 
 def _result_key(plot: Plot) -> str:
-    """What a plot's result depends on: the code that it runs and numpy's version."""
+    """The key of a plot's result: the code that it runs and numpy's version."""
     return f"{FORMAT} {np.__version__} {plot.name} {plot.code}"
 
 
 def _bytes(plot: Plot) -> bytes:
-    """What it computes, as it is kept."""
+    """Compute the plot; the result as bytes for the cache."""
     return json.dumps(asdict(plot.compute()), allow_nan=False).encode()
 
 

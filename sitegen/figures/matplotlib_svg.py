@@ -1,11 +1,11 @@
-"""A matplotlib figure → SVG that stands in a page: roles for colours, attributes for styles, the page's own type.
+"""A matplotlib figure → inline SVG for a page: roles for colours, attributes for styles, the page's own fonts.
 
-A page's policy blocks style attributes, so what matplotlib writes there becomes presentation attributes, and colours
-become classes: `f-source` fills, `s-source` strokes with the role's colour (figure/matplotlib.css). Only the site's
-own colours can be drawn with; another is an error. Figures are made at the size at which they are shown, so that a
-px of theirs is one of the screen.
+A page's policy blocks style attributes, so matplotlib's become presentation attributes, and colours become classes:
+`f-source` fills, `s-source` strokes with the role's colour (figure/matplotlib.css). Only the site's own colours are
+allowed; any other is an error. Figures are made at the size at which they are shown, so that 1 px of theirs is 1 px on
+the screen.
 
-matplotlib is imported where something is drawn: most builds find all drawings in the cache.
+matplotlib is imported only to draw, since most builds find all drawings in the cache.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ ROLES = (
 COLOURS = {role: colours()[role][0] for role in ROLES}
 _ROLE = {colour: role for role, colour in COLOURS.items()}
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
-COMMAND = re.compile(r"([MLCQZz])([^MLCQZz]*)")  # those that matplotlib writes
-POINTS = {"M": 1, "L": 1, "C": 3, "Q": 2}  # of each
+COMMAND = re.compile(r"([MLCQZz])([^MLCQZz]*)")  # the commands that matplotlib writes
+POINTS = {"M": 1, "L": 1, "C": 3, "Q": 2}  # points per command
 DRAWN = ("path", "use", "text", "tspan")
 PLAIN = (
     *("opacity", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray", "stroke-dashoffset"),
@@ -82,7 +82,7 @@ SETTINGS: Any = {
 def draw(fill: Callable[[Any], None], size: tuple[int, int], prefix: str) -> str:
     """The SVG of a figure of this size in px that `fill` draws into; its ids begin with `prefix`.
 
-    Raises ValueError for a colour that is none of the site's, and for what cannot stand in a page.
+    Raises ValueError for a colour that the site does not have, and for elements or styles that a page cannot show.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -98,7 +98,7 @@ def draw(fill: Callable[[Any], None], size: tuple[int, int], prefix: str) -> str
 
 
 def clean(source: str, size: tuple[int, int], prefix: str) -> str:
-    """What matplotlib wrote, fit for a page."""
+    """Convert matplotlib's SVG for use in a page."""
     root = ElementTree.fromstring(source)
     used = {each.get(f"{LINK}href", "")[1:] for each in root.iter(f"{SVG}use")}
     for each in root.iter():
@@ -116,7 +116,7 @@ def _ids(root: ElementTree.Element) -> list[str]:
 
 
 def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -> None:
-    """The marks below an element; groups are kept where they cut or hold what is used again."""
+    """Write the marks below an element. Groups are dropped, unless they clip or hold definitions that are reused."""
     for each in parent:
         kind = each.tag.removeprefix(SVG)
         if kind == "style" or kind == "metadata":
@@ -189,12 +189,12 @@ def _declared(name: str, value: str, result: dict[str, str], classes: list[str])
 
 
 def _path(value: str) -> str:
-    """The path relative to its own points, to a tenth of a px: enough for what is drawn, and short.
+    """The path in relative commands, to a tenth of a px: precise enough, and short.
 
-    Every point is rounded where it lies, so that no rounding adds up along a line.
+    Points are rounded before the differences are taken, so that rounding errors do not add up along a line.
     """
     parts: list[str] = []
-    begin = at = (0, 0)  # of the subpath, and of the pen
+    begin = at = (0, 0)  # start of the subpath, and the pen's position
     for command, numbers in COMMAND.findall(value):
         if command in "zZ":
             parts.append("z")
@@ -211,7 +211,7 @@ def _path(value: str) -> str:
 
 
 def _move(command: str, at: tuple[int, int], points: list[tuple[int, int]]) -> str:
-    """One command, relative to where the pen is."""
+    """One command, relative to the pen's position."""
     steps = [(x - at[0], y - at[1]) for x, y in points]
     if command == "L" and 0 in steps[0]:
         across, down = steps[0]
@@ -224,14 +224,14 @@ def _pair(x: int, y: int) -> str:
 
 
 def _tenths(value: int) -> str:
-    """A number of tenths, as short as a path may have it."""
+    """A number of tenths, as short as a path allows."""
     whole, part = divmod(abs(value), 10)
     sign = "-" if value < 0 else ""
     return f"{sign}{whole or ''}.{part}" if part else f"{sign}{whole}"
 
 
 def _short(number: str) -> str:
-    """A number with two decimals at most, in px."""
+    """A number in px with at most two decimals."""
     return f"{round(float(number), 2) + 0.0:.10g}"
 
 

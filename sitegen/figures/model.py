@@ -1,4 +1,4 @@
-"""A figure in a chapter: its widget, its record, and the states that it brings along."""
+"""A figure in a chapter: its widget, its record, and the states that it comes with."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from sitegen.problems import Place
 from widgets.engine.contract import Lead, Record, Widget
 
 FIGURES = Path(widgets.figures.__path__[0])
-"""Where the figures' modules are."""
+"""The folder of the figures' modules."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure in a chapter. `states` are those that its tape begins with, the first of them its own.
+    """A figure in a chapter. `states` are the first ones on its tape; the very first is the figure's own.
 
-    lead: what is seen of it at first; led: where the placement says so, name by name, of "panels", "readouts" ….
-    after: the state that shows without scripts and on paper what the figure comes to.
+    lead: the parts shown at first; led: the places of their names in the directive, by "panels", "readouts" ….
+    after: the state that shows the outcome to readers without scripts and on paper.
     """
 
     id: str
@@ -35,18 +35,18 @@ class Figure:
 
     @property
     def dom_id(self) -> str:
-        """The id of its element, and what its SVG's ids begin with."""
+        """The id of its element, and the prefix of the ids in its SVGs."""
         return f"fig-{self.id}"
 
 
 def ways(record: Record) -> list[Plain]:
-    """A state after all that lead to it, one action at a time."""
+    """A state, preceded by all the states that lead to it, one action at a time."""
     plain = record.plain()
     return [{**plain, "log": plain["log"][:length]} for length in range(len(plain["log"]) + 1)]
 
 
 def distinct(states: Iterable[Plain]) -> tuple[Plain, ...]:
-    """The states, each where it first stands."""
+    """The states without duplicates, in order of first occurrence."""
     unique: list[Plain] = []
     for state in states:
         if state not in unique:

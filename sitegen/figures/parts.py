@@ -1,7 +1,7 @@
-"""The parts of a plot that takes long: each can be run by itself, and the repository keeps what they found.
+"""The parts of a slow plot: each can be run by itself, and the repository stores their results.
 
-content/data/plots/NAME.json holds the parts by their names, with the hash of the code that ran and numpy's version. A
-build takes them from there as long as both are still the same, and else runs them.
+content/data/plots/NAME.json holds the results by the parts' names, with the hash of the code that ran and numpy's
+version. A build reads them from there as long as both are unchanged, and otherwise runs the parts.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ Found = Mapping[Asked, Any]
 
 @dataclass(frozen=True)
 class Parts:
-    """asked: what `part` is called with for each. whole: makes the plot's result of what all of them found. code: gives
-    the hash of what `part` runs. file: where they are kept."""
+    """asked: the arguments of `part` for each. whole: combines the results of all into the plot's result. code: returns
+    the hash of the code that `part` runs. file: where the results are stored."""
 
     asked: Sequence[Asked]
     part: Callable[..., Any]
@@ -33,12 +33,12 @@ class Parts:
     file: Path
 
     def run(self, arguments: Asked) -> Any:
-        """What one part finds, as it is kept."""
+        """Run one part; its result in the form in which it is stored."""
         return json.loads(json.dumps(self.part(*arguments), allow_nan=False))
 
     def kept(self) -> dict[Asked, Any] | None:
-        """What the parts found; None where the file is not of this code, this numpy and these parts, or is damaged, as
-        a merge may leave it."""
+        """The stored results; None if the file is missing, or from other code, another numpy or other parts, or not
+        valid JSON, as after a merge."""
         names = {named(arguments): arguments for arguments in self.asked}
         try:
             data = json.loads(self.file.read_text("utf-8"))
@@ -49,7 +49,7 @@ class Parts:
         return {names[name]: result for name, result in data["parts"].items()}
 
     def keep(self, results: Found) -> None:
-        """Write what all parts found, a line for each, so that a change shows where it is."""
+        """Store the results of all parts, one per line, so that a diff shows which have changed."""
         head = json.dumps({"numpy": np.__version__, "code": self.code()})
         lines = ",\n".join(
             f"{json.dumps(named(arguments))}: {json.dumps(results[arguments])}" for arguments in self.asked
@@ -57,7 +57,7 @@ class Parts:
         write(self.file, f'{head[:-1]}, "parts": {{\n{lines}\n}}}}\n'.encode())
 
     def result(self) -> Any:
-        """The plot's result: of what is kept, or of parts that are run now."""
+        """The plot's result, from the stored results or else by running the parts."""
         results = self.kept()
         return self.whole({arguments: self.run(arguments) for arguments in self.asked} if results is None else results)
 

@@ -1,6 +1,6 @@
-"""Mistakes in what a figure draws: its functions are watched, and its pictures looked at before they become markup.
+"""Faults in what a figure draws: its functions are wrapped to locate errors, and its pictures checked before rendering.
 
-Only the build looks: a live figure draws with what has been found sound here.
+Only the build checks: a live figure runs code that has passed here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHAPES, ANCHORS = get_args(Shape), get_args(Anchor)
 
 
 class FigureFault(Exception):
-    """What is wrong with a figure that was asked to draw. place: in its module, where that is known."""
+    """A fault in a figure, found as it draws. place: in its module, None if unknown; says: the messages."""
 
     def __init__(self, widget: str, place: Place | None, says: tuple[str, ...]) -> None:
         super().__init__(f"figure {widget}, {'; '.join(says)}")
@@ -34,7 +34,7 @@ class FigureFault(Exception):
 
     @classmethod
     def of(cls, widget: Widget, field: str, error: Exception, record: Mapping[str, Any] | None = None) -> FigureFault:
-        """What a function of a widget raised, with the line of the figure's own code that it came through."""
+        """The fault for an error raised by a widget's function, placed at the last line of widget code it passed."""
         fault = error
         if not isinstance(fault, cls):
             place = line_of(error.__traceback__) or def_line(getattr(widget, field, None))
@@ -43,12 +43,12 @@ class FigureFault(Exception):
         return fault
 
     def tell(self, problems: Problems, placed: Place | None) -> None:
-        """Put it among the problems, once; placed: where a chapter places the figure, if any does."""
+        """Add it to the problems, once. placed: where a chapter places the figure, None if none does."""
         place = self.place or placed or Place("widgets/figures")
         presses = ",".join(entry[1] for entry in self.record.get("log", ()))
         state = f"preset {self.record.get('preset')}" + (f" press={presses}" if presses else "")
         by = "no chapter places it" if placed is None else f"{placed.path}:{placed.line} places it"
-        # What differs by numbers alone was told of another state.
+        # A message that differs only in numbers has been reported for another state.
         here = [each for each in problems.found if (each.path, each.line) == (place.path, place.line)]
         messages = [NUMBER.sub("0", each.message) for each in here]
         for says in (f"figure {self.widget}, {each}" for each in self.says):
@@ -57,7 +57,7 @@ class FigureFault(Exception):
 
 
 class Watched(Mapping[str, Widget]):
-    """Widgets that say which of their functions failed and where, and what is wrong with a picture."""
+    """Wraps widgets so that they raise FigureFault if one of their functions fails or a picture is faulty."""
 
     def __init__(self, widgets: Mapping[str, Widget]) -> None:
         self._widgets = widgets
@@ -119,7 +119,7 @@ def _watched(widget: Widget) -> Widget:
 
 
 def watched_job(widget: Widget, job: Job) -> Job:
-    """The job, whose failures and results are looked at."""
+    """Wrap a job so that its errors and its faulty results raise FigureFault."""
 
     def work(controls: Any, seed: int) -> Iterator[Progress]:
         try:
@@ -143,7 +143,7 @@ def _result(result: Result | None) -> Iterator[str]:
 
 
 def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
-    """What is wrong with a picture: the field of it, and what was expected."""
+    """Yield the faults of a picture: the field, and what was expected."""
     if not isinstance(picture, Picture):
         yield f"a Picture is expected, not {picture!r:.60}"
         return
@@ -193,7 +193,7 @@ def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
 
 
 def _places(values: Any, where: str) -> Iterator[str]:
-    """Rows of two numbers. Infinity is a place far out."""
+    """Check rows of two numbers. Infinity is allowed, as a point far out."""
     try:
         rows = np.asarray(values, dtype=float).reshape(-1, 2)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Tapes: the frames of a figure's recorded states, in a classic script beside the page."""
+"""Tapes: the frames of a figure's recorded states, in a classic script that accompanies the page."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _CLASSES = re.compile(r'class="([^"]*)"')
 
 @dataclass(frozen=True)
 class StateRoles:
-    """What roles a state of a tape shows. pressed: the button that its log ends with, "" after any other action; roles:
-    panel → those in its drawing."""
+    """The roles that a state of a tape shows. pressed: the button at the end of its log, "" if that is another action;
+    roles: panel → the roles in its drawing."""
 
     controls: Plain
     pressed: str
@@ -24,10 +24,10 @@ class StateRoles:
 
 @dataclass(frozen=True)
 class Tape:
-    """A figure's tape: its file on the site, its script, and what the page itself shows: the first frame, and what each
-    of its jobs finds.
+    """A figure's tape: its file on the site, its script, and what the page itself shows: the first frame and the
+    results of the jobs.
 
-    states: what each shows.
+    states: the roles that each state shows.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Tape:
         self, controls: Plain, moved: Collection[str], presses: Collection[str], panels: Collection[str]
     ) -> Collection[str]:
         """The roles that these panels may show while no other controls are moved and no other buttons pressed; all
-        there are where the tape does not know what one of the buttons does."""
+        roles if the tape does not record one of the buttons."""
         rest = {name: value for name, value in controls.items() if name not in moved}
         near = [each for each in self.states if rest.items() <= each.controls.items()]
         if not {*presses} <= {each.pressed for each in near}:
@@ -49,7 +49,7 @@ class Tape:
 
 
 def state_roles(record: Plain, frame: Plain) -> Plain:
-    """A state of a tape as `StateRoles` has it."""
+    """The fields of `StateRoles` for a state of a tape."""
     roles = {}
     for panel in frame["panels"]:
         classes = {name for group in _CLASSES.findall(panel["svg"]) for name in group.split()}
@@ -59,8 +59,8 @@ def state_roles(record: Plain, frame: Plain) -> Plain:
 
 
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
-    """The classic script that hands a figure its tape: the drawings, then the entries, whose panels name theirs by
-    number. Each drawing stands there once, those of one run together and panel by panel, where they compress best."""
+    """The classic script that hands a figure its tape: the drawings, then the entries, whose panels refer to drawings
+    by index. Each drawing is stored once; those of one run are grouped by panel, which compresses best."""
     runs: dict[str, list[Plain]] = {}
     for record, frame in zip(records, frames, strict=True):
         runs.setdefault(dumps([record["controls"], record["seed"]]), []).append(frame)

@@ -1,4 +1,4 @@
-"""Mistakes in a figure's module, found without drawing: it is imported, and its WIDGET is held to what it promises."""
+"""Faults in a figure's module, found without drawing: it is imported, and its WIDGET is checked for consistency."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ MACHINERY = ("widgets.engine.", "widgets.drawing.picture", "widgets.drawing.svg"
 
 
 def module_file(name: str) -> str:
-    """The file of the figure of this name, as problems name it."""
+    """The path of a figure's file, as problems cite it."""
     module = name.replace("-", "_")
     return f"widgets/figures/{module}/figure.py" if (FIGURES / module).is_dir() else f"widgets/figures/{module}.py"
 
 
 def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget]:
-    """The figures that can be placed. Of the others it is told what is wrong; to place them is not a mistake."""
+    """The figures that can be placed. Faults of the others are reported, so placing one of them is not."""
     good = {}
     for name in widgets:
         widget = _imported(widgets, name, problems)
@@ -70,9 +70,9 @@ def _imported(widgets: Mapping[str, Widget], name: str, problems: Problems) -> W
 
 
 def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
-    """Field, what is meant of it or "", and what is wrong: of a widget's controls, presets, buttons, legend and tape.
+    """Yield the faults in a widget's controls, presets, buttons, legend and tape: field, item or "", and message.
 
-    What stands on faulty controls is not looked at.
+    If the controls are faulty, what depends on them is not checked.
     """
     faulty = list(_control_faults(widget.controls))
     yield from faulty
@@ -127,7 +127,7 @@ def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
 
 
 def _refusal(attempt: Any) -> str:
-    """What a ValueError says; "" where there is none."""
+    """The message of the ValueError that `attempt` raises; "" if it raises none."""
     try:
         attempt()
     except ValueError as error:
@@ -136,7 +136,7 @@ def _refusal(attempt: Any) -> str:
 
 
 def place_of(widget: Widget, name: str, field: str, item: str = "") -> Place:
-    """Where a field of a widget is written, or an item of it; the module itself where that is not found."""
+    """Where a field of a widget, or an item of it, is written; the module itself if that is not found."""
     file = Place(module_file(name))
     if field == "controls" and isinstance(widget.controls, type):
         return _place_in(widget.controls.__module__, _control_line, (widget.controls.__name__, item)) or file
@@ -148,7 +148,7 @@ def _place_in(module: str, find: Any, arguments: tuple[str, str]) -> Place | Non
         return None
     try:
         node = find(ast.parse(getsource(sys.modules[module])), *arguments)
-    except (OSError, SyntaxError):  # edited since it was imported
+    except (OSError, SyntaxError):  # edited since the import
         return None
     return Place(_file_of(module), node.lineno, node.col_offset + 1) if node else Place(_file_of(module), 1, 1)
 
@@ -170,7 +170,7 @@ def _control_line(tree: ast.Module, name: str, field: str) -> ast.stmt | None:
 
 
 def line_of(trace: TracebackType | None) -> Place | None:
-    """The last line of a figure's own code, or of what figures share, that a failure went through."""
+    """The last line of a figure's own code, or of code that figures share, in a traceback."""
     place = None
     for (frame, line), summary in zip(traceback.walk_tb(trace), traceback.extract_tb(trace), strict=True):
         module = frame.f_globals.get("__name__", "")
@@ -180,7 +180,7 @@ def line_of(trace: TracebackType | None) -> Place | None:
 
 
 def def_line(function: Any) -> Place | None:
-    """Where a figure's function is written."""
+    """Where a figure's function is defined."""
     module, code = getattr(function, "__module__", None) or "", getattr(function, "__code__", None)
     return Place(_file_of(module), code.co_firstlineno, 1) if code and module.startswith("widgets.") else None
 
@@ -190,7 +190,7 @@ def _file_of(module: str) -> str:
 
 
 def _under_widgets(path: str) -> str:
-    """A file's path from widgets/ on; "" for one that lies elsewhere."""
+    """A file's path from widgets/ on; "" for a file elsewhere."""
     parts = PurePath(path).parts
     start = max((i for i, part in enumerate(parts) if part == "widgets"), default=-1)
     return "/".join(parts[start:]) if start >= 0 else ""

@@ -1,4 +1,4 @@
-"""What a page holds of a figure, as plain data and as text."""
+"""The data of a figure that a page holds, as plain data and as JSON."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Plain = dict[str, Any]
 
 
 def dumps(data: Any) -> str:
-    """JSON as pages carry it: short, and unable to end a script element."""
+    """Compact JSON that is safe inside a script element."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def spec(widget: Widget) -> Plain:
-    """What the page's script needs to know of a widget."""
+    """What the page's script needs to know about a widget."""
     return {
         "buttons": [
             {"name": b.name, "label": b.label, "does": b.does, "repeats": b.repeats}
@@ -47,5 +47,5 @@ def _control(control: Spec) -> Plain:
 
 
 def first_frame(frame: Plain) -> Plain:
-    """A frame without its drawings, which stand in the page already."""
+    """A frame without its drawings, which are already in the page."""
     return {**frame, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in frame["panels"]]}
