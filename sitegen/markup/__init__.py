@@ -1,1 +1,1 @@
-"""Markdown and what is added to it: directives, formulas, code, images."""
+"""Markdown and our additions to it: directives, formulas, code, images."""

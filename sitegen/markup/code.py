@@ -1,4 +1,4 @@
-"""Code with its words in classes, which the style sheet colours."""
+"""Syntax highlighting: code with classes on its tokens, which the style sheet colours."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pygments.util import ClassNotFound
 
 from sitegen.problems import hint
 
-# Pygments' classes that the style sheet colours. No others are written: they would be half of the page of checks.
+# Pygments' classes that the style sheet colours. All others are omitted: they would be half of the page of checks.
 _FAMILIES = (("c", "ch", "cm", "c1", "cs", "sd"), ("k", "kc", "kd", "kn", "kp", "kr", "ow"), ("nf", "nc", "fm", "nd"))
 _VALUES = (("s", "s1", "s2", "sa", "sb", "se", "sf", "si"), ("m", "mi", "mf", "mh", "il"), ("err", "gr"))
 COLOURED = frozenset(name for family in (*_FAMILIES, *_VALUES) for name in family)
-WAY = "coloured words alone"  # by which what is remembered of code is told from what was made in another way
+WAY = "coloured words alone"  # part of the cache key: changed when the highlighting changes
 
 
 @cache
 def highlighted(code: str, language: str) -> Markup:
-    """Code with Pygments' classes. Raises ValueError for a language that it does not know."""
+    """Code with Pygments' classes. Raises ValueError for a language that Pygments does not know."""
     if not language:
         return Markup(escape(code, quote=False))
     try:

@@ -1,6 +1,6 @@
-"""Directives, our one extension of Markdown: `:name[text]{attributes}` in a line, `::name[text]{attributes}` as a line.
+"""Directives, our extension of Markdown: `:name[text]{attributes}` in a line, `::name[text]{attributes}` as a line.
 
-Everything carries its offset in the text it was read from, so that a problem can name the very word that is wrong.
+Everything carries its offset in the text it was read from, so that a problem can point at the very word.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ CLOSING = {"[": "]", "{": "}"}
 
 
 class DirectiveError(ValueError):
-    """A directive that is not well-formed; `offset` is where in the text it was read from."""
+    """A malformed directive; `offset` is the place of the error in the text."""
 
     def __init__(self, message: str, offset: int) -> None:
         super().__init__(message)
@@ -37,7 +37,7 @@ class Directive:
 
 @dataclass(frozen=True)
 class Attribute:
-    """`value`, or `name=value`; quotes are taken off. `start` is the offset of the name, `value_start` of the value."""
+    """`value`, or `name=value`, without quotes. `start` is the offset of the attribute, `value_start` of the value."""
 
     name: str
     value: str
@@ -47,7 +47,7 @@ class Attribute:
 
     @property
     def text_start(self) -> int:
-        """The offset of the value's first character, which stands after the quote where there is one."""
+        """The offset of the value's first character, after an opening quote."""
         return self.value_start + self.quoted
 
     @property
@@ -64,9 +64,9 @@ class Attribute:
 
 
 def read(source: str, start: int, stop: int, colons: str) -> Directive | None:
-    """The directive that begins at `start` with `colons`, or None where there is none. It ends before `stop`.
+    """The directive that begins at `start` with `colons`; None if there is none. It has to end by `stop`.
 
-    Raises DirectiveError for one that begins and never closes.
+    Raises DirectiveError for one that is never closed.
     """
     if not source.startswith(colons, start):
         return None
@@ -85,7 +85,7 @@ def read(source: str, start: int, stop: int, colons: str) -> Directive | None:
 
 
 def _close(source: str, start: int, stop: int) -> int:
-    """Where the bracket at `start` closes; code and formulas in a text, quoted values in attributes are passed over."""
+    """Where the bracket at `start` closes; skips code and formulas in a text, and quoted values in attributes."""
     opening = source[start]
     closing = CLOSING[opening]
     delimiters = "`$" if opening == "[" else '"'
@@ -108,7 +108,7 @@ def _close(source: str, start: int, stop: int) -> int:
 
 
 def attributes(directive: Directive) -> list[Attribute]:
-    """The attributes in order. Raises DirectiveError where they are none."""
+    """The attributes in order. Raises DirectiveError if they are malformed."""
     result, i = [], 0
     source = directive.attributes
     while source[i:].strip():

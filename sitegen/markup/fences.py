@@ -1,4 +1,4 @@
-"""Code between fences that no fence closes, or one that is not where its author meant it to be: told once."""
+"""Detects code fences that are never closed, or are closed elsewhere than their author meant."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from markdown_it.token import Token
 
 FENCE = re.compile(r"\s*(?P<sign>`{3,}|~{3,})(?P<more>[^`]*)")
 DIRECTIVE = re.compile(r" {0,3}::[a-z]+\[")
-TEXT = re.compile(r" {0,3}(?:::+[a-z]+\b|#{2,6} |\$\$|\[\^)")  # what code hardly has
+TEXT = re.compile(r" {0,3}(?:::+[a-z]+\b|#{2,6} |\$\$|\[\^)")  # unlikely in code
 
 
 @dataclass(frozen=True)
 class OpenFence:
-    """A fence in line `first` (from 0). unclear: the lines after it, up to this one, may be code or text; says: why."""
+    """A fence in line `first` (from 0). unclear: the last line that may be code or text; says: the message."""
 
     first: int
     unclear: int
     says: str
 
     def hides(self, n: int, line: str) -> bool:
-        """Whether a line is left out when the rest is read as text: the fence, and comments, which would be titles."""
+        """Whether to blank a line when the rest is read as text: the fence, and comments, which would become titles."""
         return n == self.first or (self.first < n <= self.unclear and line.startswith("# "))
 
 
 def open_fence(tokens: Sequence[Token], lines: Sequence[str]) -> OpenFence | None:
-    """The first fence whose code takes in what is not its own, if there is one."""
+    """The first fence that swallows text that is not code; None if there is none."""
     fences = [token for token in tokens if token.type == "fence" and token.map]
     for i, token in enumerate(fences):
         inner = token.content.split("\n")
@@ -35,7 +35,7 @@ def open_fence(tokens: Sequence[Token], lines: Sequence[str]) -> OpenFence | Non
         if within is not None:
             return _found(token, lines, within)
         if not _is_closed(token, lines):
-            # Fences come in pairs: what takes in figures lost its own end, and the last one is left over.
+            # Fences come in pairs: a block that contains figures has lost its end, and the last fence is left over.
             guilty = next((each for each in fences[:i] if any(map(DIRECTIVE.match, each.content.split("\n")))), token)
             return _found(guilty, lines, None)
     return None
@@ -48,7 +48,7 @@ def _is_closed(token: Token, lines: Sequence[str]) -> bool:
 
 
 def _is_opening(token: Token, line: str) -> bool:
-    """Whether a line of code looks like a fence with words behind it, which begins code and ends none."""
+    """Whether a line of code looks like a fence followed by words, which can only open a block."""
     match = FENCE.fullmatch(line)
     indented = len(line) - len(line.lstrip()) > 3
     return bool(match and not indented and match["sign"].startswith(token.markup) and match["more"].strip())

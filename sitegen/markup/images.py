@@ -1,4 +1,4 @@
-"""Images of the content: found, measured so that the page does not move when they arrive, named by their content."""
+"""Images of the content: measured, so that the page does not shift as they load, and named by a hash of their bytes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = (".png", ".jpg", ".jpeg", ".webp", ".gif", ".svg")
 
 @dataclass(frozen=True)
 class Image:
-    """An image on the site: where it lies, its bytes, its size in px."""
+    """An image on the site: its path, its bytes, its size in px."""
 
     name: str
     data: bytes
@@ -24,7 +24,7 @@ class Image:
 
 
 def read_image(path: Path) -> Image:
-    """The image in a file. Raises ValueError where it is none that a page shows."""
+    """Read an image file. Raises ValueError if it is not an image that pages can show."""
     if path.suffix.lower() not in KINDS:
         raise ValueError(f"{path.name} is not an image format for pages ({', '.join(kind[1:] for kind in KINDS)})")
     data = path.read_bytes()
@@ -33,13 +33,13 @@ def read_image(path: Path) -> Image:
 
 
 def _raster_size(path: Path) -> tuple[int, int]:
-    import PIL.Image  # a tenth of a second that pages without images need not spend
+    import PIL.Image  # takes a tenth of a second, which sites without images save
 
     try:
         with PIL.Image.open(path) as image:
-            image.load()  # a file cut short has its size all the same
+            image.load()  # even a truncated file has a size
             return image.width, image.height
-    except (OSError, SyntaxError) as error:  # which it says of a damaged PNG
+    except (OSError, SyntaxError) as error:  # raised for a damaged PNG
         raise ValueError(f"{path.name} cannot be read as an image") from error
 
 

@@ -1,4 +1,4 @@
-"""What stands in a line of Markdown: directives, what was meant as one, citations; tokens with their offset."""
+"""Inline rules for Markdown: directives, failed attempts at one, and citations; their tokens carry offsets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitegen.problems import hint
 
 BLOCK = ("figure", "picture", "plot", "predict", "try", "aside")
 INLINE = ("value", "readout", "promise", "claim", "ref", "term")
-AROUND = ("promise", "claim")  # their text is Markdown: a token opens it, and one closes it
+AROUND = ("promise", "claim")  # their text is Markdown, between an opening and a closing token
 CITATION = re.compile(r"\[(@[^\]]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
 MISPLACED = re.compile(r"(:+)([a-z][a-z-]*) ?[\[{]")
@@ -49,14 +49,14 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
 
 
 def misplaced(state: StateInline, silent: bool) -> bool:
-    """What was meant as a directive and is none: two colons within a line, no brackets, or a word held to it."""
+    """Report a failed attempt at a directive: two colons within a line, no brackets, or a word right before it."""
     start = state.pos
     match = MISPLACED.match(state.src, start, state.posMax)
     if match is None or (start and state.src[start - 1] == ":"):
         return False
     colons, name = match.groups()
     if colons == ":::" and name not in (*BLOCK, *INLINE):
-        return False  # a block's, of which the block tells
+        return False  # a container's, reported with it
     word, bare = start > 0 and state.src[start - 1].isalnum(), not match[0].endswith(f"{name}[")
     if (word and bare) or (name not in (*BLOCK, *INLINE) and (word or bare or colons == ":")):
         return False  # C++, a time, an emoji
@@ -115,7 +115,7 @@ def citation(state: StateInline, silent: bool) -> bool:
 
 
 def placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
-    """Run an inline rule and note on its token where it stands: for links and images, where their target stands."""
+    """Run an inline rule and note the offset of its token; for links and images, that of their target."""
     start, before = state.pos, len(state.tokens)
     if not rule(state, silent):
         return False

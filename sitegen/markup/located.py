@@ -1,7 +1,7 @@
-"""What the parser notes on tokens: the things of ours that they stand for, each with its place in the file.
+"""The parser's notes on tokens: the objects of ours that they stand for, each with its place in the file.
 
-Nobody else reads or writes a token's `meta`, and once a file is parsed nobody writes there at all: what is found out
-about a token later stands elsewhere, under what is noted here.
+Only this module accesses a token's `meta`, and nothing is written there once a file is parsed: what is found out about
+a token later is stored elsewhere, keyed by the note.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ T_co = TypeVar("T_co", covariant=True)
 
 @dataclass(frozen=True)
 class Anchor:
-    """The anchor that a heading gives itself, "" where it leaves that to us."""
+    """The explicit anchor of a heading; "" if it has none and we choose one."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Work:
-    """A work that a citation names. offset: of its key in the line."""
+    """A work in a citation. offset: of its key in the line."""
 
     key: str
     locator: str
@@ -37,7 +37,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Citation:
-    """The works that stand in one pair of brackets."""
+    """The works in one pair of brackets."""
 
     works: tuple[Work, ...]
 
@@ -58,16 +58,16 @@ class EquationLabel:
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong here."""
+    """A problem at this place."""
 
     message: str
 
 
 @dataclass(frozen=True, eq=False)
 class Located(Generic[T_co]):
-    """A thing and where it stands. at: from offsets in what it was read from to places; offset: its own.
+    """A thing and its place. at: maps offsets in the text it was read from to places; offset: its own.
 
-    Two are never equal: each is the key of its own token.
+    No two are equal: each serves as the key for its token.
     """
 
     thing: T_co
@@ -78,7 +78,7 @@ class Located(Generic[T_co]):
 
 @dataclass(frozen=True)
 class InLine:
-    """A thing in a line of text whose place in the file is not known yet. offset: in the line."""
+    """A thing in a line of text whose place in the file is not yet known. offset: in the line."""
 
     thing: object
     offset: int
@@ -86,30 +86,30 @@ class InLine:
 
 @dataclass(frozen=True)
 class TextStart:
-    """Where in the file the text of a block directive begins."""
+    """The offset in the file at which the text of a block directive begins."""
 
     offset: int
 
 
 def note(token: Token, remark: Located[object] | InLine | TextStart) -> None:
-    """Note something on a token, in the place of what was noted before."""
+    """Note something on a token, replacing an earlier note."""
     token.meta[NOTED] = remark
 
 
 def noted(token: Token, kind: type[T]) -> T | None:
-    """What is noted on a token, if it is of this kind."""
+    """The note on a token, if it is of this kind."""
     remark = token.meta.get(NOTED)
     return remark if isinstance(remark, kind) else None
 
 
 def place_of(token: Token) -> Place | None:
-    """The place of a token, where it is known."""
+    """The place of a token; None if unknown."""
     remark = noted(token, Located)
     return remark.place if remark else None
 
 
 def located(token: Token, kind: type[T]) -> Located[T]:
-    """The thing of this kind that a token stands for, with its place. `object` stands for whatever it is."""
+    """The thing that a token stands for, with its place. Raises TypeError unless it is of this kind (`object`: any)."""
     remark = noted(token, Located)
     if remark is None or not isinstance(remark.thing, kind):
         raise TypeError(f"a token {token.type!r} stands for no {kind.__name__}")
@@ -117,5 +117,5 @@ def located(token: Token, kind: type[T]) -> Located[T]:
 
 
 def footnote_label(token: Token) -> str:
-    """The label of a footnote's definition or reference, as markdown-it's plugin has it."""
+    """The label of a footnote's definition or reference, as set by markdown-it's plugin."""
     return str(token.meta["label"])

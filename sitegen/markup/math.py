@@ -1,4 +1,4 @@
-"""LaTeX → MathML by Temml: all formulas of a build in one call of Node, each kept by the hash of what it was made from.
+"""LaTeX → MathML by Temml: all new formulas of a build in one call of Node, cached under a hash of their inputs.
 
 A strict Content-Security-Policy blocks style attributes, so each distinct one becomes a class.
 """
@@ -24,11 +24,11 @@ from sitegen.problems import Place, Problems
 from sitegen.progress import Progress, quiet
 
 SCRIPT = Path(__file__).with_name("temml.mjs")
-FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
-SPARE = 2000  # formulas of earlier builds that are kept: those of drafts come and go together
+FORMAT = "1"  # of the entries; raised for a change that the hashed inputs do not show
+SPARE = 2000  # how many formulas of earlier builds to keep: those of drafts come and go together
 STYLE = re.compile(r'<(?P<tag>\w+)(?P<before>[^<>]*?) style="(?P<style>[^"]*)"(?P<after>[^<>]*)>')
-COMBINING = "\u0332"  # Temml underlines what it objects to with these
-SEEN_BY_CLASS = {"display:block math;"}  # said by the class tml-display
+COMBINING = "\u0332"  # Temml underlines the text that it rejects with these
+SEEN_BY_CLASS = {"display:block math;"}  # implied by the class tml-display
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,14 @@ class Formula:
 
 
 def formula_of(token: Token) -> Formula:
-    """The formula that a token stands for, in a line or as an equation."""
+    """The formula of a token, inline or as an equation."""
     inline = token.type == "math_inline"
     return Formula(token.content if inline else token.content.strip(), not inline)
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A formula and where its characters stand: `at` takes an offset in the source to a place."""
+    """A use of a formula: `at` maps an offset in its source to a place."""
 
     formula: Formula
     at: Callable[[int], Place]
@@ -55,7 +55,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Mathematics:
-    """MathML for each formula, and the rules for the classes that stand for style attributes."""
+    """MathML for each formula, and the CSS rules for the classes that replace style attributes."""
 
     mathml: Mapping[Formula, str]
     css: str
@@ -69,8 +69,8 @@ def render(
     progress: Progress = quiet,
     memory: Memory | None = None,
 ) -> Mathematics:
-    """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
-    those that a browser would show with a part missing."""
+    """All formulas as MathML. Invalid LaTeX goes to `problems` and becomes empty; formulas that browsers would draw
+    incompletely go to `problems` too."""
     all_uses = list(uses)
     formulas = {one.formula for one in all_uses}
     make = partial(_made, formulas, macros, cache, progress)
@@ -88,7 +88,7 @@ def render(
 def _made(
     formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: Progress
 ) -> tuple[Mathematics, dict[Formula, Any]]:
-    """All formulas, and what Temml says of those that it cannot read."""
+    """All formulas, and Temml's errors for those that it cannot parse."""
     version = pins.read_manifest()["temml"].version
     made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
     memo = Remembered(cache, f"maths {made_by}", SPARE)
@@ -117,13 +117,13 @@ def _hash(data: object) -> str:
 
 
 def _said(message: str) -> str:
-    """Temml's message without the excerpt that it appends: the place says it better."""
+    """Temml's message without the excerpt that it appends, which our place makes redundant."""
     first = message.strip().split("\n")[0].replace(COMBINING, "")
     return re.sub(r",?\s*at (position \d+|end of input).*$", "", first).strip(" :")
 
 
 def _classed(mathml: str, styles: dict[str, str]) -> str:
-    """The MathML with classes in place of style attributes; `styles` gathers style → class."""
+    """The MathML with classes instead of style attributes; `styles` collects style → class."""
 
     def swap(match: re.Match[str]) -> str:
         style, rest = match["style"], match["before"] + match["after"]

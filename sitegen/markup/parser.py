@@ -1,8 +1,8 @@
-"""Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
+"""Markdown → tokens: markdown-it with formulas, footnotes and directives; tokens that can be wrong carry their place.
 
-After parsing, directives are single tokens ("figure", "picture", "plot", "predict", "try", "aside", "value", "readout",
-"ref", "term", "cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken
-out of the flow.
+After parsing, directives and citations are single tokens ("figure", "picture", "plot", "predict", "try", "aside",
+"value", "readout", "ref", "term", "cite") or pairs ("claim_open", "claim_close", and likewise for "promise"), and
+footnote definitions are removed from the flow.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
-UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad|k?m|m?s|[kM]B)(?!\w))")  # at a text's start: of a computed number
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad|k?m|m?s|[kM]B)(?!\w))")  # at ^ after a computed number
 EQUALS = re.compile(r"(?<=\w) = (?=[−\d])")
 
 
 @dataclass
 class Source:
-    """A Markdown file as it is parsed: its path as problems name it, and its text with the front matter blanked out.
+    """A Markdown file to parse: its path as problems cite it, and its text with the front matter blanked out.
 
-    shift: columns that stand before each line of the text in its file.
+    shift: number of columns before each line of the text in its file.
     """
 
     path: str
@@ -81,7 +81,8 @@ class Source:
 class Document:
     """A parsed file: the flow, and each footnote's tokens by label.
 
-    lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is not a mistake.
+    lost: figures and equations ("fig:id", "eq:label") in text that could not be parsed; references to them are not
+    reported.
     """
 
     tokens: Sequence[Token]
@@ -90,7 +91,7 @@ class Document:
 
 
 def parse(source: Source) -> Document:
-    """The file's tokens; what is not well-formed goes to source.problems."""
+    """Parse a file; malformed parts go to source.problems."""
     text = source.text
     while True:
         env: dict[str, Any] = {"source": source, "footnote_tokens": {}, "lost": set()}
@@ -98,7 +99,7 @@ def parse(source: Source) -> Document:
         fence = open_fence(tokens, source.lines)
         if fence is None:
             return Document(tokens, env["footnote_tokens"], env["lost"])
-        # It took what follows for code: without its line that is read, but for what may be code indeed.
+        # The fence swallowed what follows it: parse again without its line. Problems in lines that may be code wait.
         line = source.lines[fence.first]
         column = source.shift + len(line) - len(line.lstrip(" >")) + 1
         source.problems.add(Place(source.path, fence.first + 1, column), fence.says)
@@ -109,7 +110,7 @@ def parse(source: Source) -> Document:
 
 @lru_cache(maxsize=1)
 def parser() -> MarkdownIt:
-    """The one parser; it keeps nothing between files."""
+    """The shared parser, which keeps no state between files."""
     md = MarkdownIt("commonmark", {"typographer": True, "html": False})
     md.enable(["table", "smartquotes", "strikethrough"])
     dollarmath_plugin(md, allow_digits=False, allow_blank_lines=False)
@@ -124,7 +125,7 @@ def parser() -> MarkdownIt:
     md.inline.ruler.after("directive", "misplaced", misplaced)
     md.inline.ruler.before("link", "citation", citation)
     md.inline.ruler.after("math_inline", "dollar", dollar)
-    rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}  # no public way leads to a rule's function
+    rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}  # no public API exposes a rule's function
     for name in PLACED:
         md.inline.ruler.at(name, partial(placed, rules[name]))
     md.core.ruler.before("inline", "heading_ids", _heading_ids)
@@ -134,7 +135,7 @@ def parser() -> MarkdownIt:
 
 
 def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
-    """Top-level blocks, each with all the tokens inside it."""
+    """The top-level blocks, each as the list of all its tokens."""
     result: list[list[Token]] = []
     depth = 0
     for token in tokens:
@@ -146,17 +147,17 @@ def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
 
 
 def text_of(tokens: Sequence[Token]) -> str:
-    """What inline tokens say, without markup."""
+    """The plain text of inline tokens."""
     return "".join(" " if t.type in ("softbreak", "hardbreak") else t.content for t in tokens)
 
 
 def unbroken(text: str) -> str:
-    """The text with each unit held to its number, and a symbol to its value, so that no line begins with one."""
+    """The text with non-breaking spaces between number and unit and around an equals sign before a value."""
     return EQUALS.sub("\u00a0=\u00a0", UNIT.sub("\u00a0", text))
 
 
 def ascii_slug(text: str) -> str:
-    """A flat ASCII anchor for a heading's text."""
+    """An ASCII anchor for a heading's text."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
     return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "section"
 
@@ -168,7 +169,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     source: Source = state.env["source"]
     if not state.src.startswith("::", start) or state.src.startswith(":::", start):
         return False
-    stop_line = start_line + 1  # a caption may be wrapped: the directive may run to the next blank line
+    stop_line = start_line + 1  # captions may be wrapped: the directive can extend to the next blank line
     while stop_line < end_line and not state.isEmpty(stop_line):
         stop_line += 1
     try:
@@ -211,7 +212,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
 
 
 def _heading_ids(state: StateCore) -> None:
-    """Take `{#id}` off the end of headings."""
+    """Strip `{#id}` from the end of headings and note it as their anchor."""
     source: Source = state.env["source"]
     for heading, inline in zip(state.tokens, state.tokens[1:], strict=False):
         if heading.type != "heading_open":
@@ -283,7 +284,7 @@ def _places(state: StateCore) -> None:
 
 
 def _container(source: Source, token: Token) -> None:
-    """A block that is not closed, or has more on its first line than its name."""
+    """Report a container that is not closed, or has more than its name on its first line."""
     first, last = token.map or (0, 0)
     name = token.type.removeprefix("container_").removesuffix("_open")
     if token.nesting == 1 and token.info.strip() != name:
@@ -301,12 +302,12 @@ def _offset_in(source: Source, base: int, offset: int) -> Place:
 
 
 def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Place:
-    """The place of an offset in an inline token's content, whose lines lost their indentation and container marks."""
+    """The place of an offset in an inline token's content, whose lines have lost indentation and container marks."""
     if (start := noted(inline, TextStart)) is not None:
         return source.at(start.offset + offset)
     before, lines = inline.content[:offset], inline.content.split("\n")
     top, end = inline.map or (0, 0)
-    # Blanks that are none to Markdown, such as U+2028, may fill lines that are then taken off a paragraph's beginning.
+    # Lines of characters such as U+2028, which Markdown does not count as blank, are stripped from a paragraph's start.
     top = next((row for row in range(top, end) if lines[0].rstrip() in source.lines[row]), top)
     row, content = top + before.count("\n"), lines[before.count("\n")]
     raw = source.lines[row]
@@ -317,7 +318,7 @@ def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Plac
 
 
 def _fold(state: StateCore) -> None:
-    """Make each block directive one token with its text as children, and take footnotes out of the flow."""
+    """Make each block directive one token with its text as children, and remove footnotes from the flow."""
     source: Source = state.env["source"]
     flow: list[Token] = []
     notes: dict[str, list[Token]] = state.env["footnote_tokens"]

@@ -1,4 +1,4 @@
-"""Slips: what looks like markup, is none, and would be printed as it stands, or lost."""
+"""Slips: text that looks like markup but is not, and would be printed verbatim or lost."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sitegen.problems import hint
 CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
 CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
 CLOSING = re.compile(r":{3,}")
-# What is printed as written cannot be one: code and formulas.
+# Code and formulas, in which there are no slips.
 LITERAL = re.compile(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)|(?<![\\$])\$[^$]+\$", re.DOTALL)
 NAMES = "|".join((*BLOCK, *INLINE))
 NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNORECASE)
@@ -31,8 +31,8 @@ BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
 
 
 def slips(text: str) -> Iterator[tuple[int, str]]:
-    """Offsets in a paragraph's or a heading's text, and what is wrong there."""
-    depth = 0  # of blocks that were meant: their ends are not told again
+    """Yield the slips in the text of a paragraph or a heading: offset and message."""
+    depth = 0  # of failed blocks: their ends are not reported as well
     for match in CONTAINER.finditer(text):
         name = match[1]
         if name in CONTAINERS:
@@ -57,12 +57,12 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
 
 
 def unread_anchor(heading: str) -> int | None:
-    """The offset of what was meant as a heading's anchor; None where there is none."""
+    """The offset of a malformed anchor at the end of a heading; None if there is none."""
     match = BRACES.search(LITERAL.sub(lambda m: " " * len(m[0]), heading))
     return match.start() if match else None
 
 
 def cells(line: str) -> int:
-    """How many cells a line of a table has."""
+    """The number of cells in a line of a table."""
     inner = re.sub(r"^\s*\||(?<!\\)\|\s*$", "", line.strip(" >"))
     return len(re.findall(r"(?<!\\)\|", inner)) + 1

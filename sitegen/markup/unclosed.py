@@ -1,4 +1,4 @@
-"""Faults in lines of text: a token stands for one until its place is known; what it swallowed is lost."""
+"""Faults in inline text: each is a token until its place is known. Ids in text that could not be parsed are noted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 
 def dollar(state: StateInline, silent: bool) -> bool:
-    """A dollar that no formula begins with, nor an equation on lines of its own."""
+    """Report a dollar that begins neither a formula nor an equation on lines of its own."""
     start = state.pos
     if state.src[start] != "$":
         return False
@@ -27,17 +27,17 @@ def dollar(state: StateInline, silent: bool) -> bool:
             says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
         fault(state, start, says)
         lose(state.env, state.src[start : state.posMax])
-    # What an equation holds is not text.
+    # Skip the contents of an equation: they are not text.
     state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
     return True
 
 
 def fault(state: StateInline, offset: int, message: str) -> None:
-    """A token that becomes a problem once its place in the file is known."""
+    """Push a token that becomes a problem once its place in the file is known."""
     note(state.push("fault", "", 0), InLine(Fault(message), offset))
 
 
 def lose(env: Any, text: str) -> None:
-    """Note what a text that could not be read would have been called."""
+    """Note the ids of figures and equations in a text that could not be parsed."""
     for match in LOST.finditer(text):
         env["lost"].add(f"fig:{match['figure']}" if match["figure"] else f"eq:{match['equation']}")
