@@ -1,1 +1,1 @@
-"""Pages written from chapters: chapters, slides, notebooks, the reference, the search."""
+"""The site's pages: chapters, slides, notebooks, the API reference, the search index."""

@@ -1,4 +1,4 @@
-"""What a build was made of, for the page that says so: the same for every build of one commit."""
+"""Facts about a build for the About page: the same for every build of one commit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sitegen.external.pins import read_manifest
 
 @dataclass(frozen=True)
 class Made:
-    """The build in numbers. `commit`: empty where the checkout's history cannot be asked; `changed`: edited since."""
+    """A build in numbers. `commit`: "" if git cannot tell; `changed`: whether the checkout has been edited since."""
 
     version: str
     commit: str
@@ -33,7 +33,7 @@ class Made:
 
 
 def made(root: Path, surveys: Sequence[Survey], bodies: Sequence[Body], runtime_bytes: int) -> Made:
-    """The numbers of the build of a checkout."""
+    """Collect the numbers for a build of a checkout."""
     claims = [claim for body in bodies for claim in body.claims]
     commit = _git(root, "rev-parse", "--short=12", "HEAD")
     return Made(
@@ -52,7 +52,7 @@ def made(root: Path, surveys: Sequence[Survey], bodies: Sequence[Body], runtime_
 
 
 def _git(root: Path, *words: str) -> str:
-    """What git says of the checkout; nothing where there is no git, or no history of its own."""
+    """The output of a git command; "" if git is missing or fails, or the checkout has no history of its own."""
     if not (root / ".git").exists():
         return ""
     command = ["git", "--no-optional-locks", *words]
@@ -64,7 +64,7 @@ def _git(root: Path, *words: str) -> str:
 
 
 def bibtex(title: str, author: str, year: int, url: str) -> str:
-    """An entry that cites the site."""
+    """A BibTeX entry for citing the site."""
     lines: Mapping[str, str] = {"title": f"{{{title}}}", "author": f"{{{author}}}", "year": str(year), "url": url}
     fields = "".join(f"  {name} = {{{value}}},\n" for name, value in lines.items() if value)
     return f"@misc{{registration-ladder,\n{fields}}}\n"

@@ -1,4 +1,4 @@
-"""The reference of `solvers`: what is public, in order, with its docstrings and signatures as griffe reads them."""
+"""The API reference of `solvers`: all public names, in order, with signatures and docstrings as parsed by griffe."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from solvers.core.registry import METHODS
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Heading, what is said of it, and the things under it by their full names.
+# Heading, a sentence about it, and its entries by their full names.
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("Register", "The front door.", ("solvers.register",)),
     (
@@ -117,7 +117,8 @@ class Option:
 
 @dataclass(frozen=True)
 class Entry:
-    """A thing of the reference: its anchor, its name, its signature as code, its words, and what belongs to it."""
+    """An entry of the reference: anchor, name, signature as code, docstring, and a class's members or an enum's
+    values."""
 
     anchor: str
     name: str
@@ -129,7 +130,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class MethodEntry:
-    """A method of `solvers.METHODS`: what it is, and its options."""
+    """A method of `solvers.METHODS`, with its description and options."""
 
     anchor: str
     name: str
@@ -141,7 +142,7 @@ class MethodEntry:
 
 @dataclass(frozen=True)
 class Group:
-    """A heading and what stands under it."""
+    """A heading and the entries under it."""
 
     anchor: str
     title: str
@@ -151,7 +152,7 @@ class Group:
 
 @cache
 def groups() -> tuple[Group, ...]:
-    """What is public, in order. Raises LookupError for a name of the list that is not there."""
+    """All public entries, in order. Raises LookupError for a listed name that does not exist."""
     return tuple(
         Group(re.sub(r"\W+", "-", title.lower()), title, said(says), tuple(map(_entry, names)))
         for title, says, names in GROUPS
@@ -166,14 +167,14 @@ def methods() -> tuple[MethodEntry, ...]:
 
 @cache
 def package() -> griffe.Module:
-    """`solvers` as griffe reads it, without running it."""
+    """`solvers` as griffe parses it, without importing it."""
     module = griffe.load("solvers", search_paths=[ROOT], docstring_parser="numpy", allow_inspection=False)
     assert isinstance(module, griffe.Module)
     return module
 
 
 def named(name: str) -> griffe.Object:
-    """What a full name, such as `solvers.scenes.room`, names. Raises LookupError where that is nothing."""
+    """The object with a full name such as `solvers.scenes.room`. Raises LookupError if there is none."""
     try:
         member = package()[name.removeprefix("solvers.")]
     except KeyError:
@@ -182,7 +183,7 @@ def named(name: str) -> griffe.Object:
 
 
 def members(thing: griffe.Object) -> Iterator[griffe.Function | griffe.Attribute]:
-    """The methods and properties that a class of ours defines itself."""
+    """The public methods and properties that a class of ours defines itself."""
     for name, member in thing.members.items():
         is_property = isinstance(member, griffe.Attribute) and "property" in member.labels
         if not name.startswith("_") and (is_property or isinstance(member, griffe.Function)):
@@ -208,7 +209,7 @@ def _entry(name: str) -> Entry:
 
 
 def _signature(thing: griffe.Object, name: str) -> Markup:
-    """As Python would write it, a line a parameter where one line is too long."""
+    """The signature in Python's syntax, with one parameter per line if it is too long for a single line."""
     if isinstance(thing, griffe.Attribute):
         return highlighted(f"{name}: {thing.annotation}", "python")
     if isinstance(thing, griffe.Class):
@@ -224,17 +225,17 @@ def _signature(thing: griffe.Object, name: str) -> Markup:
 
 
 def is_enum(thing: griffe.Class) -> bool:
-    """Whether its members are values, and not what an object of it has."""
+    """Whether a class is an enumeration, so that its attributes are its members."""
     return any(str(base).endswith("Enum") for base in thing.bases)
 
 
 def _method(name: str, method: Method[Any]) -> MethodEntry:
     own = named(f"{method.options.__module__}.{method.options.__qualname__}")
     options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(own))
-    # Its own module first, then that of the step where it shares one: `gicp` steps as `point-to-plane` does.
+    # Its own module first, then the step's if that is shared: `gicp` steps as `point-to-plane` does.
     modules = dict.fromkeys(getattr(part, "__wrapped__", part).__module__ for part in (method.start, method.step))
     words = [rendered(named(module)) for module in modules]
-    # What an options' docstring says of the whole stands after its first line.
+    # An options docstring describes the method as a whole after its first line.
     first = next((str(part.value) for part in sections(own) if part.kind is griffe.DocstringSectionKind.text), "")
     words.append(prose(first.partition("\n")[2]))
     dims = "any" if method.dims is None else " or ".join(map(str, method.dims))

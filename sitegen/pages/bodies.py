@@ -1,4 +1,4 @@
-"""Surveyed chapters → their texts and slides, each made again only where anything that it looks up has changed."""
+"""Surveyed chapters → their texts and slides, each rendered again only if anything that it depends on has changed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Tapes = Mapping[tuple[str, str], Tape]
 
 @dataclass(frozen=True)
 class Written:
-    """A chapter's text, and its slides where it has some."""
+    """A chapter's text, and its slides if it has any."""
 
     chapter: Chapter
     body: Body
@@ -42,7 +42,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Pen:
-    """Writes chapters with their figures and plots in them."""
+    """Renders chapters with their figures and plots."""
 
     templates: Environment
     tapes: Tapes
@@ -50,7 +50,7 @@ class Pen:
     gallery: Gallery
 
     def known(self, known: Known, one: Survey, problems: Problems) -> Known:
-        """What one chapter's rendering may look at; what is wrong goes to `problems`."""
+        """The part of `known` that rendering one chapter may depend on; faults go to `problems`."""
         formulas = {use.formula: known.mathematics.mathml[use.formula] for use in one.formulas}
         return replace(
             known,
@@ -64,11 +64,11 @@ class Pen:
         )
 
     def headings(self, one: Survey, known: Known, problems: Problems) -> dict[str, Markup]:
-        """What links to a chapter's headings say, by anchor."""
+        """The text of links to a chapter's headings, by anchor."""
         return headings(one, self.known(known, one, problems))
 
     def written(self, one: Survey, known: Known, problems: Problems) -> Written:
-        """A chapter with its slides."""
+        """Render a chapter and its slides."""
         own = self.known(known, one, problems)
         slides = deck(one, self.tapes, own, figure_html(self.templates)) if one.slides else None
         return Written(one.chapter, render(one, own), slides)
@@ -83,7 +83,7 @@ class Pen:
         question: Question | None,
     ) -> Markup:
         tape = self.tapes.get((one.chapter.name, figure.id))
-        if tape is None:  # its widget fails, which is told
+        if tape is None:  # its widget fails, which has been reported
             return Markup("")
         record = figure.record.plain()
         view = figure_view(figure, record, tape.first, tape, says, caption)
@@ -100,13 +100,13 @@ class Pen:
     def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
         try:
             return plot_html(self.templates)(placed, self.gallery.drawn(placed), caption)
-        except Exception as error:  # a plot's own mistake: the author sees which and why
+        except Exception as error:  # an error in a plot: the author sees which and why
             problems.add(placed.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
             return Markup("")
 
 
 def write(surveys: Sequence[Survey], known: Known, pen: Pen, memory: Memory) -> tuple[Known, list[Written]]:
-    """All chapters written, and what is known of them then. known: all else that they look things up in."""
+    """Render all chapters. Return `known`, completed with their outlines and pages, and the chapters."""
 
     def made_of(one: Survey, now: Known) -> object:
         tapes = [pen.tapes.get((one.chapter.name, name)) for name in one.figures]
@@ -125,7 +125,7 @@ def write(surveys: Sequence[Survey], known: Known, pen: Pen, memory: Memory) -> 
 
 
 def outlines_of_drafts(surveys: Iterable[Survey]) -> list[Outline]:
-    """What is said of chapters that are left out: no more than that they are."""
+    """Outlines of the drafts that are left out, without their headings."""
     return [outline(one, {}) for one in surveys]
 
 
@@ -137,7 +137,7 @@ def _has(one: Survey, name: str) -> bool:
 def _pages(
     surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Collection[str] | None]:
-    """Every page that a link may lead to, with its anchors."""
+    """Every page that a link may lead to, with its anchors; None if any anchor is accepted."""
     pages: dict[str, Collection[str] | None] = {page.page: None for page in FIXED_PAGES if page.name != "404"}
     pages["references.html"] = [f"ref-{key}" for key in references]
     pages["glossary.html"] = [term.anchor for term in terms.values()]
@@ -147,5 +147,5 @@ def _pages(
         own = ["main"] if one.chapter.is_doc else [name for name in OWN_IDS if _has(one, name)]
         return [*own, *one.anchors]
 
-    # Of two chapters of one name, which is a problem, the first is meant.
+    # If two chapters have the same name, which is a problem, the first one wins.
     return pages | {one.chapter.page: anchors(one) for one in reversed(surveys)}

@@ -1,4 +1,4 @@
-"""Slides → the deck of a chapter: its texts rendered, the chapter's figures and plots with the same markup, tapes."""
+"""Slides → the deck of a chapter: rendered texts, and the chapter's figures and plots, same markup and tapes."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from sitegen.pages.views import IDS, FigureView, figure_view
 from sitegen.problems import hint
 from widgets.engine.contract import Lead
 
-WIDE = 1.75  # as wide as a plot is that the words stand above
+WIDE = 1.75  # from this ratio of width to height on, a plot goes below the text
 
 
 @dataclass(frozen=True)
 class SlideView:
-    """What the template shows of a slide. tall: its plot leaves room beside it."""
+    """A slide as the template shows it. tall: its plot leaves room for the text beside it."""
 
     title: Markup
     text: Markup
@@ -46,14 +46,14 @@ class Deck:
 
     @property
     def count(self) -> int:
-        """How many slides there are, the title's among them."""
+        """The number of slides, including the title slide."""
         return len(self.slides) + 1
 
 
 def deck(
     survey: Survey, tapes: Mapping[tuple[str, str], Tape], known: Known, draw: Callable[[FigureView], Markup]
 ) -> Deck:
-    """The deck of a chapter that has slides; what is wrong in them goes to known.problems."""
+    """Render the deck of a chapter that has slides; faults in them go to known.problems."""
     check_title(survey.chapter, known.problems)
     write = pieces(survey, known, survey.chapter.deck)
     views, stills = [], []
@@ -83,7 +83,7 @@ def _slide(one: Staged, write: Pieces, figure: Markup, known: Known) -> SlideVie
 
 
 def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView | None:
-    """The chapter's figure in the slide's state, with the controls and readouts that the slide chooses."""
+    """The chapter's figure in the slide's state, with the panels, controls and readouts that the slide selects."""
     assert one.record is not None
     plain = one.record.plain()
     frames = [tape.first] if plain == figure.record.plain() else known.frames(figure, [plain])

@@ -1,4 +1,4 @@
-"""Docstrings in numpydoc's form as HTML: griffe takes them apart, here stands how their parts look."""
+"""Numpydoc docstrings → HTML: griffe parses them, this module renders their sections."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ _DOI = re.compile(r"doi:(10\.[^\s<]+)")
 
 
 def sections(thing: griffe.Object) -> list[griffe.DocstringSection]:
-    """The parts of a thing's docstring; none where it has no docstring."""
+    """The sections of an object's docstring; empty if it has none."""
     return thing.docstring.parsed if thing.docstring else []
 
 
 def parameters(thing: griffe.Object) -> list[griffe.DocstringParameter]:
-    """What its docstring lists as parameters."""
+    """The parameters that an object's docstring lists."""
     return [each for part in sections(thing) if part.kind is Kind.parameters for each in part.value]
 
 
 def rendered(thing: griffe.Object) -> Markup:
-    """A thing's docstring as HTML, its sections in their order."""
+    """An object's docstring as HTML, its sections in order."""
     return Markup("\n").join(map(_section, sections(thing)))
 
 
 def prose(text: str) -> Markup:
-    """Paragraphs, lists, and what is indented as it stands."""
+    """Paragraphs, lists and indented blocks as HTML; the latter are kept verbatim."""
     parts: list[Markup] = []
     for one in re.split(r"\n\s*\n", text.strip("\n")):
         if one.startswith("    "):
@@ -54,7 +54,7 @@ def prose(text: str) -> Markup:
 
 
 def said(text: str) -> Markup:
-    """A piece of prose as HTML: code in backticks and numbers of references, nothing else is markup."""
+    """A piece of prose as HTML. Only code in backticks and reference numbers count as markup."""
     text = apostrophes(re.sub(r"\[(\d+)\]_", r"[\1]", text))
     parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
     inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
@@ -76,7 +76,7 @@ def _section(part: griffe.DocstringSection) -> Markup:
 
 
 def _term(each: griffe.DocstringElement) -> Markup:
-    """A parameter's name with its type and default, or the type of what is returned or raised."""
+    """A parameter's name with its type and default, or the type of a returned value or an exception."""
     name, kind = getattr(each, "name", ""), str(each.annotation or "")
     if not name or name.startswith("*"):
         return Markup("<code>{}</code>").format(name or kind)
@@ -105,6 +105,6 @@ def _doi(match: re.Match[str]) -> str:
 
 
 def _lowered(text: str) -> Markup:
-    """Text as HTML, the letters that stand below the line as subscripts: the site's typefaces have no such letters."""
+    """Text as HTML, with Unicode subscript letters as <sub>: the site's typefaces lack them."""
     runs = re.compile(f"[{''.join(_LOW)}]+")
     return Markup(runs.sub(lambda run: f"<sub>{''.join(_LOW[c] for c in run[0])}</sub>", escape(text)))

@@ -1,8 +1,8 @@
-"""The page for an address that is none. A host answers with it at any depth, where no relative address is of use.
+"""The 404 page. Hosts serve it for missing addresses at any depth, where relative links do not work.
 
-So it loads nothing: its style stands in it, and its way to the start is absolute where the settings hold the site's
-`url`. Without one it leads to the start of its own folder, and a small script finds the folder that the site lies in.
-Policies name both by their hashes.
+So it loads nothing: its style is inline, and its link to the home page is absolute if the settings have the site's
+`url`. Otherwise the link leads to the requested folder, and a small script finds the folder of the site. Policies allow
+both by their hashes.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from sitegen.chapters.content import Site
 
 @dataclass(frozen=True)
 class Inline:
-    """What stands in the page itself."""
+    """The page's inline style and script."""
 
     style: str
     script: str
 
     @property
     def hashes(self) -> dict[str, str]:
-        """What a policy calls them."""
+        """Their sources for a content security policy."""
         return {"style": source_of(self.style), "script": source_of(self.script)}
 
 
 def inline(templates: Environment) -> Inline:
-    """The page's style, in the site's colours, and its script."""
+    """Render the page's style, in the site's colours, and its script."""
     style = templates.get_template("404.css").render(colours=colours())
     return Inline(style, templates.get_template("404.js").render())
 
 
 def lost(templates: Environment, site: Site, beside: str) -> str:
-    """404.html. beside: the name of a file of this build, by which the script knows the site's folder."""
+    """Render 404.html. beside: the name of a file of this build, by which the script recognises the site's folder."""
     parts = inline(templates)
     return templates.get_template("404.html").render(
         site=site, inline=parts, policy=policy(**parts.hashes), beside=beside

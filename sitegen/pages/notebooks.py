@@ -1,8 +1,8 @@
 """A chapter → a Jupyter notebook: its text as Markdown, its figures as pictures with the Python that computes them.
 
-The chapter's own Markdown is kept as its author wrote it, formulas as LaTeX; only what is ours is put into other words:
+The chapter's Markdown is kept as its author wrote it, formulas as LaTeX; only our extensions are translated:
 directives, citations, references, side notes. Pictures are images in Markdown cells, since Jupyter shows neither an
-attached SVG nor, before a notebook is trusted, one that a cell put out.
+attached SVG nor, before a notebook is trusted, an SVG in a cell's output.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ _NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
 
 @dataclass(frozen=True)
 class Shown:
-    """What notebooks take from the build. frame: of a figure as its page shows it first; drawn: of a plot.
+    """What notebooks need from the build. frame: gives the first frame of a page's figure; drawn: a plot's drawings.
 
-    wheel: where our package stands on the site.
+    wheel: the path of our package on the site.
     """
 
     site: Site
@@ -61,12 +61,12 @@ class Shown:
 
 
 def name_of(chapter: Chapter) -> str:
-    """Where a chapter's notebook stands on the site."""
+    """The path of a chapter's notebook on the site."""
     return f"notebooks/{chapter.slug}.ipynb"
 
 
 def notebook(survey: Survey, cited: Sequence[str], shown: Shown) -> bytes:
-    """The chapter's notebook, the same bytes each time. cited: keys of the works that it cites, in order."""
+    """The chapter's notebook, byte for byte reproducible. cited: keys of the works that it cites, in order."""
     writer = _Writer(survey, shown)
     references = [shown.known.references[key] for key in cited]
     cells = [*writer.head(), *writer.body(), *([("markdown", _bibliography(references))] if references else [])]
@@ -74,7 +74,7 @@ def notebook(survey: Survey, cited: Sequence[str], shown: Shown) -> bytes:
 
 
 def written(cells: Sequence[Cell]) -> bytes:
-    """Cells in the notebook format 4.5."""
+    """The cells as a notebook of format 4.5."""
     entries: list[dict[str, Any]] = []
     for i, (kind, text) in enumerate(cells):
         cell: dict[str, Any] = {"cell_type": kind, "id": f"cell-{i}", "metadata": {}, "source": text.strip("\n")}
@@ -88,7 +88,7 @@ def written(cells: Sequence[Cell]) -> bytes:
 
 
 def _joined(cells: Sequence[Cell]) -> list[Cell]:
-    """Markdown that stands together in one cell, up to the next heading or code."""
+    """Merge consecutive Markdown cells, up to the next heading or code."""
     result: list[Cell] = []
     for kind, text in cells:
         follows = kind == "markdown" and result and result[-1][0] == kind and not text.startswith(("#", "<a id="))
@@ -107,7 +107,7 @@ class _Writer:
         self._base = shown.site.url or "../"
 
     def head(self) -> Iterator[Cell]:
-        """Title, where it comes from, and how to install what it imports."""
+        """Yield the title, the source, and how to install the imported package."""
         chapter, site = self._survey.chapter, self._shown.site
         question = f"*{chapter.question}*\n\n" if chapter.question else ""
         yield (
@@ -123,7 +123,7 @@ class _Writer:
         yield "code", f"# %pip install {WHEEL}"
 
     def body(self) -> Iterator[Cell]:
-        """The chapter's blocks in order, each with the side notes that it is the first to refer to."""
+        """Yield the chapter's blocks in order, each followed by the side notes that it is the first to refer to."""
         flow = self._survey.chapter.document.tokens
         for block in blocks([token for token in flow if not token.type.startswith("container_")]):
             yield from self._block(block)
@@ -180,7 +180,7 @@ class _Writer:
         yield "markdown", f"{title}\n\n{picture}\n\n{drawing.words}"
 
     def _note(self, label: str) -> str:
-        """A side note, which stands elsewhere in the file."""
+        """A side note, taken from its place elsewhere in the file."""
         tokens = self._survey.chapter.document.footnotes[label]
         spans = [token.map for token in tokens if token.map]
         text = self._lines(min(a for a, _ in spans), max(b for _, b in spans), tokens)
@@ -194,13 +194,13 @@ class _Writer:
         return " ".join(self._spliced(directive.text_start, end, token.children or []).split("\n"))
 
     def _lines(self, first: int, last: int, tokens: Sequence[Token]) -> str:
-        """Whole lines of the file."""
+        """Whole lines of the file, in plain Markdown."""
         end = self._source.starts[last] if last < len(self._source.starts) else len(self._source.text)
         inline = [child for token in tokens for child in token.children or []]
         return self._spliced(self._source.starts[first], end, inline).strip("\n")
 
     def _spliced(self, start: int, end: int, tokens: Sequence[Token]) -> str:
-        """A piece of the file with what is ours put into plain Markdown."""
+        """A piece of the file with our extensions replaced by plain Markdown."""
         edits = sorted(edit for token in tokens for edit in self._edits(token))
         parts, at = [], start
         for first, last, text in edits:
@@ -209,7 +209,7 @@ class _Writer:
         return self._expanded("".join([*parts, self._source.text[at:end]]))
 
     def _edits(self, token: Token) -> Iterator[tuple[int, int, str]]:
-        """What takes the place of which piece of the file."""
+        """Yield the replacements for a token: start and end in the file, and the new text."""
         match token.type:
             case "value" | "readout" | "ref" | "term":
                 line = located(token, Directive)
@@ -220,7 +220,7 @@ class _Writer:
                 directive = line.thing
                 text_end = directive.text_start + len(directive.text)
                 yield self._offset(line.place), self._offset(line.at(directive.text_start)), ""
-                # The end is counted from the text's: it may be the end of a line, which is not a place in the next.
+                # Counted from the end of the text, since the directive's own end may be the end of a line.
                 after = self._offset(line.at(text_end))
                 yield after, after + directive.end - text_end, ""
             case "cite":
@@ -240,7 +240,7 @@ class _Writer:
                     yield first, target.end(), self._address(html.unescape(address[1]))
 
     def _plain(self, tokens: Sequence[Token]) -> str:
-        """What the page shows of tokens, as Markdown: links, and else text."""
+        """Tokens as the page shows them, in Markdown: links and plain text."""
         text = _ANCHOR.sub(lambda m: f"[{m[2]}]({self._address(html.unescape(m[1]))})", self._html(tokens))
         return html.unescape(re.sub(r"<[^>]*>", "", text))
 
@@ -248,25 +248,25 @@ class _Writer:
         return self._source.starts[place.line - 1] + place.column - 1
 
     def _address(self, href: str) -> str:
-        """An address of the page as the notebook needs it."""
+        """A link target of the page, adapted for the notebook."""
         if re.match(r"[a-z]+:", href):
             return href
         return self._base + (self._survey.chapter.page if href.startswith("#") else "") + href
 
     def _expanded(self, text: str) -> str:
-        """The text with the site's macros written out: Jupyter knows none of them."""
+        """The text with the site's macros expanded, since Jupyter does not know them."""
         for macro, meaning in self._shown.site.macros.items():
             text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)
         return text
 
 
 def _said(readout: Plain) -> str:
-    """A readout's value with its unit, ° close behind."""
+    """A readout's value with its unit; no space before °."""
     return f"{readout['value']}{'' if readout['unit'] == '°' else ' '}{readout['unit']}".strip()
 
 
 def _alternative(frame: Plain, panel: Plain) -> str:
-    """The figure's words for its first panel; the others are told by their labels."""
+    """The alternative text of a panel: the figure's description for the first one, its label for the others."""
     label = re.search(r'aria-label="([^"]*)"', panel["svg"])
     return str(frame["description"]) if panel is frame["panels"][0] or label is None else html.unescape(label[1])
 
@@ -289,7 +289,7 @@ def _bibliography(references: Sequence[Reference]) -> str:
 def notebooks(
     surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, memory: Memory
 ) -> dict[str, bytes]:
-    """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
+    """Every chapter's notebook by its path on the site, cached by its inputs. bodies: the rendered chapters."""
     store = Store(cache, "notebooks")
     files = {}
     for survey, body in zip(surveys, bodies, strict=True):
@@ -305,8 +305,8 @@ def notebooks(
 
 
 def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
-    """The hash of a notebook's parts: the chapter as written and as rendered, where all that others bring to it stands
-    (numbers, references, drawings with their words and Python), the works that it cites, the site, and what writes."""
+    """The hash of a notebook's inputs: the chapter as written and as rendered, which includes all that comes from
+    elsewhere (numbers, references, drawings with their words and Python), the cited works, the site, and this code."""
     chapter = survey.chapter
     works = [repr(shown.known.references[key]) for key in body.cited]
     notes = [shown.site, shown.wheel, chapter.title, chapter.question, chapter.page, chapter.slug, survey.notes, works]
@@ -316,7 +316,7 @@ def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
 
 @once
 def _code() -> str:
-    """The hash of what writes notebooks, and of the styles that it takes into pictures."""
+    """The hash of the code that writes notebooks and of the styles that it inlines in pictures."""
     here = Path(__file__).parent
     files = [here / "notebooks.py", here / "portable_svg.py", TOKENS, *SHEETS]
     return fingerprint((path.name, path.read_bytes()) for path in files)

@@ -1,4 +1,4 @@
-"""A drawing of a page → an SVG that needs no style sheet, in the site's light colours: for wherever a page is not."""
+"""A page's drawing → a self-contained SVG in the site's light colours, for use outside of pages."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from sitegen.assets.tokens import TOKENS, colours
 
 FOLDER = TOKENS.parents[1] / "figure"
 SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "matplotlib", "plot", "field", "labels"))
-LINE, LETTER = 16, 6.3  # px from line to line of a caption, and of a letter at most on the average
+LINE, LETTER = 16, 6.3  # px: a caption's line height, and an upper bound on its average letter width
 FACE = "Arial, Helvetica, sans-serif"
-_CHOICE = re.compile(r":\w+\([^)]*\)|\[[^]]*\]")  # what a selector says beside the classes that it asks for
+_CHOICE = re.compile(r":\w+\([^)]*\)|\[[^]]*\]")  # parts of a selector other than classes it needs
 _CLASS = re.compile(r"\.([\w-]+)")
 
 
 def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
-    """The drawing with the rules that its classes ask for, `width` × `height` px, its colours written out.
+    """The drawing, `width` × `height` px, with the CSS rules for its classes included and colours resolved.
 
-    svg: one element `svg.plot` (widgets.drawing.svg) or `svg.graph-svg` (figures.matplotlib_svg). caption: lines to
-    stand under it.
+    svg: one element `svg.plot` (widgets.drawing.svg) or `svg.graph-svg` (figures.matplotlib_svg). caption: lines to put
+    below it.
     """
     classes = {name for each in re.findall(r'class="([^"]*)"', svg) for name in each.split()}
     rules = "".join(text for needed, text in _rules() if needed <= classes)
@@ -42,7 +42,7 @@ def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
 
 
 def data_address(svg: str) -> str:
-    """The drawing as an address that an `<img>` shows without asking for anything."""
+    """The drawing as a data URL, which an `<img>` shows without a request."""
     return "data:image/svg+xml;base64," + b64encode(svg.encode()).decode()
 
 
@@ -53,7 +53,7 @@ def _light() -> dict[str, str]:
 
 @cache
 def _rules() -> tuple[tuple[frozenset[str], str], ...]:
-    """The rules for drawings: what classes each needs, and its text. Those that depend on the screen are left out."""
+    """The CSS rules for drawings: the classes that each needs, and its text. Those in media queries are left out."""
     result = []
     for path in SHEETS:
         for rule in rules(path.read_text("utf-8")):
@@ -67,6 +67,6 @@ def _rules() -> tuple[tuple[frozenset[str], str], ...]:
 
 
 def _written(value: str) -> str:
-    """A value with the site's colours and face in place of its variables."""
+    """A value with its variables replaced by the site's colours and font."""
     values = {**_light(), "sans": FACE}
     return re.sub(r"var\(--([\w-]+)\)", lambda m: values.get(m[1], m[0]), value)

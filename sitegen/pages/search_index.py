@@ -1,6 +1,6 @@
-"""Pages → what a reader can search: one entry a section, with its page, heading, anchor and text.
+"""Pages → the search data: one entry per section, with its page, heading, anchor and text.
 
-The index itself is made in the page, by the library that searches it, when a reader first asks.
+The index itself is built in the page, by the search library, when a reader first searches.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from sitegen.external.fetch import gather
 from sitegen.figures.wire import dumps
 from sitegen.html_reader import Tag, read
 
-FORMAT = "1"  # of what is remembered; raised when the reading changes
+FORMAT = "1"  # of the cached entries; raised when the extraction changes
 LEFT_OUT = tuple(fixed.page for fixed in FIXED_PAGES if not fixed.searched)
 HEADINGS = ("h1", "h2", "h3")
-# What is read elsewhere, or is not prose: cards, code in figures, controls, drawings, formulas, data for scripts.
+# Text that is found elsewhere or is not prose: cards, code in figures, controls, drawings, formulas, script data.
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")
 SILENT_CLASSES = ("card", "figure-stage", "buttons", "readouts", "legend", "job", "runs", "chapter-footer", "pager")
 ENTRY_IDS = ("term-", "ref-")  # entries of the glossary and of the references are sections of their own
@@ -28,14 +28,14 @@ BLOCKS = ("p", "li", "dt", "dd", "td", "th", "figcaption", "div", "section", "pr
 
 
 def library(cache: Path) -> bytes:
-    """The script that searches, as it came but for the line that names its source map, which the site has not."""
+    """The search library, unchanged except for the line that names its source map, which the site lacks."""
     script = gather(["minisearch"], cache=cache)["minisearch/dist/umd/index.js"].read_bytes()
     return script.partition(b"//# sourceMappingURL")[0]
 
 
 @dataclass
 class Section:
-    """One entry of the search. `at` is the address relative to the site; `page` the title of its page."""
+    """One search entry. `at` is the address relative to the site; `page` the title of its page."""
 
     at: str
     page: str
@@ -44,12 +44,12 @@ class Section:
 
     @property
     def text(self) -> str:
-        """What it says, in one line."""
+        """Its text, in one line."""
         return " ".join("".join(self.parts).split())
 
 
 def search_data(pages: Mapping[str, str], cache: Path, memory: Memory | None = None) -> bytes:
-    """The script that hands the page every section: [address, page, heading, text] of each."""
+    """The script that hands the page all sections, each as [address, page, heading, text]."""
     memo, memory = Remembered(cache, f"search-{FORMAT}"), memory or Memory()
 
     def entries(name: str, html: str) -> str:
@@ -66,12 +66,12 @@ def _entries(name: str, html: str) -> list[list[str]]:
 
 
 def _searched(name: str) -> bool:
-    """Slides and checks say what their chapters say."""
+    """Whether a page is searched; slides and checks repeat their chapters, so they are not."""
     return name not in LEFT_OUT and not name.startswith(("slides-", "checks-"))
 
 
 def sections(name: str, html: str) -> list[Section]:
-    """The sections of a page, in order; none for a page that only leads to another one."""
+    """The sections of a page, in order; none for a page that only redirects."""
     reader = _Reader(name)
     read(html, reader)
     for section in reader.sections:
@@ -81,7 +81,7 @@ def sections(name: str, html: str) -> list[Section]:
 
 
 class _Reader:
-    """Reads <main>: a heading or an entry's id begins a section, and what is silent is passed over."""
+    """Reads <main>: a heading or an entry's id begins a section, and silent elements are skipped."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -1,4 +1,4 @@
-"""What a title slide has room for: so much of the ladder, and a title and a question that are read from afar."""
+"""The limits of a title slide: how much of the ladder it shows, and how long title and question may be."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 from sitegen.chapters.content import Chapter
 from sitegen.problems import Problems
 
-RUNGS = 18  # each is as high as a finger in a low window
-TITLE, QUESTION = 90, 160  # characters, in the narrower of the windows that slides are made for
+RUNGS = 18  # each as tall as a finger in a low window
+TITLE, QUESTION = 90, 160  # characters, in the narrower of the windows that slides are designed for
 
 
 def in_part(rungs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rungs of a title slide: all, or of very many those round the current one, and how many are left out."""
+    """The rungs of a title slide: all, or if too many, those around the current one and counts of the rest."""
     at = next((i for i, rung in enumerate(rungs) if rung["current"]), 0)
     start = max(min(at - RUNGS // 2, len(rungs) - RUNGS), 0)
     part = list(rungs[start : start + RUNGS])
@@ -29,7 +29,7 @@ def _more(count: int, where: str) -> dict[str, Any]:
 
 
 def check_title(chapter: Chapter, problems: Problems) -> None:
-    """What would not fit is told where it is written."""
+    """Report a title or question that does not fit on the title slide."""
     for name, limit in (("title", TITLE), ("question", QUESTION)):
         count = len(getattr(chapter, name))
         if chapter.slides and count > limit:

@@ -1,4 +1,4 @@
-"""What the templates show of figures and plots, and the environment that fills them."""
+"""The view models of figures, plots and pictures, and the Jinja environment of the templates."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from widgets.engine.contract import Button, Key, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
 IDS = re.compile(r' id="[^"]*"')
-ROWS = (3, 8)  # pictures that fill one row or two of the whole width, with the desk beneath them
-FLAT = 2  # a picture more than so many times as wide as it is tall leaves room beneath it, while charts fill its desk
+ROWS = (3, 8)  # numbers of pictures that fill one or two full-width rows, with the desk below them
+FLAT = 2  # a picture wider than this times its height leaves room below it, while charts fill its desk
 EMPTY = Markup()
 _BOLD = re.compile(r"<strong>(.*?)</strong>")
 
 
 @dataclass(frozen=True)
 class Part:
-    """Some of a figure: what leads, or the rest."""
+    """A part of a figure: the leading part, or the rest."""
 
     panels: Sequence[Plain]
     readouts: Sequence[Plain]
@@ -43,7 +43,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a figure stands on its page. stage: the panels that are the picture; charts: those that tell of it."""
+    """How a figure is laid out. stage: the panels that form the picture; charts: those with data about it."""
 
     name: str
     stage: Sequence[Plain]
@@ -52,11 +52,11 @@ class Layout:
 
 @dataclass(frozen=True)
 class FigureView:
-    """What the figure's template shows.
+    """The view model of the figure's template.
 
-    says: the sentence that leads; lead: what is seen at first, all of it where None; roles: those in the pictures
-    while nothing else is used; whole: the rest is there as well, behind *More*; after: the frame that the figure comes
-    to, for those without scripts and for paper; question: what it asks before it runs.
+    says: the leading sentence; lead: the parts shown at first, None for all; roles: those that pictures can show while
+    only the leading controls are used; whole: whether the rest is there as well, behind *More*; after: the frame of the
+    outcome, for readers without scripts and on paper; question: what it asks before it runs.
     """
 
     id: str
@@ -77,7 +77,7 @@ class FigureView:
 
     @property
     def main(self) -> Button | None:
-        """The filled button: the first that the sentence names in bold, or else, if it leads, the widget's own."""
+        """The filled button: the first that the sentence names in bold, else the widget's primary one if that leads."""
         labels = {button.label: button for button in self.widget.buttons}
         in_bold = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
         own = [button for button in self.leading.buttons if button.primary]
@@ -85,14 +85,14 @@ class FigureView:
 
     @property
     def leading(self) -> Part:
-        """What is seen at first."""
+        """The part shown at first."""
         return self._part(self._leads, self._may_lead)
 
     @property
     def layout(self) -> Layout:
-        """How what leads is laid out: one picture, or many small ones, beside the desk; or a few in a row above it."""
+        """The leading part's layout: one picture or many small ones beside the desk, or a few in a row above it."""
         panels = self.leading.panels
-        if not self.whole or not panels:  # where none of the names is a panel's, which is told
+        if not self.whole or not panels:  # no name in `lead` is a panel's, which has been reported
             return Layout("", self.frame["panels"], ())
         width, height = panels[0]["view"][4:6]
         wide = panel_class(width) == WIDEST
@@ -107,8 +107,8 @@ class FigureView:
 
     @property
     def outcome(self) -> Sequence[Plain]:
-        """The panels of the figure's picture in the end, drawn without ids, which stand in the page once. Of many each
-        has its caption; in a row they stand as above."""
+        """The panels of the figure's picture in the outcome, without ids, since those must be unique in the page. Only
+        in the layout "many" does each have its caption."""
         captions = self.layout.name == "many"
         names = [panel["name"] for panel in self.layout.stage]
         panels = self.after["panels"] if self.after else ()
@@ -120,7 +120,7 @@ class FigureView:
 
     @property
     def rest(self) -> Part | None:
-        """What waits behind *More*; None where nothing does."""
+        """The part behind *More*; None if there is none."""
         if self.lead is None or not self.whole:
             return None
         return self._part(lambda what, name: not self._leads(what, name), lambda key: not self._may_lead(key))
@@ -130,7 +130,7 @@ class FigureView:
         return names is None or name in names
 
     def _may_lead(self, key: Key) -> bool:
-        """Whether such a mark may be in the pictures while nothing else is used."""
+        """Whether the pictures can show a legend key's marks while only the leading controls are used."""
         choice, *options = key.under or ("",)
         fixed = choice and not self._leads("controls", choice)
         return key.role in self.roles and not (fixed and self.frame["controls"][choice] not in options)
@@ -147,8 +147,7 @@ class FigureView:
 
 @dataclass(frozen=True)
 class JobView:
-    """A job of a figure: its name, its button's label, what it found at the figure's first settings, and that as
-    JSON."""
+    """A job of a figure: its name, its button's label, its result at the initial settings, and that result as JSON."""
 
     name: str
     label: str
@@ -157,23 +156,23 @@ class JobView:
 
 
 class Bytecode(BytecodeCache):
-    """The templates' code, kept by the templates' own hashes; a bucket knows the version that compiled it."""
+    """Caches compiled templates, keyed by the hashes of their sources; a bucket checks which version compiled it."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Fill the bucket, if its template was compiled before."""
+        """Load the bucket's bytecode, if it is cached."""
         if code := self._store.find(f"{bucket.key} {bucket.checksum}"):
             bucket.bytecode_from_string(code)
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep what was compiled."""
+        """Cache the bucket's bytecode."""
         self._store.put(f"{bucket.key} {bucket.checksum}", bucket.bytecode_to_string())
 
 
 def environment(root: Path, cache: Path) -> Environment:
-    """The templates of a checkout; a name that is not there is an error, text is escaped. Their code is kept."""
+    """The Jinja environment of a checkout: undefined names are errors, text is escaped, and bytecode is cached."""
     templates = Environment(
         loader=FileSystemLoader(root / "templates"),
         bytecode_cache=Bytecode(Store(cache, "templates")),
@@ -189,20 +188,20 @@ def environment(root: Path, cache: Path) -> Environment:
 
 
 def shown(spec: Spec, value: float) -> str:
-    """A slider's value as its output says it; degrees have no space before their sign."""
+    """A slider's value as its output shows it; no space before °."""
     text = number(value, spec.decimals)
     return f"{text}\u00a0{spec.unit}" if spec.unit not in ("", "°") else f"{text}{spec.unit}"
 
 
 def plain(value: float) -> str:
-    """A number as an attribute of an input holds it."""
+    """A number as the value of an input's attribute."""
     return f"{value:.10g}"
 
 
 def figure_view(
     figure: Figure, state: Plain, frame: Plain, tape: Tape, says: Markup = EMPTY, caption: Markup = EMPTY
 ) -> FigureView:
-    """The view of a figure whose state is drawn, and whose jobs are done. says: the sentence that leads."""
+    """The view of a figure with its drawn frame and finished jobs. says: the leading sentence."""
     record = {"record": state, "frame": first_frame(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
@@ -223,7 +222,7 @@ def figure_view(
 
 
 def _undrawn(result: Plain) -> Plain:
-    """A job's result without its drawings, which stand in the page already."""
+    """A job's result without its drawings, which are already in the page."""
     return {**result, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in result["panels"]]}
 
 
@@ -240,6 +239,6 @@ def plot_html(templates: Environment) -> Callable[[Placed, Drawn, Markup], Marku
 
 
 def picture_html(templates: Environment) -> Callable[[Sequence[Plain], str, Markup], Markup]:
-    """The picture macro of the templates, of panels, what they show in words, and a caption."""
+    """The picture macro of the templates; it takes panels, their description in words, and a caption."""
     macro = templates.get_template("figure.html").module.picture  # type: ignore[attr-defined]
     return lambda panels, words, caption: Markup(macro(panels, words, caption))

@@ -1,4 +1,4 @@
-"""Everything known of the site → its HTML pages, through the templates."""
+"""Everything known about the site → its HTML pages, through the templates."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from sitegen.pages.decks import Deck
 
 STYLE_GUIDE = "docs-style"
-HOSTED = re.compile(r"<!--hosted-->(.*?)<!--/hosted-->", re.DOTALL)  # what a page on a disk lacks
+HOSTED = re.compile(r"<!--hosted-->(.*?)<!--/hosted-->", re.DOTALL)  # omitted from pages on a disk
 SAID = {
     "passed": "Passed on this code.",
     "failed": "Failed on this code.",
@@ -44,8 +44,8 @@ SAID = {
 
 @dataclass(frozen=True)
 class Page:
-    """What the templates need of a page. hidden keeps it from search engines; share: the picture that a link to it
-    shows, where it has one of its own."""
+    """What the templates need to know about a page. hidden: keep it from search engines; share: the preview image of
+    links to it, if it has its own."""
 
     name: str
     title: str
@@ -62,7 +62,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Inside:
-    """What stands in a page's body. The same whatever files the page loads, which its frame names."""
+    """The contents of a page's body, independent of the files that the page loads: only its frame names those."""
 
     page: Page
     html: Markup
@@ -70,8 +70,8 @@ class Inside:
 
 @dataclass(frozen=True)
 class Writer:
-    """Fills the templates of one build. memory: insides of pages that an earlier build filled. has_search: whether
-    pages can be searched. download: the name of the zip of the whole site; "" where there is none."""
+    """Fills the templates of one build. memory: page contents from earlier builds, for reuse. has_search: whether
+    pages can be searched. download: the name of the zip of the whole site; "" if there is none."""
 
     templates: Environment
     site: Site
@@ -105,7 +105,7 @@ class Writer:
         return Inside(page, Markup(self.memory.answer(("inside", page.name), made_of, fill)))
 
     def framed(self, inside: Inside, assets: Assets) -> bytes:
-        """The whole page with the files that it loads."""
+        """The complete page, with links to the files that it loads."""
         size = assets.download.size if assets.download else ""
         bare = replace(assets, files={})
         frame = self.templates.get_template("frame.html")
@@ -117,7 +117,7 @@ class Writer:
         return self.memory.answer(("page", inside.page.name, bool(size)), (inside, bare, self.site), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
-        """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
+        """Every rung in order: published ones with their page, the rest without; chapters without a rung come last."""
         by_rung = {c.rung: c for c in self.chapters if c.rung}
         planned = [(r.rung, r.title, by_rung.get(r.rung)) for r in self.site.ladder]
         names = {c.name for _, _, c in planned if c}
@@ -179,12 +179,12 @@ class Writer:
         )
 
     def slides(self, decks: Sequence[Deck]) -> Inside:
-        """All decks, each with its question and a still."""
+        """The page of all decks, each with its question and a still."""
         says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
         return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
 
     def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> Inside:
-        """A page of the docs; the style guide's template adds the colours as the style sheet has them, and the type."""
+        """A page of the docs; the style guide's template adds the style sheet's colours and the type."""
         page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
         canonical = "" if doc.hidden else page.canonical
         page = replace(page, canonical=canonical)
@@ -196,12 +196,12 @@ class Writer:
         return self._fill("style.html", page, swatches=swatches.swatches(), **context)
 
     def glossary(self, terms: Mapping[str, Term]) -> Inside:
-        """Every term, with the chapter that explains it."""
+        """The glossary: every term, with the chapter that explains it."""
         page = self._page("glossary.html", "Glossary", f"The words that {self.site.title} uses.", "glossary-page")
         return self._fill("glossary.html", page, terms=list(terms.values()))
 
     def reference(self) -> Inside:
-        """The solvers package: its functions, types and methods, from their docstrings."""
+        """The API reference of the solvers package: functions, types and methods, from their docstrings."""
         says = "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
         page = self._page("reference.html", "solvers: reference", says, "reference-page")
         return self._fill("reference.html", page, groups=api_reference.groups(), methods=api_reference.methods())
@@ -219,8 +219,8 @@ class Writer:
         results: Mapping[str, Result],
         sources: Mapping[str, Markup],
     ) -> list[Inside]:
-        """What was checked, chapter by chapter; and of each chapter every claim with its test, that test's source as
-        code, and what it last said."""
+        """The overview of checks by chapter, and for each chapter a page of its claims with their tests, the tests'
+        source code and their last outcome."""
         by_test: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
             for claim in body.claims:
@@ -256,27 +256,27 @@ class Writer:
         return [self._fill("checks_about.html", page, rows=rows), *insides]
 
     def about(self, made: Made) -> Inside:
-        """What the site is, and what this build of it was made of."""
+        """The page about the site and this build of it."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
         citation = bibtex(site.title, site.author, site.year, site.url)
         return self._fill("about.html", page, made=made, bibtex=citation)
 
     def licences(self, licences: Sequence[Licence]) -> Inside:
-        """The licences of what the site serves."""
+        """The licences of everything that the site serves."""
         page = self._page("licences.html", "Licences", f"Licences of what {self.site.title} serves.", "licences-page")
         return self._fill("licences.html", page, licences=licences)
 
     def lost(self, assets: Assets) -> str:
-        """What hosts answer for an address that is none."""
+        """The 404 page."""
         return lost(self.templates, self.site, assets.css)
 
     def redirect(self, chapter: Chapter) -> str:
-        """The page under a chapter's old name."""
+        """The redirect page for a chapter's old name."""
         return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter, policy=POLICY)
 
     def sitemap(self, pages: Sequence[str]) -> str:
-        """sitemap.xml; only a site with an address has one."""
+        """sitemap.xml, which needs the site's URL."""
         entries = (
             f"<url><loc>{xml_escape(self.site.url + ('' if p == 'index.html' else p))}</loc></url>\n" for p in pages
         )
@@ -285,14 +285,14 @@ class Writer:
 
 
 def hosted(html: str, size: str) -> Markup:
-    """An inside as a host serves it, with the zip's size, known when all that lies in it is; without, as on a disk."""
+    """Page contents for a host, with the zip's size, which is known only after packing; if `size` is "", for a disk."""
     return Markup(HOSTED.sub(lambda match: match[1].replace("<!--size-->", size) if size else "", html))
 
 
 def _written(
     chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Any]:
-    """What the template of a chapter shows of its text."""
+    """The template context for a chapter's text."""
     return {
         "chapter": chapter,
         "body": body.html,
