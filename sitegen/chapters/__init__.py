@@ -1,1 +1,1 @@
-"""What authors write, read and checked: chapters, slides, terms, references, claims, and where figures are placed."""
+"""The authors' content, parsed and checked: chapters, slides, terms, references, claims and placed figures."""

@@ -1,4 +1,4 @@
-"""Citations: one file of references, links in author-year form, the text of a card and of the bibliography."""
+"""Citations: the file of references, author-year links, and the text of cards and of the bibliography."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SUFFIXES = {"Jr.", "Sr.", "Jr", "Sr", "II", "III"}
 
 @dataclass(frozen=True)
 class Reference:
-    """One work. `letter` tells works of the same authors and year apart."""
+    """One work. `letter` distinguishes works of the same authors and year."""
 
     key: str
     authors: tuple[str, ...]
@@ -56,19 +56,19 @@ class Reference:
 
     @property
     def link(self) -> str:
-        """Where the work is to be had."""
+        """The work's address: its DOI, or else its URL."""
         return f"https://doi.org/{self.doi}" if self.doi else self.url
 
     @property
     def label(self) -> str:
-        """Author and year as a citation shows them."""
+        """Author and year, as shown in a citation."""
         names = [family_name(name) for name in self.authors]
         who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
         return f"{who} {self.year}{self.letter}"
 
     @property
     def html(self) -> Markup:
-        """The whole entry: authors, year, title, venue, link."""
+        """The complete entry: authors, year, title, venue, link."""
         title = Markup("<cite>{}</cite>").format(apostrophes(self.title))
         if self.link:
             title = Markup('<a href="{}">{}</a>').format(self.link, title)
@@ -91,13 +91,13 @@ def family_name(name: str) -> str:
 
 
 def people(names: Iterable[str]) -> str:
-    """Names in a row: 'A, B and C'."""
+    """Join names: 'A, B and C'."""
     every = list(names)
     return every[0] if len(every) == 1 else f"{', '.join(every[:-1])} and {every[-1]}"
 
 
 def read_references(root: Path, problems: Problems, memory: Memory | None = None) -> dict[str, Reference]:
-    """The references by key, sorted as a bibliography is; faulty ones go to `problems`."""
+    """Read the references, by key and in bibliography order; faults go to `problems`."""
     path = root / "content" / "references.yaml"
     if not path.is_file():
         return {}
@@ -123,7 +123,7 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
 
 
 def _lettered(references: list[Reference]) -> list[Reference]:
-    """Sorted by authors, year and title, with letters where labels would be equal."""
+    """Sort by authors, year and title, and add letters where labels would be equal."""
     order = sorted(references, key=lambda r: ([family_name(a).lower() for a in r.authors], r.year, r.title))
     counts: dict[str, int] = {}
     for reference in order:

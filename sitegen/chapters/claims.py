@@ -1,7 +1,7 @@
-"""Claims: statements in chapters that name the test which checks them, and what that test last said.
+"""Claims: statements in chapters that name the test that checks them, and the last outcome of that test.
 
-The build reads tests as text and never runs them. `write_results` is for the test run: it keeps, in a small file that
-is committed, the outcome of every claimed test with the hash of the code that it ran on.
+The build reads tests as text and never runs them. `write_results` is for the test run: it stores, in a small committed
+file, the outcome of every claimed test with the hash of the code that it ran on.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from sitegen.markup.directives import Directive, DirectiveError, attributes
 from sitegen.markup.located import located
 from sitegen.problems import Place, Problems, hint
 
-FORMAT = "2"  # of what is remembered of test files; raised when the reading changes
+FORMAT = "2"  # of the cached entries for test files; raised when the parsing changes
 RESULTS = Path("tests/results.json")
 TESTED = ("solvers", "widgets")
-KINDS = ("why",)  # beside the plain one, which is not named
+KINDS = ("why",)  # besides the plain kind, which has no name
 Outcome = Literal["passed", "failed"]
 
 
@@ -37,7 +37,7 @@ Outcome = Literal["passed", "failed"]
 class Test:
     """A test function: id (file::function or file::Class::function), docstring, source, line in its file.
 
-    changes: it takes the fixture `why`, and so records what changing one factor does.
+    changes: whether it takes the fixture `why`, with which it records the effect of changing one factor.
     """
 
     id: str
@@ -49,7 +49,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Result:
-    """What a test last said, and what its change of one factor did. `current`: on the code as it is now."""
+    """A test's last outcome, and what changing one factor did in it. `current`: whether it ran on the code as it is."""
 
     outcome: Outcome
     current: bool
@@ -57,12 +57,12 @@ class Result:
 
 
 def standing(result: Result | None) -> str:
-    """What readers are told of a test: its outcome, or "unknown" where it did not yet run on this code."""
+    """A test's state for readers: its outcome, or "unknown" if it has not yet run on this code."""
     return result.outcome if result is not None and result.current else "unknown"
 
 
 def read_tests(root: Path, files: Iterable[str], cache: Path, memory: Memory | None = None) -> dict[str, Test]:
-    """The tests of the named files (relative to the root; what is not a file has none) by id."""
+    """The tests in the named files, by id. Names are relative to the root; missing files have no tests."""
     paths = {name: root / name for name in sorted(set(files)) if name.endswith(".py")}
     sources = {name: content(path) for name, path in paths.items() if path.is_file()}
     return (memory or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))
@@ -79,7 +79,7 @@ def _tests_of(sources: Mapping[str, bytes], cache: Path) -> dict[str, Test]:
 
 
 def _tests_in(name: str, source: str) -> list[list[Any]]:
-    """The tests of one file, each as what a Test is made of; none where the file is no Python."""
+    """The tests of one file, each as the arguments of Test; none if the file is not valid Python."""
     try:
         tree = ast.parse(source)
     except SyntaxError:
@@ -104,7 +104,7 @@ def test_files(root: Path) -> list[str]:
 
 
 def anchor(test_id: str) -> str:
-    """The id of a test's entry on the page of checks."""
+    """The id of a test's entry on a page of checks."""
     return "check-" + hashlib.sha256(test_id.encode()).hexdigest()[:10]
 
 
@@ -115,7 +115,7 @@ def tested_code(root: Path) -> dict[str, str]:
 
 
 def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
-    """The hash of what a test depends on: its file, the solvers, and the widgets where it tests those."""
+    """The hash of a test's dependencies: its file, the solvers, and also the widgets if it tests those."""
     file = test_id.partition("::")[0]
     return _code_hash(test_id, {file: _file_hash(root / file)}, packages)
 
@@ -131,7 +131,7 @@ def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, st
 
 
 def test_of(directive: Directive) -> str:
-    """The id of the test that a claim names; nothing where it names none."""
+    """The id of the test that a claim names; "" if it names none."""
     try:
         return next((one.value for one in attributes(directive) if not one.name), "")
     except DirectiveError:
@@ -139,7 +139,7 @@ def test_of(directive: Directive) -> str:
 
 
 def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems) -> str:
-    """The kind that a claim names, if any; what else stands beside its test goes to `problems`."""
+    """The kind that a claim names, or ""; any other attribute besides its test goes to `problems`."""
     attrs = listed(directive, at, problems) or []
     for extra in [one for one in attrs if not one.name][1:]:
         near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
@@ -154,7 +154,7 @@ def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems
 
 
 def lacking(test: Test, result: Result | None) -> str:
-    """What a claim of kind *why* lacks: a test that records two outcomes, and, of a run on this code, the record."""
+    """What a claim of kind *why* lacks, "" if nothing: a test with the fixture, or outcomes of its run on this code."""
     if not test.changes:
         return f"{test.id} changes no factor: a claim of kind why has a test that takes the fixture `{whys.FIXTURE}`"
     if result is not None and standing(result) == "passed" and result.change is None:
@@ -163,7 +163,7 @@ def lacking(test: Test, result: Result | None) -> str:
 
 
 def claimed(root: Path) -> list[str]:
-    """The ids of all tests that chapters, drafts too, and docs name."""
+    """The ids of all tests named by chapters (including drafts) and docs."""
     problems = Problems()
     chapters, _ = read_chapters(root, read_site(root, problems), problems, drafts=True)
     return claimed_by([*chapters, *read_docs(root, problems)])
@@ -181,14 +181,14 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
 
 
 def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path, memory: Memory) -> dict[str, Test]:
-    """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
+    """The tests in the files that chapters name; all tests if one of theirs is missing, to suggest the closest."""
     ids = claimed_by(chapters)
     tests = read_tests(root, (test_id.partition("::")[0] for test_id in ids), cache, memory)
     return tests if set(ids) <= set(tests) else read_tests(root, test_files(root), cache)
 
 
 def read_results(root: Path, memory: Memory | None = None) -> dict[str, Result]:
-    """The last results of the claimed tests."""
+    """Read the last results of the claimed tests."""
     path = root / RESULTS
     if not path.is_file():
         return {}
@@ -206,7 +206,7 @@ def read_results(root: Path, memory: Memory | None = None) -> dict[str, Result]:
 
 
 def behind(root: Path) -> list[str]:
-    """The claimed tests whose last result is of other code, or that have none."""
+    """The claimed tests whose last result is missing or from other code."""
     results = read_results(root)
     return [i for i in claimed(root) if i not in results or not results[i].current]
 
@@ -214,7 +214,7 @@ def behind(root: Path) -> list[str]:
 def write_results(
     root: Path, outcomes: Mapping[str, Outcome], changes: Mapping[str, whys.Change] | None = None
 ) -> None:
-    """Keep the outcomes of the claimed tests that ran, with what they changed; the others keep what they had."""
+    """Store the outcomes and changes of the claimed tests that ran; the others keep their earlier results."""
     path = root / RESULTS
     old = json.loads(path.read_text("utf-8")) if path.is_file() else {}
     ids = claimed(root)
@@ -232,7 +232,7 @@ def write_results(
 
 
 def merged(reports: Iterable[tuple[str, Outcome]]) -> dict[str, Outcome]:
-    """Outcomes by test function from reports of parametrised cases: failed where any case failed."""
+    """Outcomes by test function from reports of parametrised cases: failed if any case failed."""
     result: dict[str, Outcome] = {}
     for node_id, outcome in reports:
         test_id = node_id.partition("[")[0]

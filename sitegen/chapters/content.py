@@ -1,4 +1,4 @@
-"""What authors write: the site's settings and the chapters with their front matter, read and checked."""
+"""Reads and checks what authors write: the site's settings, the chapters with their front matter, and the docs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
-DOCS = "content/docs"  # for authors and successors: pages written like chapters, on no ladder
+DOCS = "content/docs"  # for authors and maintainers: pages written like chapters, but not on the ladder
 DOCS_INDEX = "index.md"  # the page that leads to the others
 
 SETTINGS = "content/site.yaml"
@@ -64,7 +64,7 @@ FRONT = {
 
 @dataclass(frozen=True)
 class FixedPage:
-    """A page that every site has, whatever its chapters are. searched: by readers; public: in the site map."""
+    """A page that every site has, whatever its chapters. searched: by readers; public: in the site map."""
 
     name: str
     searched: bool = True
@@ -83,7 +83,7 @@ FIXED_PAGES = (
     FixedPage("reference"),
     FixedPage("checks", searched=False),
     FixedPage("licences", searched=False, public=False),
-    FixedPage("slides", searched=False, public=False),  # only there, and then public, with the first deck
+    FixedPage("slides", searched=False, public=False),  # exists, and is then public, only if there are decks
     FixedPage("404", searched=False, public=False),
 )
 OWN_PAGES = tuple(fixed.name for fixed in FIXED_PAGES)
@@ -116,9 +116,9 @@ class Site:
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter, or a page of the docs, parsed. `name` is its page without .html; `front` its front matter, for
-    places; `hidden` keeps a page of the docs from searches and the site map; `emblem` names the rung's dial; `onward`
-    says where a reader may go from its end."""
+    """A parsed chapter or page of the docs. `name` is its page without .html; `front` its front matter, for places;
+    `hidden` keeps a page of the docs out of searches and the site map; `emblem` names the rung's dial; `onward` lists
+    where a reader may go next."""
 
     source: Source
     document: Document
@@ -137,7 +137,7 @@ class Chapter:
     onward: tuple[Onward, ...] = ()
 
     def at(self, *path: str | int) -> Place:
-        """The place of a thing in the front matter."""
+        """The place of an entry in the front matter."""
         return self.front.at(*path) if self.front else Place(self.source.path, 1, 1)
 
     @property
@@ -152,21 +152,21 @@ class Chapter:
 
     @property
     def deck(self) -> str:
-        """The file name of its slides; "" where it has none."""
+        """The file name of its slides; "" if it has none."""
         return f"slides-{self.slug}.html" if self.slides else ""
 
     @property
     def checks(self) -> str:
-        """The file name of the tests behind its statements; the page is there if there are any."""
+        """The file name of its page of checks, which exists if it has claims."""
         return f"checks-{self.name}.html"
 
     def numbered(self, count: int) -> str:
-        """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
+        """The number of its `count`-th figure or equation: "1.2" on rung 1, "2" without a rung."""
         return f"{self.rung}.{count}" if self.rung else str(count)
 
 
 def read_site(root: Path, problems: Problems) -> Site:
-    """The settings; defaults where they are faulty."""
+    """Read the settings; faulty ones get defaults."""
     path, name = root / SETTINGS, SETTINGS
     document, there = None, path.is_file()
     if there:
@@ -185,7 +185,7 @@ def read_site(root: Path, problems: Problems) -> Site:
     for macro, meaning in values["macros"].items():
         if re.fullmatch(r"\\[A-Za-z]+", str(macro)) and isinstance(meaning, str):
             macros[macro] = meaning
-        else:  # with which formulas that are right would fail
+        else:  # which would make valid formulas fail
             problems.add(document.at("macros", macro), "a macro is written '\\name': LaTeX")
     url = values["url"]
     if url and not re.fullmatch(r"https?://[^\s]+", url):
@@ -218,8 +218,8 @@ def _defaults(fields: dict[str, yaml_schema.Field]) -> dict[str, Any]:
 def read_chapters(
     root: Path, site: Site, problems: Problems, drafts: bool = False, memory: Memory | None = None
 ) -> tuple[list[Chapter], list[Chapter]]:
-    """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
-    whose mistakes stop nothing. With `memory`, only what was edited is parsed."""
+    """Read the chapters, ordered by the numbers at the start of their file names, and the drafts that are left out,
+    whose problems are ignored. With `memory`, only edited files are parsed."""
     memory = memory or Memory()
     files: list[tuple[tuple[float, str], Path]] = []
     for path in _markdown(root / "content", root, problems):
@@ -228,7 +228,7 @@ def read_chapters(
             problems.add(
                 Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
             )
-        # Without a number it stands last, so that what refers to it is not a mistake as well.
+        # Without a number it goes last, so that references to it are not reported as well.
         files.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
     files.sort()
     if not files and not problems.found:
@@ -251,7 +251,7 @@ def read_chapters(
 
 
 def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
-    """The Markdown files of a folder, by name, without an editor's own, which begin with a dot."""
+    """The Markdown files of a folder, by name, except editors' temporary files, whose names begin with a dot."""
     for path in sorted(folder.glob("*.md")):
         if path.name.startswith("."):
             continue
@@ -262,12 +262,12 @@ def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
 
 
 def is_draft(what: str, file: str) -> str:
-    """What to say of a name that leads to a draft which is left out: this file."""
+    """The message for a reference to a draft that is left out. file: the draft's."""
     return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
 
 
 def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> list[Chapter]:
-    """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
+    """Read the pages of the docs, by name. Any page requires an index, which must link to all the others."""
     docs, memory = [], memory or Memory()
     for path in _markdown(root / DOCS, root, problems):
         if not SLUG.fullmatch(path.stem):
@@ -297,14 +297,14 @@ def _chapter(root: Path, path: Path, problems: Problems, memory: Memory, first: 
 
 
 def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
-    """The chapter that a text is; what is wrong in it goes to `problems`."""
+    """Parse a text as a chapter; faults go to `problems`."""
     front, body = _split(text, name, problems)
     source = Source(name, body, problems)
     fields = DOC_FRONT if _is_doc(name) else FRONT
     values = _defaults({**FRONT, **DOC_FRONT})
     document = yaml_schema.read(front, name, problems, first_line=2) if front else None
     if front and document is None:
-        values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to it by these
+        values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to the chapter by these
     elif document is not None:
         values |= yaml_schema.validated(document, fields, problems)
         for where, slug in [
@@ -344,7 +344,7 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
 
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
-    """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
+    """Split off the front matter; in the body, blank lines take its place, so that line numbers stay right."""
     start = re.match(r"---[ \t]*\n", text)
     if start is None:
         here = "the file is empty" if not text.strip() else "front matter is missing"
@@ -360,7 +360,7 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
 
 
 def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
-    """No two pages of one name, and no redirect from a page that is there."""
+    """Check that page names are unique, and that redirects do not start from an existing page."""
     owners = dict.fromkeys(OWN_PAGES, "the site's own page")
     for chapter in chapters:
         for name in sorted({chapter.name, chapter.slug}):
@@ -385,7 +385,7 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
 
 
 def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> None:
-    """Every chapter's rung is one of the ladder's, and no two chapters stand on one."""
+    """Check that every chapter's rung is on the ladder and is used only once."""
     rungs = [rung.rung for rung in site.ladder if rung.rung]
     owners: dict[str, str] = {}
     for chapter in chapters:

@@ -1,4 +1,4 @@
-"""`drag="source 1.2 -0.5, turn 0 3"`: where handles are put by hand, one after the other, as actions of a log."""
+"""`drag="source 1.2 -0.5, turn 0 3"`: positions to which handles are dragged, in order, as actions of a log."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WRITTEN = 'a drag is a handle and the place to put it at, in u: drag="source 1.2
 def drags(
     widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> list[list[str | float]]:
-    """The log entries of a `drag=`; what is wrong goes to `problems`."""
+    """The log entries of a `drag=`; faults go to `problems`."""
     offset, log = attribute.text_start, list[list[str | float]]()
     for piece in attribute.value.split(","):
         where = at(offset + len(piece) - len(piece.lstrip()))

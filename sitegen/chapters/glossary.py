@@ -1,4 +1,4 @@
-"""The glossary: one file of terms, each with what it says and the chapter that explains it."""
+"""The glossary: one file of terms, each with its definition and the chapter that explains it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Term:
 
     @property
     def anchor(self) -> str:
-        """The id of its entry, and with `card-` before it that of its card."""
+        """The id of its entry; with the prefix `card-`, that of its card."""
         return f"term-{self.key}"
 
 
@@ -47,7 +47,7 @@ def read_glossary(
     problems: Problems,
     memory: Memory | None = None,
 ) -> dict[str, Term]:
-    """The terms by key, in the order of the alphabet; faulty ones go to `problems`. drafts: those that are left out."""
+    """Read the terms, by key and in alphabetical order; faults go to `problems`. drafts: those that are left out."""
     path = root / "content" / "glossary.yaml"
     if not path.is_file():
         return {}
@@ -72,12 +72,12 @@ def _terms(
             draft = drafts.get(name)
             says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, chapters)}"
             problems.add(document.at(key, "chapter"), says)
-        page, title = chapters.get(name, ("", ""))  # what is faulty has its name still
+        page, title = chapters.get(name, ("", ""))  # a faulty term keeps its name
         words = values["term"], values["says"], tuple(values["also"])
         terms.append(Term(str(key), *words, page, title, document.at(key)))
     return {term.key: term for term in sorted(terms, key=lambda term: ascii_slug(term.term))}
 
 
 def named(words: str, key: str, terms: Mapping[str, Term]) -> Term | None:
-    """The term that `:term[words]{key}` means: by its key, or by the words alone where they are a term's own."""
+    """The term that `:term[words]{key}` refers to: by its key, or else by its words."""
     return terms.get(key or ascii_slug(words))

@@ -1,4 +1,4 @@
-"""All that rendering looks things up in."""
+"""Everything that rendering looks up."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from sitegen.problems import Problems
 
 @dataclass(frozen=True)
 class Known:
-    """All that rendering looks things up in. pages: name → anchors, None where any will do; drafts: not built.
+    """Everything that rendering looks up. pages: name → anchors, None if any is accepted; drafts: those not built.
 
-    Of two that are equal a chapter is rendered alike: what is not compared gives the same for the same code, pictures
-    and chapter. mathematics: of the chapter's own formulas.
+    Equal objects give the same rendering of a chapter: fields that are not compared return the same results for the
+    same code, pictures and chapter. mathematics: the chapter's own formulas.
     """
 
     root: Path

@@ -1,4 +1,4 @@
-"""What leads in a figure: the sentence before the bar in its caption, and what `panels=`, `controls=` … name."""
+"""The leading part of a figure: the sentence before the bar in its caption, and what `panels=`, `controls=` … name."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from widgets.engine.controls import specs
 
 LEADING = ("panels", "readouts", "controls", "buttons")
 BAR = " | "
-NONE = "none"  # in place of names
+NONE = "none"  # instead of names
 
 
 def lead_of(
     widget: Widget, attributes: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> tuple[Lead | None, dict[str, tuple[Place, ...]]]:
-    """What leads: the widget's own choice with what a placement names in its stead, and where that stands.
+    """The leading part: the widget's own choice, overridden by a directive's attributes; and the places of the names.
 
-    Controls and buttons are checked here; panels and readouts where the figure is drawn (`check_drawn`).
+    Controls and buttons are checked here, panels and readouts once the figure is drawn (`check_drawn`).
     """
     available = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
     lead, led = widget.lead, dict[str, tuple[Place, ...]]()
@@ -42,15 +42,15 @@ def lead_of(
 
 
 def check(what: str, names: Sequence[str], present: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
-    """Tell of names that are to lead and that the figure does not have."""
+    """Report leading names that the figure does not have."""
     for name, place in zip(names, places, strict=True):
         if name not in present:
             problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, present)}")
 
 
 def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Problems) -> None:
-    """Tell of panels and readouts that a placement leads with and that the drawn figure does not have; and of a main
-    button that has nothing left to do, or waits behind *More*."""
+    """Report leading panels and readouts that the drawn figure does not have, and a main button that is disabled at
+    first or waits behind *More*."""
     if main and {main.name, main.repeats} & {*frame["disabled"]}:
         says = f"the figure opens with its main button {main.label!r} off: after= shows what it comes to"
         problems.add(figure.place, says)
@@ -64,7 +64,7 @@ def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Pro
 
 
 def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:
-    """A caption's tokens before and after its bar; without a bar nothing leads."""
+    """A caption's tokens before and after its bar; without a bar, all come after it."""
     depth = 0
     for i, token in enumerate(tokens):
         depth += token.nesting

@@ -1,4 +1,4 @@
-"""Where references and links lead: figures, equations, chapters, anchors; checked, and written relative to a page."""
+"""Resolves references and links to figures, equations, chapters and anchors: checked, and relative to a page."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from widgets.engine.contract import Record, Widget
 
 @dataclass(frozen=True)
 class Links:
-    """The links of one page. `pages`: page name → its anchors, None where they are not known here.
+    """The links of one page. `pages`: page name → its anchors, None if they are not known here.
 
-    chapter: the page of the chapter whose figures and equations are meant first; its own, or that of a deck's chapter.
-    drafts: the chapters that are left out, so that a link to one is told as such.
+    chapter: the page of the chapter whose figures and equations take precedence: the page itself, or for a deck its
+    chapter's. drafts: the chapters that are left out, so that a link to one is reported as such.
     """
 
     page: str
@@ -34,7 +34,7 @@ class Links:
     problems: Problems
 
     def target(self, href: str, place: Place) -> str:
-        """A link's address, checked where it leads into the site."""
+        """A link's address, checked if it is on the site."""
         if href.startswith(("https://", "http://", "mailto:")):
             return href
         page, _, fragment = href.partition("#")
@@ -46,13 +46,13 @@ class Links:
         return self._address(name, fragment, place)
 
     def placed(self, name: str) -> tuple[Widget, Record] | None:
-        """The figure that `:ref[fig:name]` means: its widget, and the record that it opens in."""
+        """The figure that `:ref[fig:name]` refers to: its widget, and its initial record."""
         having = [each for each in self.chapters if name in each.placed]
         chapter = next((each for each in having if each.page == self.chapter), next(iter(having), None))
         return chapter.placed[name] if chapter else None
 
     def reference(self, text: str, place: Place, state: str = "") -> Markup:
-        """The link that `:ref[text]` means; empty, and a problem, where it means none. state: to open a figure in."""
+        """The link for `:ref[text]`; empty, and a problem, if it has no target. state: suffix for a figure's state."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
             return self._numbered(kind, name, place, state)
@@ -72,7 +72,7 @@ class Links:
         return Markup("")
 
     def onward(self, places: Sequence[Onward]) -> tuple[Step, ...]:
-        """Where a chapter's end leads, without the places that are not there: they are told."""
+        """The links at a chapter's end; missing targets are reported and left out."""
         steps = []
         for place in places:
             link = self.reference(place.to, place.at)
@@ -85,7 +85,7 @@ class Links:
         return tuple(steps)
 
     def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
-        """Note what is named and not there, or only in a draft."""
+        """Report a name that does not exist, or only in a draft."""
         self.problems.add(place, is_draft(what, draft.file) if draft else says)
 
     def _chapter(self, chapter: Outline, fragment: str, place: Place) -> Markup:
@@ -94,7 +94,7 @@ class Links:
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _numbered(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
-        """A link to a figure, or to an equation ("eq"): this chapter's own, or the only one elsewhere."""
+        """A link to a figure ("fig") or an equation ("eq"): this chapter's own, or the only one elsewhere."""
         what = "figure" if kind == "fig" else "equation"
         targets = {each.page: _numbers(each, kind)[name] for each in self.chapters if name in _numbers(each, kind)}
         page = self.chapter if self.chapter in targets else next(iter(targets), None)
@@ -113,7 +113,7 @@ class Links:
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _page_named(self, page: str) -> str | None:
-        """The page that a link means by its name, its chapter's slug or its chapter's file."""
+        """The page that a link refers to, by its name, its chapter's slug or its chapter's file."""
         if page in self.pages:
             return page
         for each in self.chapters:
@@ -123,7 +123,7 @@ class Links:
 
     def _address(self, page: str, fragment: str, place: Place) -> str:
         anchors = self.pages[page]
-        name = fragment.partition("?")[0]  # what follows is a figure's state
+        name = fragment.partition("?")[0]  # a figure's state follows
         if fragment and anchors is not None and name not in anchors:
             self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
@@ -131,12 +131,12 @@ class Links:
 
 
 def _numbers(chapter: Outline, kind: str) -> Mapping[str, tuple[str, str]]:
-    """What a chapter numbers of a kind, figures or equations: each with its element's id and its number."""
+    """A chapter's numbered items of a kind, figures ("fig") or equations: each with its element's id and its number."""
     return chapter.numbered if kind == "fig" else chapter.equations
 
 
 def state_of(figure: Record, record: Record) -> str:
-    """What a link to a figure ends with to open it in a state, as *Copy link* writes it: what differs, in base64url."""
+    """The suffix of a link that opens a figure in a state, as *Copy link* writes it: the differences in base64url."""
     first, plain = figure.plain(), record.plain()
     controls = {name: value for name, value in plain["controls"].items() if value != first["controls"][name]}
     state = {"widget": plain["widget"], "controls": controls, "seed": plain["seed"], "log": plain["log"]}
@@ -144,5 +144,5 @@ def state_of(figure: Record, record: Record) -> str:
 
 
 def _is_named(page: str, chapter: Outline) -> bool:
-    """Whether a link to `page` means the chapter, by its slug or by its file."""
+    """Whether a link to `page` refers to the chapter, by its slug or by its file."""
     return page in (f"{chapter.slug}.html", Path(chapter.file).name)

@@ -1,4 +1,4 @@
-"""Where a reader may go from a chapter's end: a few places on the site, each with the reason to go there."""
+"""Where a reader may go next from a chapter's end: a few places on the site, each with a reason to go there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST = 3
 
 @dataclass(frozen=True)
 class Onward:
-    """A place as the front matter names it, as `:ref` would, and the reason in plain words. at: where it is named."""
+    """A target, written as for `:ref`, and the reason in plain words. at: its place in the front matter."""
 
     to: str
     says: str
@@ -21,7 +21,7 @@ class Onward:
 
 
 def read_onward(front: yaml_schema.Yaml, problems: Problems) -> tuple[Onward, ...]:
-    """The places under `next:`, in order; what is wrong goes to `problems`, but for names that lead nowhere."""
+    """The targets under `next:`, in order; faults go to `problems`, except for missing targets."""
     entries = front.data.get("next") if isinstance(front.data, dict) else None
     places: list[Onward] = []
     for i in range(len(entries) if isinstance(entries, list) else 0):

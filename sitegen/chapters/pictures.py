@@ -1,7 +1,7 @@
-"""A `::picture` line: what a widget draws in a state, without its controls.
+"""A `::picture` line: a widget's drawing of a state, without its controls.
 
 `::picture[Two steps on.]{icp start=midway press=step,step panels=main expect="rms < 0.5"}` names a widget, a record as
-`::figure` and `::try` write it, and the panels that are shown. What `expect=` says is held to the readouts there.
+in `::figure` and `::try`, and the panels to show. `expect=` is checked against the readouts in that state.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ OWN = ("preset", "panels", "expect")
 def still(
     directive: Directive, at: Callable[[int], Place], count: int, widgets: Mapping[str, Widget], problems: Problems
 ) -> Still | None:
-    """What a line shows, the `count`-th picture of its chapter; None where it names no widget."""
+    """The picture of a line, the `count`-th of its chapter; None, and a problem, if it names no valid widget."""
     parts = widget_of(directive, at, widgets, problems)
     if parts is None:
         return None
@@ -43,7 +43,7 @@ def still(
 
 
 def drawn(one: Still, known: Known) -> tuple[Sequence[Plain], str] | None:
-    """The panels that it shows and the picture in words, its expectations held; None where it cannot be drawn."""
+    """The picture's panels and description, with its expectations checked; None if it cannot be drawn."""
     if one.promise is not None:
         hold(one.promise, known.readouts, known.problems)
     for frame in known.frames(one.figure, [one.record]):

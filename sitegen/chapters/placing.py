@@ -1,4 +1,4 @@
-"""A `::figure` line: which widget in which state it places, and what is wrong with it."""
+"""A `::figure` line: the widget and the state that it places, and its faults."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.engine.controls import specs, validated, values
 
-ID = re.compile(r"(?=.*[A-Za-z0-9])[A-Za-z0-9-]+")  # hyphens alone are none
+ID = re.compile(r"(?=.*[A-Za-z0-9])[A-Za-z0-9-]+")  # not hyphens alone
 
 def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
-    """The directive's attributes; None where they cannot be read. That, and one that stands twice, is a problem."""
+    """The directive's attributes; None, and a problem, if they are malformed. A duplicate is also a problem."""
     try:
         attrs = attributes(directive)
     except DirectiveError as error:
@@ -33,7 +33,7 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
 
 
 def bare(attrs: Iterable[Attribute], most: int, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
-    """The attributes that are words alone; each beyond the `most` that may be is a problem."""
+    """The attributes without a name; each beyond the allowed `most` is a problem."""
     words = [a for a in attrs if not a.name]
     for extra in words[most:]:
         problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
@@ -43,8 +43,8 @@ def bare(attrs: Iterable[Attribute], most: int, at: Callable[[int], Place], prob
 def widget_of(
     directive: Directive, at: Callable[[int], Place], widgets: Mapping[str, Widget], problems: Problems
 ) -> tuple[Widget, str, list[Attribute]] | None:
-    """The widget that a line names first, the preset that it names, and all its attributes; None, and a problem, where
-    one of them cannot be had."""
+    """The widget that a line names first, its preset, and all its attributes; None, and a problem, if any of them is
+    missing or invalid."""
     attrs = listed(directive, at, problems)
     if attrs is None:
         return None
@@ -73,7 +73,7 @@ def widget_of(
 def placed(
     directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
 ) -> Figure | None:
-    """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
+    """The figure that a `::figure` line places, with its widget's tape; None, and a problem, without a valid widget."""
     parts = widget_of(directive, at, widgets, problems)
     if parts is None:
         return None
@@ -102,7 +102,7 @@ def placed(
         widget,
         record,
         at(directive.start),
-        distinct([own, *led_to]),  # its own comes first, also where presses lead to it
+        distinct([own, *led_to]),  # its own state comes first, even if presses lead to it
         lead,
         comes.plain() if comes else None,
         led,
@@ -110,13 +110,13 @@ def placed(
 
 
 def id_of(directive: Directive) -> str:
-    """The id that a `::figure` or `::plot` line gives, also where it cannot be read: that named, or its first word."""
+    """The id that a `::figure` or `::plot` line sets, even in a malformed one: `id=`, or else the first word."""
     match = re.search(r"\bid\s*=\s*([\w-]+)", directive.attributes) or re.match(r"\s*([\w-]+)", directive.attributes)
     return match[1] if match else ""
 
 
 def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Control values with `changes` in place and, where they do not say, what their chosen options bring along."""
+    """The base's control values, updated with what newly chosen options set, and then with `changes`."""
     control_specs = specs(widget.controls)
     brought = {k: v for name, value in changes.items() for k, v in control_specs[name].sets.get(str(value), {}).items()}
     return {**values(base.controls), **brought, **changes}
@@ -125,7 +125,7 @@ def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str
 def presses(
     widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> list[list[str | float]]:
-    """The log entries of `press=a,b*3`; what is wrong goes to `problems`."""
+    """The log entries of `press=a,b*3`; faults go to `problems`."""
     buttons = {b.name for b in widget.buttons if b.does == "press"}
     offset, log = attribute.text_start, list[list[str | float]]()
     for piece in attribute.value.split(","):
@@ -148,10 +148,10 @@ def changed(
     problems: Problems,
     more: Sequence[str] = (),
 ) -> Record:
-    """A record with other control values, `seed=`, and for a log `press=a,b*3` and `drag="source 1.2 -0.5"`, in the
-    order they are written; what is wrong goes to `problems`.
+    """A record changed by attributes: control values, `seed=`, and `press=a,b*3` and `drag="source 1.2 -0.5"` for the
+    log, in the order written; faults go to `problems`.
 
-    more: what else may be named where this is written.
+    more: other names to suggest for a misspelt attribute.
     """
     control_specs = specs(widget.controls)
     controls: dict[str, Any] = {}

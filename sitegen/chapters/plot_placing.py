@@ -1,4 +1,4 @@
-"""A `::plot` line: which plot it places, and what is wrong with it."""
+"""A `::plot` line: the plot that it places, and its faults."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sitegen.problems import Place, Problems, hint
 def placed(
     directive: Directive, at: Callable[[int], Place], number: str, plots: Mapping[str, Plot], problems: Problems
 ) -> Placed | None:
-    """The plot that a `::plot` line places; None where it names none."""
+    """The plot that a `::plot` line places; None, and a problem, if there is none of that name."""
     attributes = listed(directive, at, problems)
     if attributes is None:
         return None

@@ -1,8 +1,8 @@
-"""A `::predict` line: what a figure asks before it runs, and which answer the run bears out.
+"""A `::predict` line: the question that a figure asks before it runs, and the answers that the run confirms.
 
 `::predict[Does it find the room? | It does. | It does not.]{solve press=finish expect="rms < 0.1 | rms > 0.1"}` has an
-expectation for each answer; `panels=icp,gicp says=right` has a panel for each, right where that word stands in it in
-the end; `within=0.5` has the reader place a ghost of the source where the run will stop, right within so many u.
+expectation for each answer; `panels=icp,gicp says=right` has a panel for each, which is right if it shows that word in
+the end; `within=0.5` has the reader place a ghost of the source where the run will stop, right within that many u.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from sitegen.problems import Place, Problems
 from widgets.engine.contract import Record
 
 OWN = ("expect", "panels", "says", "within")
-GHOST = "main", "source"  # the panel and the group that a ghost is of
+GHOST = "main", "source"  # the panel and the group that the ghost copies
 WRITTEN = 'a prediction says what decides it: expect="rms < 0.1 | rms > 0.1", panels=icp,gicp says=right, or within=0.5'
 
 
@@ -37,7 +37,7 @@ def prediction(
     at: Callable[[int], Place],
     problems: Problems,
 ) -> tuple[Prediction, Record] | None:
-    """What a directive asks of a figure, and the state that decides it. None, and a problem, where nothing does."""
+    """A directive's question about a figure, and the record that decides it; None, and a problem, if nothing does."""
     by_name = {a.name: a for a in attributes if a.name}
     own = {name: by_name.pop(name) for name in OWN if name in by_name}
     record = changed(figure.widget, figure.record, by_name.values(), at, problems, OWN)
@@ -71,7 +71,7 @@ def prediction(
 def _expected(
     attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> tuple[tuple[Expectation, ...], ...]:
-    """What is expected for each answer."""
+    """The expectations for each answer."""
     start, groups = attribute.text_start, []
     for piece in attribute.value.split("|"):
         part = replace(attribute, value=piece, value_start=start, quoted=False)
@@ -81,7 +81,7 @@ def _expected(
 
 
 def parts(tokens: Sequence[Token]) -> list[list[Token]]:
-    """Inline tokens, cut at the bars that stand outside of emphasis and the like."""
+    """Inline tokens, split at the bars outside of emphasis and the like."""
     result: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
@@ -93,8 +93,7 @@ def parts(tokens: Sequence[Token]) -> list[list[Token]]:
 
 
 def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[Token]], str]) -> Question | None:
-    """The question as the page asks it, None where nothing is asked; that no answer or every one is right is a
-    problem."""
+    """The question for the page; None if there is none. It is a problem if all answers are right, or none."""
     if asked is None:
         return None
     figure, problems = asked.figure, known.problems
@@ -120,7 +119,7 @@ def _expectations(
 
 
 def _panels(asked: Prediction, known: Known) -> list[tuple[Markup, bool]]:
-    """Each panel by its caption's first line, and whether its word stands in it."""
+    """The first line of each panel's caption, and whether the panel shows the word."""
     for frame in known.frames(asked.figure, [asked.record]):
         panels = {panel["name"]: panel for panel in frame["panels"]}
         check("panels", asked.panels, tuple(panels), [asked.place] * len(asked.panels), known.problems)
@@ -133,7 +132,7 @@ def _panels(asked: Prediction, known: Known) -> list[tuple[Markup, bool]]:
 
 
 def _has_ghost(asked: Prediction, known: Known) -> bool:
-    """Whether there is a source to place a ghost of; where there is none, that is a problem."""
+    """Whether there is a source to place a ghost of; if not, report it."""
     panel, group = GHOST
     for frame in known.frames(asked.figure, [asked.record]):
         svg = next((each["svg"] for each in frame["panels"] if each["name"] == panel), "")

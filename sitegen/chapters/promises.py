@@ -1,7 +1,7 @@
-"""What a caption or a button promises of a figure's readouts: read by the survey, held to the figure by the rendering.
+"""Promises of captions and buttons about a figure's readouts: parsed by the survey, checked by the rendering.
 
-A promise is a record and what is expected there: `rms < 0.1; stop is converged; rotation_error falls`. What falls,
-rises or stays does so against the figure as it opens.
+A promise is a record and the expectations there: `rms < 0.1; stop is converged; rotation_error falls`. "falls", "rises"
+and "stays" compare with the figure's initial state.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ PROMISING = re.compile(
     r"|refuse[sd]?|rises?|rose|risen)\b",
     re.IGNORECASE,
 )
-HELD = ("promise", "claim", "readout")  # what the build or a test answers for
+HELD = ("promise", "claim", "readout")  # their texts are checked by the build or a test
 HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'
-TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # what a plot's caption can say: no readout stands there
+TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # for plots' captions, since plots have no readouts
 LINE = re.compile(r"^[ \t]*::.*$", re.MULTILINE)
 NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
@@ -42,7 +42,7 @@ Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
 @dataclass(frozen=True)
 class Expectation:
-    """What one readout is expected to be: compared with a number, some words, or another than before."""
+    """An expectation of one readout: compared with a number, equal to some words, or relative to its initial value."""
 
     text: str
     place: Place
@@ -55,7 +55,7 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Promise:
-    """What is expected of a figure in a state."""
+    """The expectations of a figure in a state."""
 
     figure: Figure
     record: Plain
@@ -65,8 +65,8 @@ class Promise:
 def promise(
     figure: Figure, attributes: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> Promise | None:
-    """The promise that a directive's attributes make of a figure: control values, `press=` and, for what the text asks
-    to press after that, `then=`. None where nothing is expected; what is wrong goes to `problems`."""
+    """The promise that a directive's attributes make about a figure: control values, `press=`, and `then=` for what the
+    text asks to press after that. None if nothing is expected; faults go to `problems`."""
     by_name = {a.name: a for a in attributes if a.name}
     own = {name: by_name.pop(name) for name in OWN if name in by_name}
     record = changed(figure.widget, figure.record, by_name.values(), at, problems, OWN).plain()
@@ -83,7 +83,7 @@ def promise(
 
 
 def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problems) -> tuple[Expectation, ...]:
-    """What `expect=` says, part by part."""
+    """The expectations in `expect=`, in order; faults go to `problems`."""
     start, expectations = attribute.text_start, []
     for part in attribute.value.split(";"):
         place = at(start + len(part) - len(part.lstrip()))
@@ -99,14 +99,14 @@ def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problem
 
 
 def unheld(text: str) -> Iterator[tuple[str, int]]:
-    """The promising words of a text, with their offsets, that stand in nothing that is held to. A `::` line among its
-    lines looks after itself."""
+    """Yield the promising words of a text, with their offsets, that are outside of checked directives. `::` lines in it
+    are skipped, since they are checked separately."""
     text = LINE.sub(lambda match: " " * len(match[0]), text)
     i = 0
     while (colon := text.find(":", i)) >= 0:
         try:
             inside = read(text, colon, len(text), ":")
-        except DirectiveError:  # which is told
+        except DirectiveError:  # it has been reported
             inside = None
         i = colon + 1
         if inside is not None and inside.name in HELD:
@@ -117,13 +117,13 @@ def unheld(text: str) -> Iterator[tuple[str, int]]:
 
 
 def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
-    """Tell of each promising word of a text that nothing holds. at: from offsets in it; held: what would hold them."""
+    """Report each unchecked promising word of a text. at: maps its offsets to places; held: a directive to suggest."""
     for word, offset in unheld(text):
         problems.add(at(offset), f"{word!r} promises what nothing tests: {held}")
 
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
-    """Hold a figure to what is promised of it; a promise that is not kept is a problem, with what is there instead."""
+    """Check a promise about a figure; each unmet expectation is a problem that states the actual value."""
     for one, here in _unmet(promised.figure, promised.record, promised.expected, readouts, problems):
         problems.add(one.place, f"promised {one.text}; {here}")
 
@@ -131,16 +131,16 @@ def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
 def holds(
     figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
 ) -> bool:
-    """Whether a figure in a state is all that is expected; of a readout that it does not have it is told."""
+    """Whether a figure in a state meets all expectations; readouts that it does not have are reported."""
     return not list(_unmet(figure, record, what, readouts, problems))
 
 
 def _unmet(
     figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
 ) -> Iterator[tuple[Expectation, str]]:
-    """The expectations that are not met, with what is there instead."""
+    """Yield the unmet expectations, each with the actual value in words."""
     now = readouts(figure, record)
-    for one in what if now else ():  # a figure that cannot be drawn is told
+    for one in what if now else ():  # a figure that cannot be drawn has been reported
         if one.name not in now:
             problems.add(one.place, f"no readout {one.name!r}{hint(one.name, now)}")
             continue
@@ -150,8 +150,8 @@ def _unmet(
 
 
 def _holds(one: Expectation, before: str, now: str) -> bool:
-    """Whether a readout's text is as expected. Words may be followed by a comma and more; what is not a number is
-    neither less nor more than one."""
+    """Whether a readout's text meets an expectation. Words may be followed by a comma and more text; comparisons fail
+    if a value is not a number."""
     if one.words:
         return now == one.words or now.startswith(f"{one.words},")
     if one.goes == "stays":
@@ -164,6 +164,6 @@ def _holds(one: Expectation, before: str, now: str) -> bool:
 
 
 def _number(text: str) -> float | None:
-    """The number that a readout begins with."""
+    """The number at the start of a readout; None if there is none."""
     match = NUMBER.match(text)
     return float(re.sub("[,\u202f]", "", match[0]).replace("−", "-")) if match else None

@@ -1,4 +1,4 @@
-"""Tokens → the HTML of a chapter, with everything that other chapters, references, tests and figures bring to it."""
+"""Tokens → a chapter's HTML, with everything that it takes from other chapters, references, tests and figures."""
 
 from __future__ import annotations
 
@@ -38,23 +38,23 @@ from sitegen.markup.parser import blocks, parser, text_of, unbroken
 from sitegen.markup.typography import apostrophes
 from sitegen.problems import Place, hint
 
-FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # containers, and what their fold says
+FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # folding containers and their summaries
 
 
 def render(survey: Survey, known: Known) -> Body:
-    """The chapter's body; what is wrong goes to known.problems."""
+    """Render the chapter's body; faults go to known.problems."""
     return _Renderer(survey, known).body()
 
 
 def headings(survey: Survey, known: Known) -> dict[str, Markup]:
-    """What links to the chapter's headings say, by anchor. They hold no links, so no other chapter is looked at."""
+    """The text of links to the chapter's headings, by anchor. They hold no links, so no other chapter is needed."""
     renderer = _Renderer(survey, known)
-    return {heading.id: renderer.heading(heading) for heading in reversed(survey.headings)}  # of two, the first
+    return {heading.id: renderer.heading(heading) for heading in reversed(survey.headings)}  # the first of two wins
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Renders pieces of a chapter apart from its body. found: what has been cited, marked and shown on the way."""
+    """Renders pieces of a chapter apart from its body. found: what they have cited, marked and shown so far."""
 
     found: Callable[[], Body]
     flow: Callable[[Sequence[Token]], Markup]
@@ -62,13 +62,13 @@ class Pieces:
 
 
 def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
-    """What renders them, for the chapter's page or another one; what is wrong goes to known.problems."""
+    """A renderer of pieces, for the chapter's page or another one; faults go to known.problems."""
     renderer = _Renderer(survey, known, page)
     return Pieces(lambda: renderer.found(Markup()), renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
 
 
 class _Renderer:
-    """Renders what belongs to a chapter for one page: the chapter's, or its deck's where `page` names that."""
+    """Renders parts of a chapter for one page: the chapter's own, or its deck if `page` names that."""
 
     def __init__(self, survey: Survey, known: Known, page: str = "") -> None:
         self._survey, self._known = survey, known
@@ -100,7 +100,7 @@ class _Renderer:
             "figure": self._figure,
             "plot": self._plot,
             "picture": self._picture,
-            "predict": lambda token: "",  # its figure asks
+            "predict": lambda token: "",  # its figure shows the question
             "try": self._try,
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
             "value": self._value,
@@ -123,7 +123,7 @@ class _Renderer:
         return replace(self.found(html, contents), onward=self._links.onward(self._chapter.onward))
 
     def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
-        """What has been cited, marked, claimed and shown so far."""
+        """A body with everything cited, marked, claimed and shown so far."""
         return Body(html, contents, tuple(self._cited), tuple(self._terms), tuple(self._claims), tuple(self._images))
 
     def heading(self, heading: Heading) -> Markup:
@@ -131,7 +131,7 @@ class _Renderer:
         return words(self._inline, heading.tokens)
 
     def flow(self, tokens: Sequence[Token]) -> Markup:
-        """Top-level blocks, with buttons that stand together as a list."""
+        """Render top-level blocks; consecutive buttons become a list."""
         parts: list[str] = []
         for tries, run in groupby(blocks(tokens), lambda block: block[0].type == "try"):
             if tries:
@@ -142,7 +142,7 @@ class _Renderer:
         return Markup("".join(parts))
 
     def _contained(self, block: Sequence[Token]) -> str:
-        """What stands between `:::name` and `:::`; of an example its source as well."""
+        """Render a container, from `:::name` to `:::`; an example also shows its source."""
         (first, last), name = block[0].map or (0, 0), block[0].info.strip()
         inside = self.flow(block[1:-1])
         if name == "example":
@@ -155,7 +155,7 @@ class _Renderer:
         return f'<div class="{name}">\n{title}{inside}</div>\n'
 
     def _noted(self, block: Sequence[Token]) -> str:
-        """A block with the notes beside it that it is the first to refer to."""
+        """Render a block, with the notes that it is the first to refer to beside it."""
         html = self._blocks(block)
         notes = "".join(map(self._note, self._survey.first_notes(block)))
         return f'<div class="noted">\n{html}<div class="notes">\n{notes}</div>\n</div>\n' if notes else html
@@ -261,7 +261,7 @@ class _Renderer:
         return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
 
     def _promise(self, token: Token) -> str:
-        """What is promised is held to the figure; of a promise the page shows its text alone."""
+        """Check a promise; the page shows only its text."""
         promise = self._survey.promise(token)
         if promise is not None:
             hold(promise, self._known.readouts, self._problems)
@@ -326,7 +326,7 @@ class _Renderer:
         return f'<span class="claim" id="claim-{number}">'
 
     def _hold(self, test_id: str, kind: str, where: Place) -> None:
-        """A claim's test says for readers what it checks; that of a cause records what its change did."""
+        """Check that a claim's test has a docstring for readers and, for a cause, records the effect of its change."""
         test = self._known.tests[test_id]
         if not test.doc:
             self._problems.warn(where, f"{test_id} has no docstring that tells readers what it checks")
@@ -340,7 +340,7 @@ class _Renderer:
         label = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         if claim.kind and state == "passed":
             label = "checked by changing this one thing"
-        return (  # with a word joiner in it, so that it never begins a line
+        return (  # contains a word joiner, so that it never begins a line
             f'<a class="claim-mark" data-outcome="{state}" href="{self._chapter.checks}#{anchor(claim.test_id)}" '
             f'title="{label}: see how" aria-label="Claim {number}, {label}: see how">&#8288;</a></span>'
         )
@@ -352,7 +352,7 @@ class _Renderer:
         return str(link)
 
     def _state(self, name: str, directive: Directive, at: Callable[[int], Place]) -> str:
-        """What the link to a figure ends with where its state is named; what is wrong with that is told."""
+        """The suffix of a link to a figure in a named state, "" without one; faults are reported."""
         attributes = listed(directive, at, self._problems) or []
         kind, _, figure_id = name.partition(":")
         figure = self._links.placed(figure_id) if attributes and kind == "fig" else None

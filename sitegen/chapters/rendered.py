@@ -1,4 +1,4 @@
-"""What the rendering of a chapter gives to the pages: its text, and all that they list of it elsewhere."""
+"""The result of rendering a chapter: its text, and everything about it that pages list elsewhere."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sitegen.markup.images import Image
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim in a chapter: its sentence, the test that checks it, and its kind, "why" where it tells a cause."""
+    """A claim in a chapter: its sentence, the test that checks it, and its kind, "why" if it states a cause."""
 
     html: Markup
     test_id: str
@@ -23,8 +23,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class Question:
-    """What the page asks. answers: each with whether it is right; record: what the run comes to; within: how near, in
-    u, a ghost has to be placed, 0 where none is asked for."""
+    """A question on the page. answers: each with whether it is right; record: the state at the end of the run; within:
+    how close, in u, a ghost has to be placed, 0 if there is none to place."""
 
     text: Markup
     answers: Sequence[tuple[Markup, bool]]
@@ -34,7 +34,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Step:
-    """A place to go from a chapter's end: the link, what stands over it (rung and chapter), and the reason."""
+    """A link at a chapter's end, the line above it (rung and chapter), and the reason to go there."""
 
     link: Markup
     over: str
@@ -43,8 +43,8 @@ class Step:
 
 @dataclass(frozen=True)
 class Body:
-    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images, and where
-    to go from its end."""
+    """A rendered chapter: its text, its table of contents (level, id, HTML), cited keys, marked terms, claims, images,
+    and the links at its end."""
 
     html: Markup
     contents: tuple[tuple[int, str, Markup], ...]

@@ -1,4 +1,4 @@
-"""The slides that a chapter's front matter asks for, as written: one mapping a slide, its texts parsed as Markdown."""
+"""The slides in a chapter's front matter: one mapping per slide, its texts parsed as Markdown."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SLIDE = {
     "notes": yaml_schema.text(),
 }
 OF_A_FIGURE = ("set", "panels", "controls", "readouts")
-# What a slide's text cannot hold, and where it belongs.
+# Elements that are not allowed in a slide's text, and where they belong.
 ELSEWHERE = {
     "heading_open": "a slide has one heading, its title",
     "figure": "a slide names a figure of its chapter: figure: id",
@@ -41,9 +41,9 @@ ELSEWHERE = {
 
 @dataclass(frozen=True)
 class Slide:
-    """One slide as written. title, text and notes: tokens; the rest names what the chapter has, "" or () for nothing.
+    """One slide as written. title, text and notes: tokens; the rest names things of the chapter, "" or () for none.
 
-    at: the front matter, and the path of the slide in it, for places.
+    front, index: the front matter and the slide's position in it, for places.
     """
 
     title: Sequence[Token]
@@ -60,17 +60,17 @@ class Slide:
     index: int
 
     def at(self, *path: str | int) -> Place:
-        """The place of a thing of the slide in the front matter."""
+        """The place of one of the slide's entries in the front matter."""
         return self.front.at("slides", self.index, *path)
 
     def text_at(self, name: str, offset: int = 0) -> Place:
-        """The place of an offset in one of its texts of a single line."""
+        """The place of an offset in one of its single-line texts."""
         start = self.front.text_at("slides", self.index, name)
         return Place(start.path, start.line, start.column + offset)
 
 
 def read_slides(front: yaml_schema.Yaml, chapter: Source, problems: Problems) -> tuple[Slide, ...]:
-    """The slides of a chapter's front matter, in order; what is wrong in themselves goes to `problems`."""
+    """The slides of a chapter's front matter, in order; faults in themselves go to `problems`."""
     entries = front.data.get("slides") if isinstance(front.data, dict) else None
     return tuple(_read(front, i, chapter, problems) for i in range(len(entries) if isinstance(entries, list) else 0))
 
@@ -87,7 +87,7 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         for each in wrong:
             why = ELSEWHERE.get(each.type, "a button belongs in the slide's text")
             problems.add(place_of(each) or front.at("slides", i, name), why)
-        if name != "title":  # which names what the slide shows, as a heading does
+        if name != "title":  # a title names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)
         return () if wrong else tokens
 

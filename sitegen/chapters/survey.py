@@ -1,7 +1,7 @@
-"""A first pass over a parsed chapter: numbers, anchors, figures, formulas, all that other chapters may refer to.
+"""The first pass over a parsed chapter: numbers, anchors, figures, formulas, everything that chapters may refer to.
 
-The tokens stay as they were parsed, so that a chapter may be surveyed again: rendering looks up in the survey what has
-become of each.
+Tokens are not modified, so that a chapter can be surveyed again: rendering looks up in the survey what each of them
+stands for.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import Record, Widget
 from widgets.engine.controls import specs
 
-# Ids that the templates and the figures give; no heading may have them.
+# Ids that the templates and the figures use; headings may not have them.
 OWN_IDS = ("main", "cite-this-page", "notebook", "slides", "where-next")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 SENTENCE = re.compile(r"\s*[.,]((?:\s*\\end\{\w+\})*)\s*$")
@@ -45,7 +45,7 @@ _Shown = TypeVar("_Shown", Figure, Placed)
 
 @dataclass
 class _Finding:
-    """A survey as it is made; what its parts are, Survey and Tokens say. set: what figures are set to, in order."""
+    """A survey in progress; for its fields see Survey and Tokens. set: the records to which figures are set."""
 
     chapter: Chapter
     lost: set[str]
@@ -68,11 +68,11 @@ class _Finding:
     first: dict[str, Located[NoteMark]] = field(default_factory=dict)
 
     def taped(self, figure: Figure) -> tuple[Plain, ...]:
-        """The states of a figure's tape: its own, and what leads to those that it is set to."""
+        """The states of a figure's tape: its own, and those on the way to the records that it is set to."""
         return distinct([*figure.states, *(state for record in self.set.get(figure.id, ()) for state in ways(record))])
 
     def survey(self) -> Survey:
-        """What has been found, as others get it."""
+        """The finished survey."""
         tokens = Tokens(
             self.heading_of, self.figure_of, self.plot_of, self.picture_of, self.button_of, self.promise_of, self.first
         )
@@ -94,7 +94,7 @@ class _Finding:
 
 
 def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems) -> Survey:
-    """The chapter's survey; what is wrong in itself goes to `problems`."""
+    """Survey the chapter; faults within it go to `problems`."""
     finding = _Finding(chapter, set(chapter.document.lost))
     flow = chapter.document.tokens
     _notes(finding, problems)
@@ -119,9 +119,9 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
 def _within(
     finding: _Finding, tokens: Sequence[Token], problems: Problems, figure: Figure | None = None, lost: bool = False
 ) -> None:
-    """The formulas of some text, its buttons and its promises, for which the chapter's figures must be known.
+    """Collect the formulas, buttons, predictions and promises in some text, after the chapter's figures.
 
-    shown: the figure that the text stands beside, if it does; lost: it stands beside one whose faults are told.
+    figure: the figure beside the text, if any; lost: that figure is faulty, which has been reported.
     """
     tell_unfit(tokens, problems)
     for token in tokens:
@@ -144,7 +144,7 @@ def _within(
 
 
 def _shifted(token: Token) -> Callable[[int], Place]:
-    """From offsets inside an inline formula to places."""
+    """A function from offsets inside an inline formula to places."""
     formula = located(token, object)
     return lambda inside: formula.at(formula.offset + 1 + inside)
 
@@ -173,7 +173,7 @@ def _heading(finding: _Finding, token: Token, content: Token, problems: Problems
             count += 1
             name = f"{base}-{count}"
     _anchor(finding, name, place, f"the anchor {name!r}", problems)
-    words = [child for child in content.children or [] if child.type not in REFERENCES]  # these are told of as unfit
+    words = [child for child in content.children or [] if child.type not in REFERENCES]  # reported as unfit
     finding.heading_of[heading] = Heading(level, name, words)
 
 
@@ -203,7 +203,7 @@ def _note_placed(
     by_id: dict[str, _Shown],
     problems: Problems,
 ) -> None:
-    """Note a live figure or a plot by its line and its id; None has been told of, and its id is lost."""
+    """Record a live figure or a plot by its line and its id. None: its fault has been reported, and its id is lost."""
     if item is None:
         finding.lost.add(f"fig:{id_of(line.thing)}")
         return
@@ -222,7 +222,7 @@ def _picture(finding: _Finding, token: Token, widgets: Mapping[str, Widget], pro
 
 
 def _next(finding: _Finding) -> str:
-    """The number of the next figure: one series for live ones and plots."""
+    """The number of the next figure; live figures and plots share one series."""
     return finding.chapter.numbered(len(finding.figures) + len(finding.plots) + 1)
 
 
@@ -241,7 +241,7 @@ def _equation(finding: _Finding, token: Token, problems: Problems) -> None:
 
 
 def _notes(finding: _Finding, problems: Problems) -> None:
-    """Number the footnotes in the order of their first references."""
+    """Number the footnotes in the order of their first reference; faults go to `problems`."""
     document = finding.chapter.document
     for mark in _marks(document.tokens):
         label = mark.thing.label
@@ -272,7 +272,7 @@ def _marks(tokens: Iterable[Token]) -> list[Located[NoteMark]]:
 def _named(
     finding: _Finding, attributes: list[Attribute], line: Located[Directive], problems: Problems
 ) -> Figure | None:
-    """The figure that a directive's first bare word names; None, and a problem, where there is none."""
+    """The figure that a directive's first bare word names; None, and a problem, if there is none."""
     at = line.at
     words = bare(attributes, 1, at, problems)
     if not words:
@@ -287,7 +287,7 @@ def _named(
 
 
 def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool, problems: Problems) -> None:
-    """What is promised of a figure: the one that is named, or else the text's own, of which nothing is said if lost."""
+    """Record a promise about the named figure, or else the text's own; if that is lost, nothing is reported."""
     line = located(token, Directive)
     directive, at = line.thing, line.at
     attributes = listed(directive, at, problems)
@@ -309,7 +309,7 @@ def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems
 def _of_figure(
     finding: _Finding, token: Token, what: str, problems: Problems
 ) -> tuple[Figure, list[Attribute]] | None:
-    """The figure that a button or a prediction names, and its attributes; None, and a problem, where there is none."""
+    """The figure that a button or a prediction names, and its attributes; None, and a problem, if there is none."""
     line = located(token, Directive)
     attributes = listed(line.thing, line.at, problems)
     figure = None if attributes is None else _named(finding, attributes, line, problems)
@@ -352,7 +352,7 @@ def _predict(finding: _Finding, token: Token, problems: Problems) -> None:
 
 
 def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
-    """The slide with the things of the chapter that it names; what it names wrongly goes to `problems`."""
+    """The slide with the things of the chapter that it names; wrong names go to `problems`."""
     kinds: dict[str, Iterable[str]] = {"equation": finding.labelled, "figure": finding.figures, "plot": finding.plots}
     for what, names in kinds.items():
         name = getattr(slide, what)
@@ -361,7 +361,7 @@ def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
         if name and what != "equation" and any(getattr(before.slide, what) == name for before in finding.slides):
             problems.add(slide.at(what), f"the {what} {name!r} is on an earlier slide: change it with a ::try line")
     equation = finding.labelled.get(slide.equation)
-    if equation is not None:  # without what ends it in a sentence
+    if equation is not None:  # without its sentence's punctuation
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
         finding.formulas.append(Asked(equation, lambda inside: slide.at("equation")))
     figure = finding.figures.get(slide.figure)
@@ -379,7 +379,7 @@ def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
 
 
 def _set(finding: _Finding, figure: Figure, slide: Slide, problems: Problems) -> Record:
-    """The state of a slide's figure: the chapter's own, or what `set` makes of it, which the tape then has as well."""
+    """The state of a slide's figure: the chapter's own, or as changed by `set`, which is then added to the tape."""
     controls = specs(figure.widget.controls)
     for i, name in enumerate(slide.controls):
         if name not in controls:

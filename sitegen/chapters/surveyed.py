@@ -1,4 +1,4 @@
-"""What a survey says of a chapter, to those who render it, write its notebook and its slides, or refer to it."""
+"""The survey of a chapter, for rendering it, writing its notebook and slides, and referring to it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Button:
-    """What a `::try` line does: it sets a figure to a record."""
+    """The action of a `::try` line: it sets a figure to a record."""
 
     figure: Figure
     record: Record
@@ -40,10 +40,10 @@ class Button:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a `::predict` line asks before a figure runs. record: what the run comes to, which decides.
+    """The question of a `::predict` line before a figure runs. record: the state at the end of the run, which decides.
 
-    expected: what holds where an answer is right, for each; panels: what is chosen from, right where it `says` so in
-    the end; within: how near, in u, a ghost of the source has to be placed.
+    expected: for each answer, the expectations that make it right; panels: the panels to choose from, right if they
+    show the word `says` in the end; within: how close, in u, a ghost of the source has to be placed.
     """
 
     figure: Figure
@@ -59,8 +59,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Still:
-    """What a `::picture` line shows: panels of a figure in a state, the first where it names none, and what is expected
-    there."""
+    """The picture of a `::picture` line: panels of a figure in a state, () for the first one, and the expectations."""
 
     figure: Figure
     record: Plain
@@ -70,7 +69,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Staged:
-    """A slide with what it shows of its chapter; `record` is the state that its figure stands in."""
+    """A slide with the things of its chapter that it shows; `record` is the state of its figure."""
 
     slide: Slide
     equation: Formula | None = None
@@ -81,9 +80,9 @@ class Staged:
 
 @dataclass(frozen=True)
 class Tokens:
-    """What single tokens have come to stand for, by what the parser noted on them; a token with a mistake has nothing.
+    """What tokens stand for, keyed by the parser's notes on them; faulty tokens have no entry.
 
-    first: the reference that each footnote is numbered by.
+    first: the reference by which each footnote is numbered.
     """
 
     headings: Mapping[Located[Anchor], Heading]
@@ -97,11 +96,11 @@ class Tokens:
 
 @dataclass(frozen=True)
 class Survey:
-    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number, `labelled`: → formula;
-    `taped`: figure → the states of its tape, also those that buttons, predictions and slides set; `predictions`: figure
-    → what it asks.
+    """The contents of a chapter. `notes`: footnote label → number; `equations`: label → number; `labelled`: label →
+    formula; `taped`: figure → the states of its tape, including those that buttons, predictions and slides set;
+    `predictions`: figure → its question.
 
-    lost: figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once.
+    lost: faulty figures and equations ("fig:id", "eq:label"); references to them are not reported as well.
     """
 
     chapter: Chapter
@@ -125,11 +124,11 @@ class Survey:
 
     @property
     def promises(self) -> list[Promise]:
-        """All that the chapter promises of its figures, in order."""
+        """All promises that the chapter makes about its figures, in order."""
         return list(self.tokens.promises.values())
 
     def anchor(self, token: Token) -> str:
-        """A heading's anchor, "" where no heading may stand."""
+        """A heading's anchor; "" where headings are not allowed."""
         heading = self.tokens.headings.get(located(token, Anchor))
         return heading.id if heading else ""
 
@@ -142,23 +141,23 @@ class Survey:
         return self.tokens.plots.get(located(token, Directive))
 
     def picture(self, token: Token) -> Still | None:
-        """What a `::picture` line shows."""
+        """The picture of a `::picture` line."""
         return self.tokens.pictures.get(located(token, Directive))
 
     def button(self, token: Token) -> Button | None:
-        """What a `::try` line does."""
+        """The button of a `::try` line."""
         return self.tokens.buttons.get(located(token, Directive))
 
     def promise(self, token: Token) -> Promise | None:
-        """What a button or a piece of text promises."""
+        """The promise of a button or a piece of text."""
         return self.tokens.promises.get(located(token, Directive))
 
     def number(self, token: Token) -> str:
-        """An equation's number, "" where it has no label."""
+        """An equation's number; "" if it has no label."""
         return self.equations[token.info] if token.type == "math_block_label" else ""
 
     def is_first(self, token: Token) -> bool:
-        """Whether a reference to a footnote is the first to it."""
+        """Whether a reference to a footnote is the first one."""
         mark = located(token, NoteMark)
         return self.tokens.first.get(mark.thing.label) is mark
 
@@ -175,11 +174,10 @@ def is_mark(token: Token) -> bool:
 
 @dataclass(frozen=True)
 class Outline:
-    """What other chapters may say of a chapter: plain data, so that it can be told whether any of it has changed.
+    """What other chapters can refer to in a chapter: plain data, so that changes can be detected.
 
     numbered: figures and plots by id, `equations` by label, each with its element's id and number; placed: figures by
-    id, each with the widget and the record that it opens in; headings: the text of a link to each, by anchor; lost: see
-    Survey.
+    id, each with its widget and initial record; headings: the text of a link to each, by anchor; lost: see Survey.
     """
 
     file: str
@@ -197,7 +195,7 @@ class Outline:
 
 
 def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
-    """The outline of a chapter, its headings rendered."""
+    """The outline of a chapter. headings: the rendered ones, by anchor."""
     chapter = survey.chapter
     figures: dict[str, Figure | Placed] = {**survey.plots, **survey.figures}
     return Outline(

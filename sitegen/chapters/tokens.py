@@ -1,4 +1,4 @@
-"""What rules of rendering ask of tokens."""
+"""Helpers of the rendering rules for tokens."""
 
 from __future__ import annotations
 
@@ -16,18 +16,17 @@ LINK = re.compile(r"</?a\b[^>]*>")
 
 
 def directive_of(token: Token) -> tuple[Directive, Callable[[int], Place]]:
-    """The directive that a token stands for, and what gives places in it."""
+    """The directive that a token stands for, and a function from offsets in it to places."""
     line = located(token, Directive)
     return line.thing, line.at
 
 
 def simple(rule: Callable[[Token], str]) -> Callable[..., str]:
-    """The rule of markdown-it for one that looks at its token alone."""
+    """Adapt a rule that needs only its token to markdown-it's signature."""
     return lambda tokens, idx, options, env: rule(tokens[idx])
 
 
 def words(render: Callable[[Sequence[Token]], str], tokens: Sequence[Token]) -> Markup:
-    """Inline tokens for use a second time: without what is an anchor or a target of its own, and of links their words
-    alone; citations and notes are left out."""
+    """Render inline tokens for a second use: links and claims as plain text, without citations and note marks."""
     dropped = {"link_open", "link_close", "claim_open", "claim_close", "cite", "footnote_ref"}
     return Markup(LINK.sub("", render([token for token in tokens if token.type not in dropped])))

@@ -1,4 +1,4 @@
-"""What stands where it may not: references in headings, links in links, claims in claims, and what has no text."""
+"""Finds misplaced or empty elements: references in headings, links in links, claims in claims, missing text."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from sitegen.problems import Place, Problems
 
 REFERENCES = ("cite", "ref", "footnote_ref")
 MADE = (*REFERENCES, "term", "value", "readout", "claim_open", "promise_open")
-"""What the build puts in the place of what is written."""
+"""Tokens that the build replaces with generated text or markup."""
 
 
 def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
-    """Note what is unfit in some text."""
+    """Report the misplaced or empty elements in some text."""
     for heading, content in pairwise(tokens):
         if heading.type == "heading_open":
             _heading(located(heading, object).place, content.children or [], problems)
@@ -35,7 +35,7 @@ def _heading(place: Place, children: Sequence[Token], problems: Problems) -> Non
 
 
 def _nested(children: Iterable[Token], problems: Problems) -> None:
-    """What stands inside of a link, a claim or an image's alternative text."""
+    """Check the elements inside a link, a claim or an image's alternative text."""
     link = claim = False
     for child in children:
         place = place_of(child)

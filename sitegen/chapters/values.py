@@ -1,7 +1,7 @@
-"""Numbers in the text given by a call, like `solvers.consensus.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
+"""Numbers in the text from calls such as `solvers.consensus.trials(0.5, 0.99, 2)`, evaluated by the build and cached.
 
-`plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
-arguments, unwritten. Arithmetic, like `0.12 / sqrt(13)`, is worked out where it stands, alone or as an argument.
+`plots.trial_budget.needed(0.5)` calls a function of a plot's module with the plot's result as an implicit first
+argument. Arithmetic such as `0.12 / sqrt(13)` is evaluated directly, alone or as an argument.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from sitegen.problems import hint
 from widgets.drawing.picture import SUPERSCRIPT
 
 OURS = ("solvers", "widgets")
-SPARE = 2000  # numbers of one code that are kept: a build may ask for none but those of an edited chapter
+SPARE = 2000  # unused numbers to keep per state of the code: a build may ask only for those of an edited chapter
 NAMESPACES = (*OURS, "plots")
 OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -36,7 +36,7 @@ FUNCTIONS = ("sqrt", "exp", "log", "log2", "sin", "cos", "asin", "degrees", "rad
 
 
 class CallError(ValueError):
-    """A call that cannot be made; `offset` is where in its text the fault lies."""
+    """An invalid call; `offset` is the place of the error in its text."""
 
     def __init__(self, message: str, offset: int) -> None:
         super().__init__(message)
@@ -54,7 +54,7 @@ class Call:
 
 
 def read_value(text: str) -> Call | float:
-    """The number that a text of arithmetic gives, or the call that it is. Raises CallError."""
+    """Parse a text: the number if it is arithmetic, else the call. Raises CallError."""
     lead = len(text) - len(text.lstrip())
     text = text.strip()
     try:
@@ -70,7 +70,7 @@ def read_value(text: str) -> Call | float:
 
 
 def _worked_out(node: ast.expr) -> float:
-    """Raises LookupError for what is not arithmetic."""
+    """Evaluate arithmetic. Raises LookupError for anything else."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return number
@@ -87,8 +87,8 @@ def _worked_out(node: ast.expr) -> float:
 
 
 def read_call(text: str) -> Call:
-    """The call that a text is. Raises CallError where it is none, or has an argument that is not a literal."""
-    if hyphens := HYPHENS.match(text):  # as ::plot writes the name
+    """Parse a call. Raises CallError if the text is not a call, or has an argument that is not a literal."""
+    if hyphens := HYPHENS.match(text):  # the spelling of names in ::plot
         spelling = hyphens[0].strip().replace("-", "_")
         raise CallError(f"a name in a call has underscores, not hyphens: {spelling}(…)", hyphens.end(1))
     try:
@@ -116,7 +116,7 @@ def read_call(text: str) -> Call:
 
 
 def _offset(text: str, column: int) -> int:
-    """ast counts bytes of UTF-8, we count characters."""
+    """Convert ast's column, in bytes of UTF-8, to a character offset."""
     return len(text.encode()[:column].decode(errors="ignore"))
 
 
@@ -131,7 +131,7 @@ def _literal(text: str, node: ast.expr) -> Any:
 
 
 def resolve(call: Call) -> Any:
-    """The function that a call names. Raises CallError at the first name that is not there, with the nearest."""
+    """The function that a call names. Raises CallError at the first missing name, with the closest one."""
     here: Any = importlib.import_module(call.names[0][0])
     path = call.names[0][0]
     for name, offset in call.names[1:]:
@@ -147,7 +147,7 @@ def resolve(call: Call) -> Any:
 
 
 def _names(thing: Any) -> list[str]:
-    """Ours among the public names of a module or a class."""
+    """The public names of a module or a class that are our own."""
     names = [name for name in dir(thing) if not name.startswith("_") and _is_ours(getattr(thing, name))]
     if isinstance(thing, ModuleType):
         folders = [Path(p) for p in getattr(thing, "__path__", [])]
@@ -161,14 +161,14 @@ def _is_ours(thing: Any) -> bool:
 
 
 def evaluate(call: Call) -> int | float:
-    """The number that the call gives. Raises CallError where it gives none, or fails."""
+    """Evaluate the call. Raises CallError if it fails or does not return a finite number."""
     return _number(resolve(call), call)
 
 
 def _number(function: Any, call: Call, *before: Any) -> int | float:
     try:
         result = function(*before, *call.positional, **call.named)
-    except Exception as error:  # whatever the solver objects to is the author's to see
+    except Exception as error:  # the author should see any error of the solver
         raise CallError(f"{type(error).__name__}: {error}", 0) from error
     value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
@@ -178,7 +178,7 @@ def _number(function: Any, call: Call, *before: Any) -> int | float:
 
 
 def of_plot(call: Call, gallery: Gallery) -> int | float:
-    """The number that a call of a plot's function gives. Raises CallError."""
+    """Evaluate a call of a plot's function. Raises CallError."""
     (_, _), (module, module_at), *rest = call.names
     plots = {name.replace("-", "_"): plot for name, plot in gallery.plots.items()}
     if module not in plots:
@@ -189,13 +189,13 @@ def of_plot(call: Call, gallery: Gallery) -> int | float:
         raise CallError(f"plots.{module} gives no {name!r}{hint(name, plot.numbers)}", name_at)
     try:
         result = gallery.result(plot)
-    except Exception as error:  # a plot's own mistake
+    except Exception as error:  # an error in the plot
         raise CallError(f"the plot cannot be computed: {type(error).__name__}: {error}", 0) from error
     return _number(plot.numbers[name], call, result)
 
 
 class Values:
-    """Evaluated calls, those of each package remembered for one state of its code; a plot keeps its own."""
+    """Evaluates calls. Values of each package are cached per state of its code; plots cache their own results."""
 
     def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
         self._known = {name: Remembered(cache, f"values {name} {code}", SPARE) for name, code in codes.items()}
@@ -210,7 +210,7 @@ class Values:
         return number
 
     def keep(self) -> None:
-        """Write down what is new."""
+        """Store new values."""
         for memo in self._known.values():
             memo.keep()
 
@@ -218,7 +218,7 @@ class Values:
 def printed(value: int | float, spec: str = "") -> str:
     """A number as the site prints it: true minus sign, no negative zero, powers of ten written out.
 
-    Raises ValueError for a format that is none.
+    Raises ValueError for an invalid format.
     """
     text = format(value, spec or ("d" if isinstance(value, int) else ".6g"))
     mantissa, e, exponent = text.partition("e")

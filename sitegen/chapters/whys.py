@@ -1,7 +1,7 @@
-"""What a claim of kind *why* rests on: a test that changes one factor, and the outcome with and without the change.
+"""The evidence for claims of kind *why*: a test that changes one factor, and the outcomes with and without the change.
 
-A test hands them to the fixture `why`. They go with pytest's report, from there into the file of results, and onto the
-page of checks: no outcome that is shown there was typed.
+A test hands them to the fixture `why`. They travel in pytest's report, from there into the file of results, and onto
+the page of checks: none of the outcomes shown there was typed by hand.
 """
 
 from __future__ import annotations
@@ -10,23 +10,23 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-FIXTURE = "why"  # what such a test takes as an argument, and the name of the property in its report
+FIXTURE = "why"  # the argument of such a test, and the name of the property in its report
 
 
 @dataclass(frozen=True)
 class Change:
-    """One factor, and for each of its settings what came out; the first setting is the one the sentence is about."""
+    """One factor, and the outcome for each of its settings; the first setting is the one that the sentence is about."""
 
     factor: str
     outcomes: tuple[tuple[str, str], ...]
 
     def plain(self) -> list[Any]:
-        """As lists and texts, which a report and a file can hold."""
+        """As lists and strings, for reports and files."""
         return [self.factor, [list(pair) for pair in self.outcomes]]
 
 
 def change(factor: str, outcomes: Mapping[str, str]) -> Change:
-    """The change with its words checked. Raises ValueError where it shows no cause."""
+    """Make a change and check it. Raises ValueError if it does not show a cause."""
     if len(outcomes) < 2:
         raise ValueError(f"{factor}: an outcome as it is and one with the factor changed are expected")
     if len(set(outcomes.values())) < 2:
@@ -38,11 +38,11 @@ def change(factor: str, outcomes: Mapping[str, str]) -> Change:
 
 
 def read(plain: Any) -> Change:
-    """The change that `plain` wrote."""
+    """Restore a change from the output of `plain`."""
     factor, outcomes = plain
     return Change(factor, tuple((setting, outcome) for setting, outcome in outcomes))
 
 
 def recorded(properties: Iterable[tuple[str, Any]]) -> Change | None:
-    """The change that a test's report tells of, if any."""
+    """The change in the properties of a test's report, if any."""
     return next((read(value) for name, value in properties if name == FIXTURE), None)

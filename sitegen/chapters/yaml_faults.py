@@ -1,4 +1,4 @@
-"""What an author did where YAML's own words speak of its grammar, and where: often lines before YAML stumbles."""
+"""Explains YAML errors to authors: what is wrong in plain words, and where, often lines before the parser fails."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TAB = "a tab: indent with spaces"
 UNALIGNED = "the line begins in another column than its neighbours"
 LINE = "a line is a name, a colon, a blank and a value"
 UNCLOSED = "the quote that begins here is never closed"
-# What YAML's words hold, whether the place is where the thing begins, and what is said instead.
+# Text in YAML's message, whether to report the start of the construct, and the message for authors.
 COMMON = (
     ("mapping values are not allowed", False,
      "a text that holds a colon and a blank stands in quotes; a name begins in the column of its neighbours"),
@@ -27,11 +27,11 @@ COMMON = (
     ("while parsing a flow mapping", True, "the mapping that begins here is never closed by }"),
     ("while parsing a block mapping", False, UNALIGNED),
 )  # fmt: skip
-NAMED = re.compile(r"\n\s*(?:- +)?\{?[\w\\'\"-]+:(?: |\n|$)|\n\s*- ")  # a line that begins something of its own
+NAMED = re.compile(r"\n\s*(?:- +)?\{?[\w\\'\"-]+:(?: |\n|$)|\n\s*- ")  # a line that begins a new entry
 
 
 def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
-    """Line and column, from 0, where a fault begins, and what it is: a tab, a quote before it, or what YAML says."""
+    """Line and column, from 0, where a fault begins, and its message: a tab, an earlier quote, or what YAML says."""
     begins, message = _in_words(f"{error.context}: {error.problem}")
     spot = error.problem_mark or error.context_mark
     if spot is None:
@@ -50,7 +50,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
             other = {"'": "double", '"': "single"}[style]
             return end.line, end.column - 1, f"the quoted text ends here: one with a {style} in it has {other} quotes"
     if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", before):
-        # The line is right, and was taken for more of the one above, which has no colon, or no blank after it.
+        # The line is correct, but was read as part of the one above, which lacks a colon or a blank after it.
         line = next((n for n in range(spot.line - 1, -1, -1) if source.split("\n")[n].strip()), spot.line)
         above = source.split("\n")[line]
         if line < spot.line and not NAMED.match(f"\n{above}"):
@@ -62,7 +62,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
 
 
 def _in_words(context: str) -> tuple[bool, str]:
-    """Whether a fault is best placed where its context begins, and what it is in an author's words."""
+    """Whether a fault is best placed at the start of its context, and the message for authors."""
     for holds, begins, message in COMMON:
         if holds in context:
             return begins, message
@@ -70,7 +70,7 @@ def _in_words(context: str) -> tuple[bool, str]:
 
 
 def _quoted(source: str) -> Iterator[tuple[Any, Any, str]]:
-    """The texts in quotes, up to where nothing more can be read."""
+    """Yield the quoted texts, up to the first error."""
     try:
         for token in yaml.scan(source, Loader=Loader):
             if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):

@@ -1,4 +1,4 @@
-"""YAML that authors write, read against a small schema, every fault with the line and column of the thing itself."""
+"""Authors' YAML, validated against a small schema; every fault has the exact line and column."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from sitegen.problems import Place, Problems, hint
 
 Path = tuple[str | int, ...]
 KEY = re.compile(r"[a-z][a-z0-9-]*")
-CUT = re.compile(r" +#(?=[^\s#])")  # comments of ours have a blank after their sign
+CUT = re.compile(r" +#(?=[^\s#])")  # our comments have a blank after the #
 CUT_OFF = "YAML reads a # after a blank as the start of a comment: a text that holds one stands in quotes"
 
 
 @dataclass(frozen=True)
 class Field:
-    """What one key may hold: `expects` says it in words, `accepts` knows a good value, `default` is for none."""
+    """The schema of one key: `expects` describes it in words, `accepts` tests a value, `default` replaces none."""
 
     expects: str
     accepts: Callable[[Any], bool]
@@ -54,8 +54,8 @@ def year(required: bool = False) -> Field:
 
 @dataclass(frozen=True)
 class Yaml:
-    """Read data with the place of every key and list item, by its path; `texts`: where each text's first letter is;
-    `written`: each value as its author wrote it."""
+    """Parsed data with the place of every key and list item, by its path; `texts`: the place of each text's first
+    letter; `written`: each value as its author wrote it."""
 
     data: Any
     places: Mapping[Path, Place]
@@ -64,7 +64,7 @@ class Yaml:
     written: Mapping[Path, str] = dataclasses.field(default_factory=dict)
 
     def at(self, *path: str | int) -> Place:
-        """The place of a key or item, or of the nearest thing around it."""
+        """The place of a key or item, or of its nearest parent."""
         while path:
             if path in self.places:
                 return self.places[path]
@@ -72,12 +72,12 @@ class Yaml:
         return self.root
 
     def text_at(self, *path: str | int) -> Place:
-        """The place of a text's first letter. Lines of a text after `|` lie below each other from there."""
+        """The place of a text's first letter. The lines of a text after `|` all begin in that column."""
         return self.texts.get(path) or self.at(*path)
 
 
 def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yaml | None:
-    """Parsed YAML; None, and a problem, where it is none."""
+    """Parse YAML; None, and a problem, if it is invalid."""
     places: dict[Path, Place] = {}
     texts: dict[Path, Place] = {}
     raw: dict[Path, str] = {}
@@ -93,7 +93,7 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
                     raw[at] = scalar.value
                     end = scalar.end_mark
                     cut = CUT.match(lines[end.line], end.column)
-                    if cut and not scalar.style:  # in quotes, or below a |, a text is whole
+                    if cut and not scalar.style:  # a quoted text, or one below a |, is not cut off
                         problems.add(Place(path, first_line + end.line, cut.end()), CUT_OFF)
             data = None if node is None else loader.construct_document(node)
             return Yaml(data, places, Place(path, first_line, 1), texts, raw)
@@ -103,7 +103,7 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
         place = Place(path, first_line, 1)
         line, column, message = cause(source, error)
         problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {message}")
-    # Without a mark come a control character, a 31st of February, a list that holds itself.
+    # These errors have no mark: a control character, a 31st of February, a list that contains itself.
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
     problems.unread.add(path)
@@ -114,7 +114,7 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):
-                continue  # no key of ours; the loader says so, or it is unknown
+                continue  # not a valid key; the loader reports it, or the schema as unknown
             here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
                 problems.add(here, f"{key.value!r} appears twice")
@@ -127,7 +127,7 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
 
 
 def _scalars(node: Any, at: Path) -> Iterator[tuple[Path, Any]]:
-    """The texts, numbers and other single values below a node, each by its path."""
+    """Yield the texts, numbers and other scalars below a node, each with its path."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             yield from _scalars(value, (*at, key.value) if isinstance(key, yaml.ScalarNode) else at)
@@ -139,7 +139,7 @@ def _scalars(node: Any, at: Path) -> Iterator[tuple[Path, Any]]:
 
 
 def _text_place(node: Any, lines: list[str], root: Place) -> Place:
-    """Where a text begins: after a quote, or below the sign of a text of several lines, behind its indentation."""
+    """Where a text begins: after its quote, or for a block text below its | or >, after the indentation."""
     line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
     if node.style in ("|", ">"):
         line += 1
@@ -149,7 +149,7 @@ def _text_place(node: Any, lines: list[str], root: Place) -> Place:
 
 
 def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:
-    """The mapping at a path with defaults filled in; unknown, missing and wrong keys go to `problems`."""
+    """The mapping at a path, with defaults filled in; unknown, missing and invalid keys go to `problems`."""
     mapping = document.data
     for step in at:
         mapping = mapping[step]
@@ -171,7 +171,7 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
 
 
 def _unaccepted(field: Field, name: Any, value: Any, document: Yaml, at: Path) -> str:
-    """What to say of a value that is none of a field's: in the author's words, where YAML read something else."""
+    """The message for an invalid value; quotes it as written if YAML read it as something else."""
     if value is None:
         return f"{field.expects} is expected, and nothing stands here"
     raw = document.written.get((*at, name), str(value))
@@ -181,7 +181,7 @@ def _unaccepted(field: Field, name: Any, value: Any, document: Yaml, at: Path) -
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
-    """A file that is a mapping of keys to `things`, and its keys; an invalid key is a problem."""
+    """Parse a file that is a mapping of keys to `things`, and return it with its keys; invalid keys are problems."""
     document = read(source, path, problems)
     if document is None or document.data is None:
         return None, ()
