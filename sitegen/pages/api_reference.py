@@ -117,8 +117,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the reference: anchor, name, signature as code, docstring, and a class's members or an enum's
-    values."""
+    """An entry of the reference: anchor, name, signature as code, docstring, a class's members, an enum's values."""
 
     anchor: str
     name: str
