@@ -76,7 +76,7 @@ class Problems:
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a source file."""
+    """A place in a source file. Line and column count from 1; 0 means the whole file."""
 
     path: str
     line: int = 0

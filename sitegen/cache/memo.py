@@ -11,7 +11,7 @@ from typing import Any
 
 from sitegen.cache.store import Store
 
-SPARE = 60  # how many answers of earlier builds to keep beside those of the last; every build reads them all
+SPARE = 60  # how many answers of earlier builds to keep besides the last build's; every build reads them all
 
 
 class Remembered:

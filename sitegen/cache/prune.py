@@ -1,7 +1,7 @@
 """Cache pruning: files, whether fetched or made by builds, that have not been used for 60 days are removed.
 
-Using a file of the cache updates its date (store.used). Pruning is safe while another build is running: it updates the
-date before it reads, and files that it is writing are new, so neither are removed.
+Using a file of the cache updates its date (store.used). Pruning is safe while another build is running: that updates a
+file's date before reading it, and the files that it writes are new, so it loses neither.
 """
 
 from __future__ import annotations

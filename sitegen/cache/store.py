@@ -110,7 +110,7 @@ def _used(path: Path) -> tuple[int, int] | None:
     """A file's date and size, after marking it as used; None if it is missing."""
     try:
         facts = path.stat()
-        if not stat.S_ISREG(facts.st_mode):  # reading a pipe would wait for ever
+        if not stat.S_ISREG(facts.st_mode):  # reading a pipe would block for ever
             return None
         if time.time() - facts.st_mtime > DAY:
             with suppress(OSError):  # another user's cache, which we may only read

@@ -24,7 +24,7 @@ SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
 DOCS = "content/docs"  # for authors and maintainers: pages written like chapters, but not on the ladder
-DOCS_INDEX = "index.md"  # the page that leads to the others
+DOCS_INDEX = "index.md"  # the page that links to the others
 
 SETTINGS = "content/site.yaml"
 SITE = {

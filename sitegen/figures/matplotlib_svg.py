@@ -38,7 +38,7 @@ PLAIN = (
 LEFT_OUT = ("stroke-miterlimit", "font-family", "font")
 
 SETTINGS: Any = {
-    "svg.fonttype": "none",  # text stays text
+    "svg.fonttype": "none",  # keep text as text
     "svg.hashsalt": "ladder",
     "font.size": 13.0,
     "axes.labelsize": 13.0,

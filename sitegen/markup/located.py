@@ -14,7 +14,7 @@ from markdown_it.token import Token
 
 from sitegen.problems import Place
 
-NOTED = "noted"  # our key in `meta`, beside those of markdown-it's plugins
+NOTED = "noted"  # our key in `meta`, next to those of markdown-it's plugins
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 

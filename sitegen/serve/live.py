@@ -77,7 +77,7 @@ class Live:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """End all streams."""
+        """End all event streams."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

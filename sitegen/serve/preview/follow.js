@@ -1,4 +1,4 @@
-/* Keeps the page in step with the builds of `python3 build.py serve`. Only that server serves it; no published page has it. */
+/* Keeps the page in step with the builds of `python3 build.py serve`, which alone adds it; published pages lack it. */
 
 import { elsewhere, hide, problems } from "./messages.js";
 import { keep, ladder, place, restore, unfold } from "./place.js";
@@ -60,7 +60,7 @@ function open() {
     const state = JSON.parse(data);
     hide();
     if (state.lines.length) problems(state.title, state.lines);
-    else last = last.then(() => update(state)).catch(() => {}); // the server is down: the next message comes when it is back
+    else last = last.then(() => update(state)).catch(() => {}); // server down: the next message comes with it
   };
 }
 
