@@ -1,1 +1,1 @@
-"""The interactive figures: controls, a solver stepper and a picture each. numpy and the standard library only."""
+"""The interactive figures, each with controls, a solver stepper and a picture. They need only numpy and `solvers`."""

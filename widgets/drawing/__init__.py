@@ -1,1 +1,1 @@
-"""Pictures: marks in world units, charts of them, and the SVG that they become."""
+"""Pictures: marks in world units, charts built from them, and their rendering to SVG."""

@@ -1,1 +1,1 @@
-"""What every figure stands on: its contract, controls, long jobs, the registry, and the host that the page asks."""
+"""What all figures share: their contract, controls, long jobs, the registry, and the host that answers the page."""

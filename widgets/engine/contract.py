@@ -1,36 +1,36 @@
-"""What a figure is: controls, start, act, draw; and the replayable record that is its whole state.
+"""The contract of a figure: controls, start, act, draw; and the replayable record that is its whole state.
 
 To write a figure, make one module in widgets/figures with a frozen controls dataclass, three functions and a WIDGET.
-`start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable),
-and `draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
+`start(controls, seed)` returns the first state, `act(state, action)` the next (states are immutable),
+and `draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) replays records.
 
-What every figure is held to
-----------------------------
-By tests that go over all figures; `python3 build.py test -k NAME` runs them for one, with its own.
-- The page is laid out once. In every state there are the same panels, in the same order, each with the same view, and
-  the same readouts by name and label; a value that there is not yet is "–", without a unit. A chart's axes may grow
-  with what was done, but not its size and padding, and in the states of the tape not at all.
-- Nothing raises, whatever is done in whatever order with any values that the controls take; the same record gives the
-  same bytes. No NaN, infinity or None reaches a mark, a readout or a sentence.
-- A panel's width (`View.width`) says how it stands: near 640 px across the page, near 480 beside one other, near 320,
-  as charts do, beside two, near 200 beside three. On a phone each is as wide as the page, and the style sheet keeps the
-  letters of these four between 11 and 14 px; no word reaches beyond the panel's edge.
-- A panel's label is two words or more, and no other's.
-- Each `Motion` names a `Group` that `draw` puts into its panel of the state after it. The group "source" holds the
-  source's points as dots, and nothing of the target.
-- A handle's `keys` are those of `move_keys`, `turn_keys` or `slide_keys`; each takes it elsewhere, one that moves to
-  where the key says. A handle that `sets` a slider stands at its value along x. However far a cloud is flung, its
-  handles stay in their panel's window and, in one panel, 40 px apart at a width of 358 px (`widgets.parts.placing` sees
-  to both). Handles of one panel have different labels, and values in words.
+Rules for every figure
+----------------------
+Tests check them for all figures; `python3 build.py test -k NAME` runs those of one figure, along with its own tests.
+- The page is laid out once. Every state has the same panels, in the same order and with the same views, and the same
+  readouts by name and label; a value that does not exist yet is "–", without a unit. A chart's axes may grow as the
+  reader acts, but its size and padding may not change, and within the tape's states neither may its axes.
+- Nothing raises, whatever the reader does, in whatever order, with any values that the controls accept; the same record
+  gives the same bytes. No NaN, infinity or None reaches a mark, a readout or a sentence.
+- A panel's width (`View.width`) suits its place: near 640 px across the page, near 480 beside one other panel, near 320
+  beside two, as charts are, near 200 beside three. On a phone each is as wide as the page, and the style sheet keeps
+  the letters of these four between 11 and 14 px; no word reaches beyond the panel's edge.
+- A panel's label has two words or more, and is unique in its figure.
+- Each `Motion` names a `Group` that `draw` puts into the motion's panel in the state that follows. The group "source"
+  contains the source's points as dots, and nothing of the target.
+- A handle's `keys` come from `move_keys`, `turn_keys` or `slide_keys`. Each key takes the handle somewhere else; a
+  handle that moves ends exactly where the key says. One that `sets` a slider has that slider's value as its x. However
+  far a cloud is flung, its handles stay in their panel's window and, within a panel, at least 40 px apart at a width of
+  358 px (`widgets.parts.placing` sees to both). Handles of one panel have different labels, and values in words.
 - Readouts are text as `picture.number` writes it: a true minus sign, no exponent. A name promises its label, unit and
   role: `rotation…` is in °, `translation…` in u, `…truth…` has the role "truth"; a label with RMS is in u
   (tests/widgets/test_readouts.py has the list).
-- The description is whole sentences of 60 characters or more with a number in them, another after each press of the
-  tape. It, or a caption, tells the noise and the share put elsewhere as the controls `noise` and `outliers` are set.
-- Each entry of the legend is drawn in some state of the tape. A button draws anew only where the seed plays a part.
-- The script that `python` gives runs on numpy and solvers alone and prints three or more lines "name value", which are
-  the readouts of these names, to their last digit; no line is longer than 120 characters.
-- What a choice `sets` are values that the other controls take.
+- The description is in whole sentences, 60 characters or more, contains a number and changes with each press of the
+  tape. It or a caption states the noise and the outlier share that the controls `noise` and `outliers` are set to.
+- Each entry of the legend is drawn in some state of the tape. A "reseed" button is there only if the seed matters.
+- The script that `python` returns needs only numpy and solvers. It prints three or more lines "name value" that match
+  the readouts of these names to the last digit; none of its own lines is longer than 120 characters.
+- What a choice `sets` are values that the other controls accept.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ MAX_LOG = 2000
 
 @dataclass(frozen=True)
 class Action:
-    """One thing a reader did: pressed a button, put a handle at, picked or pointed at a place in a panel (world)."""
+    """One thing that a reader did: press a button, drag a handle to (x, y), or click on or hover over that place in a
+    panel (world coordinates).
+    """
 
     kind: Literal["press", "drag", "click", "hover"]
     name: str
@@ -57,7 +59,7 @@ class Action:
     y: float = 0.0
 
     def plain(self) -> list[str | float]:
-        """The action as JSON carries it."""
+        """The action as a list for JSON."""
         return [self.kind, self.name] if self.kind == "press" else [self.kind, self.name, self.x, self.y]
 
 
@@ -77,11 +79,11 @@ class Button:
 
 
 Pieces = Generator[None, None, Any]
-"""An action done piece by piece; it returns the state."""
+"""An action carried out piece by piece; the generator returns the new state."""
 
 
 def whole(pieces: Pieces) -> Any:
-    """The state that an action leads to, its pieces done in one go."""
+    """Run all pieces of an action in one go and return the state that it leads to."""
     while True:
         try:
             next(pieces)
@@ -90,7 +92,7 @@ def whole(pieces: Pieces) -> Any:
 
 
 UNDONE = (Button("back", "Back", "back"), Button("reset", "Reset", "reset"), Button("new", "New draw", "reseed"))
-"""The last buttons of most figures: what was done is taken back, or done on another draw."""
+"""The last buttons of most figures: undo one action or all, or repeat them on another draw."""
 
 ITERATED = (
     Button("step", "Step", primary=True),
@@ -103,7 +105,7 @@ ITERATED = (
 
 @dataclass(frozen=True)
 class Key:
-    """One entry of the legend. under: the choice and those of its options under which alone such a mark is drawn."""
+    """One entry of the legend. under: a choice, then those of its options that draw such a mark; None: always drawn."""
 
     role: Role
     label: str
@@ -113,7 +115,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Motion:
-    """How a group came to its new place: turned by `turn` radians about the world point `about`, then moved."""
+    """How a group reached its new place: turned by `turn` radians about the world point `about`, then shifted."""
 
     group: str
     turn: float
@@ -124,7 +126,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Trace:
-    """A group that comes to be line by line: the page draws its lines from their beginnings, then shows the rest."""
+    """A group that appears line by line: the page draws each line from its beginning, then shows the other marks."""
 
     group: str
     panel: str = "main"
@@ -135,8 +137,8 @@ Animation = Motion | Trace
 
 @dataclass(frozen=True)
 class Lead:
-    """What of a figure is seen at first, by name, None for all; the rest waits behind *More*. A placement may lead with
-    other things.
+    """The parts of a figure that are visible at first, by name, None for all; the rest is behind *More*. A placement
+    in a chapter may override this.
     """
 
     panels: tuple[str, ...] | None = None
@@ -147,32 +149,30 @@ class Lead:
 
 @dataclass(frozen=True)
 class Widget:
-    """A figure. See the module's first lines.
+    """A figure. See the module's docstring.
 
     presets: name → control values that differ from the defaults ("default" should be there).
     tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top
     of the preset's) and button presses; every prefix of the presses is recorded.
-    handles: those whose drags the log holds; one that `sets` a slider is not among them.
-    clicks, hovers: the panels that take a pick at a place, and those that answer to what is pointed at: by mouse,
-    touch or keys. A hover replaces the log's last entry if that is a hover of the same panel. In a panel that does both
-    a hover lasts for as long as the pointer is there and nothing is pressed, then it leaves the log.
-    details: of how many levels a drawing is, where a whole one takes too long for a live answer; `draw` then has a
-    second argument, the level, from 0, the coarsest, to details − 1, which it must take for its default. The page
-    shows the coarsest at once, then each finer one for as long as nothing else is asked. `known` is the finest level
-    of a state that costs nothing more to draw.
-    pieces: `act` for actions that may take long: a generator that yields after every small piece of work and returns
-    the state. The page then stays alive, and the reader can cancel. `whole` of it is `act`.
+    handles: those whose drags go into the log; a handle that `sets` a slider is not listed.
+    clicks, hovers: the panels that can be clicked at a place, and those that respond to pointing, by mouse, touch or
+    keys. A hover replaces the log's last entry if that is a hover of the same panel. In a panel that does both, a hover
+    is removed from the log once the pointer leaves or something is pressed.
+    details: the number of levels of detail, for drawings too slow for a live answer. `draw` then has a second argument,
+    the level, from 0, the coarsest, to details − 1, which must be its default. The page shows the coarsest at once,
+    then each finer one while nothing else is requested. `known(state)` is the finest level that costs nothing more to
+    draw.
+    pieces: `act` for slow actions: a generator that yields after every small piece of work and returns the state, so
+    that the page stays responsive and the reader can cancel. `act` is then `whole` of it.
     jobs: long work on the figure's settings, done in slices beside its frames (widgets.engine.jobs).
-    motion: how to animate the last action, from the state before it to the state after it: one motion or trace,
-    several, each of a panel, or None. Of a coarse drawing there may be none yet; the first finer one that has some is
-    animated.
+    motion: how to animate the last action, from the state before it to the state after it: one motion or trace, several
+    (each of one panel), or None. A coarse drawing may have none yet; the first finer one that has some is animated.
     python: source text that reproduces a state with the solvers package alone.
-    takes: what a reader may bring along, such as a file, by the name of its place; `reads(name, data)` makes of its
-    name and bytes what `start` gets, as a third argument, by place. It raises ValueError for what it cannot read, and
-    the read thing says what it is by `words`. The record holds but a fingerprint of each: what was brought stays where
-    it is, and may be missing.
-    files: what a reader may take away in a state: file name → text.
-    lead: what is seen at first; without it, all there is.
+    takes: slots for what a reader may supply, such as a file. `reads(name, data)` parses its name and bytes, or raises
+    ValueError if it cannot; the result describes itself in `words`. `start` gets the results as a third argument, by
+    slot. The record contains only a fingerprint of each: the data stays with the reader, and may be missing.
+    files: what a reader may download in a state: file name → text.
+    lead: what is visible at first; None: everything.
     """
 
     name: str
@@ -201,15 +201,15 @@ class Widget:
 
 
 def motions(given: Animation | tuple[Animation, ...] | None) -> tuple[Animation, ...]:
-    """What a widget's `motion` gives, as a tuple."""
+    """The result of a widget's `motion` as a tuple."""
     return given if isinstance(given, tuple) else () if given is None else (given,)
 
 
 @dataclass(frozen=True)
 class Record:
-    """A figure's whole state as plain data: enough to rebuild it anywhere, bit for bit, with what the reader brought.
+    """A figure's whole state as plain data: with what the reader supplied, enough to rebuild it anywhere, bit for bit.
 
-    given: (place, fingerprint) of each thing that the reader brought.
+    given: (slot, fingerprint) of each thing that the reader supplied.
     """
 
     widget: str
@@ -220,7 +220,7 @@ class Record:
     given: tuple[tuple[str, str], ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """The record as JSON carries it, every control value written out."""
+        """The record as a dict for JSON, with every control value written out."""
         return {
             "widget": self.widget,
             "preset": self.preset,
@@ -232,9 +232,9 @@ class Record:
 
 
 def preset(widget: Widget, name: str = "default", changes: Mapping[str, Any] | None = None) -> Record:
-    """The untouched record of a preset, with `changes` to its control values.
+    """The record of a preset with `changes` to its control values and an empty log.
 
-    Raises ValueError naming the preset or the control that is not there.
+    Raises ValueError that names the unknown preset, or says which control value is wrong.
     """
     if not isinstance(name, str) or name not in widget.presets:
         raise ValueError(f"{widget.name}: no preset {clip(name)}{nearest(name, widget.presets)}")
@@ -242,7 +242,7 @@ def preset(widget: Widget, name: str = "default", changes: Mapping[str, Any] | N
 
 
 def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
-    """A record read from plain data that anybody may have written.
+    """Read a record from untrusted plain data.
 
     Raises ValueError that says what is wrong.
     """
@@ -266,7 +266,7 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
 def action(widget: Widget, entry: Any) -> Action:
     """One log entry as an Action of this widget.
 
-    Raises ValueError for what is none.
+    Raises ValueError if it is not one.
     """
     return _action(widget, _known(widget), entry)
 
@@ -281,7 +281,7 @@ def _given(widget: Widget, plain: Any) -> tuple[tuple[str, str], ...]:
 
 
 def _known(widget: Widget) -> Mapping[str, set[str]]:
-    """Kind of action → what it can be done to."""
+    """Kind of action → the names that it applies to."""
     return {
         "press": {b.name for b in widget.buttons if b.does == "press"},
         "drag": set(widget.handles),
@@ -306,7 +306,7 @@ def _action(widget: Widget, names: Mapping[str, set[str]], entry: Any) -> Action
         raise ValueError(f"log: {clip(entry)} presses a button at a place")
     if len(place) != 2 or not all(finite(v, 1e6) for v in place):
         raise ValueError(f"log: {clip(entry)} does not give a place (x, y)")
-    x, y = (float(v) + 0.0 for v in place)  # a negative zero would compare equal and act otherwise
+    x, y = (float(v) + 0.0 for v in place)  # −0.0 would compare equal to 0.0 but might act differently
     return Action(_PLACED[kind], name, x, y)
 
 

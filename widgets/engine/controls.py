@@ -1,6 +1,6 @@
 """A figure's controls: the fields of a frozen dataclass that carry label, range, step and unit.
 
-The page's inputs are rendered from these fields and every value, an author's or a reader's, is validated by them.
+The page's inputs are rendered from these fields, and every value, an author's or a reader's, is validated against them.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Keeps = Literal["log", "pose", "nothing"]
 class Spec:
     """How one control is shown and what it accepts.
 
-    keeps: what of the reader's actions survives a change of this control: the whole log (replayed with the new value),
+    keeps: which of the reader's actions survive a change of this control: the whole log (replayed with the new value),
     the placing of the start (drags), or nothing.
-    sets: for a choice, what each option puts the other controls to, as a scene brings its own noise. The page applies
-    it when the reader picks the option, `validated` where an option is given and the other control is not.
-    places: whether a choice says where a run starts, which no longer holds once a handle was dragged.
-    named: for a slider, a choice and the label under each of its options, where what it stands for depends on that.
+    sets: for a choice, the values that each option gives to other controls, as a scene has its own noise. The page
+    applies them when the reader picks the option, `validated` when an option is given and the other control is not.
+    places: whether a choice says where a run starts, which no longer holds once a handle has been dragged.
+    named: for a slider whose meaning depends on a choice, that choice and the label under each of its options.
     """
 
     kind: Literal["slider", "choice", "toggle"]
@@ -41,13 +41,13 @@ class Spec:
     named: tuple[str, Mapping[str, str]] | None = None
 
     def called(self, controls: Mapping[str, Value]) -> str:
-        """Its label while the controls have these values."""
+        """The label while the controls have these values."""
         by, labels = self.named or ("", {})
         return labels.get(str(controls.get(by)), self.label)
 
     @property
     def decimals(self) -> int:
-        """How many decimals a slider's value is written with."""
+        """The number of decimals in a slider's value."""
         return next(d for d in range(7) if abs(round(self.step, d) - self.step) < 1e-9)
 
 
@@ -62,7 +62,7 @@ def slider(
     keeps: Keeps = "log",
     named: tuple[str, Mapping[str, str]] | None = None,
 ) -> Any:
-    """A number in [low, high] by steps of `step`."""
+    """A number in [low, high] in steps of `step`."""
     spec = Spec("slider", label, low, high, step, unit, {}, help, keeps, named=named)
     return field(default=float(default), metadata={"spec": spec})
 
@@ -76,7 +76,7 @@ def choice(
     sets: Mapping[str, Mapping[str, Value]] | None = None,
     places: bool = False,
 ) -> Any:
-    """One of `options` (value → what the reader sees), which may bring values of other controls with it."""
+    """One of `options` (value → what the reader sees), which may set other controls as well."""
     spec = Spec("choice", label, options=options, help=help, keeps=keeps, sets=sets or {}, places=places)
     return field(default=default, metadata={"spec": spec})
 
@@ -97,14 +97,14 @@ def values(controls: Any) -> dict[str, Value]:
 
 
 def nearest(name: Any, names: Any) -> str:
-    """'; did you mean …?' for the closest of `names`, or a list of them all where none is close."""
+    """'; did you mean …?' with the closest of `names`, or a list of them all if none is close."""
     text = name if isinstance(name, str) else clip(name)
     close = get_close_matches(text[:60], [str(n) for n in names], n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(map(str, names))}"
 
 
 def clip(value: Any) -> str:
-    """What was given, short enough for a message; of what is nested, the outer levels."""
+    """The repr of a value, short enough for a message; of nested values only the outer levels."""
     text = _SHORT.repr(value)
     return text if len(text) <= 60 else text[:59] + "…"
 
@@ -115,7 +115,7 @@ _SHORT.fillvalue = "…"
 
 
 def validated(controls: type, given: Mapping[str, Any]) -> Any:
-    """The controls with `given` in place of defaults, and of what the chosen options set.
+    """The controls with the values in `given`, then those that the chosen options set, then the defaults.
 
     Raises ValueError that names the control, says what is wrong with the value and what was expected.
     """
@@ -129,7 +129,7 @@ def validated(controls: type, given: Mapping[str, Any]) -> Any:
 
 
 def finite(raw: Any, limit: float) -> bool:
-    """Whether raw is a number, no truth value, of magnitude below `limit` (which NaN and infinity are not)."""
+    """Whether `raw` is a number, not a bool, of magnitude below `limit`; false for NaN and infinity."""
     return isinstance(raw, (int, float)) and not isinstance(raw, bool) and -limit < raw < limit
 
 
@@ -146,4 +146,4 @@ def _value(name: str, spec: Spec, raw: Any) -> Value:
         raise ValueError(f"{name}: {clip(raw)} is not a number")
     if not spec.low - 1e-9 <= raw <= spec.high + 1e-9:
         raise ValueError(f"{name}: {raw:g} lies outside {spec.low:g} … {spec.high:g}")
-    return min(max(float(raw), spec.low), spec.high) + 0.0  # without the sign of a zero, which compares equal
+    return min(max(float(raw), spec.low), spec.high) + 0.0  # turns −0.0, which compares equal to 0.0, into 0.0

@@ -1,13 +1,12 @@
 """Records in, frames out: the one place that the build's baking, the tapes and the browser's worker all go through.
 
 A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the
-states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
-most; and what a state hands on unchanged, a panel or a mark that is the very same object, is not turned into markup
-again, nor is a mark that several panels of one view share drawn more than once.
+states along the last record of each figure, so one more action, a replaced drag or a step back costs at most one `act`.
+A panel or mark that is the same object as in the last picture is not rendered again, and a mark shared by several
+panels of one view is rendered once.
 
-A record whose replay takes long is replayed in slices, for those who ask for it so, and so is a single action of a
-widget that acts in pieces: the states that a slice leads to are kept beside those of the last frame until the frame is
-drawn or another record is asked for.
+On request, a slow replay is done in slices, and so is a single action of a widget that acts in pieces: the states that
+a slice reaches are kept beside those of the last frame until the frame is drawn or another record is requested.
 """
 
 from __future__ import annotations
@@ -29,13 +28,13 @@ from widgets.engine.jobs import Running
 from widgets.engine.registry import WIDGETS
 from widgets.engine.script import headed
 
-SLICE = 0.1  # seconds after which a slice of a replay begins nothing more
+SLICE = 0.1  # seconds after which a slice of a replay begins no further action or piece
 
 
 @dataclass
 class _Replay:
-    """The states along the beginning of a log: states[i] is what its first i actions lead to. pieces: of the action
-    after these, if some of it is done."""
+    """The states along the beginning of a log: states[i] is the state after its first i actions. pieces: the next
+    action, if it is partly done."""
 
     key: Any
     states: list[Any]
@@ -43,23 +42,23 @@ class _Replay:
     pieces: Pieces | None = None
 
     def shared(self, log: tuple[Action, ...]) -> int:
-        """How many of the log's first actions lead to states that are known."""
+        """How many leading actions of the log already have known states."""
         pairs = zip(log, self.log[: len(self.states) - 1], strict=False)
         return next((i for i, (one, other) in enumerate(pairs) if one != other), min(len(log), len(self.states) - 1))
 
     def towards(self, log: tuple[Action, ...]) -> _Replay:
-        """What is known along another log, to go on from."""
+        """A replay of another log that starts from the states both share."""
         common, last = self.shared(log), len(self.states) - 1
         same = common == last and log[last : last + 1] == self.log[last : last + 1]
         return _Replay(self.key, self.states[: common + 1], log, self.pieces if same else None)
 
     @property
     def whole(self) -> bool:
-        """Whether the log's end is reached."""
+        """Whether the replay has reached the log's end."""
         return len(self.states) > len(self.log)
 
     def act(self, widget: Widget) -> None:
-        """One action more, or a piece of it where the widget acts in pieces."""
+        """Replay one more action, or one piece of it if the widget acts in pieces."""
         state, action = self.states[-1], self.log[len(self.states) - 1]
         if widget.pieces is None:
             self.states.append(widget.act(state, action))
@@ -77,16 +76,16 @@ _Marks = dict[tuple[int, int], tuple[Mark, View, str]]
 
 @dataclass
 class _Markup:
-    """What was turned into markup for a figure's last picture: panels by id prefix, marks by themselves and their view.
+    """The markup of a figure's last picture: panels by id prefix, marks by the ids of mark and view.
 
-    Each is held with its markup, so that no other object can come to have its id.
+    The objects are kept with their markup, so that no other object can get the same id.
     """
 
     panels: dict[str, tuple[Panel, str]] = field(default_factory=dict)
     marks: _Marks = field(default_factory=dict)
 
     def drawn(self, figure: str, panels: tuple[Panel, ...]) -> list[str]:
-        """The panels' SVG; what the last picture had and this one has not is forgotten."""
+        """The panels' SVG; markup that only the last picture used is dropped."""
         before, self.marks = self.marks, {}
         old, self.panels = self.panels, {}
         draw = partial(self._mark, before)
@@ -98,8 +97,8 @@ class _Markup:
         return [svg for _, svg in self.panels.values()]
 
     def _mark(self, before: _Marks, mark: Mark, view: View, prefix: str) -> str:
-        # No closure that calls itself: it would keep the last picture's marks until cycles are next collected.
-        if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
+        # Not a recursive closure: it would keep the last picture's marks alive until the next garbage collection.
+        if isinstance(mark, Group):  # its id has the panel's prefix, but the marks inside may be shared
             return group_svg(mark, view, prefix, partial(self._mark, before))
         key = id(mark), id(view)
         cached = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
@@ -108,7 +107,7 @@ class _Markup:
 
 
 class Host:
-    """Draws figures. One lives in a page's worker, one in each baking of the build."""
+    """Draws figures. A page's worker has one, and so has each baking of the build."""
 
     def __init__(self, widgets: Mapping[str, Widget] = WIDGETS, now: Callable[[], float] = perf_counter) -> None:
         self._widgets = widgets
@@ -122,8 +121,8 @@ class Host:
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
 
-        With "slices": true, a replay that takes long is answered by how far it has come, {"replayed": actions,
-        "of": all of them}, and goes on when the same is asked again. Raises ValueError for a record that is none.
+        With "slices": true, the answer to a slow replay is its progress, {"replayed": actions, "of": all of them};
+        repeating the request continues it. Raises ValueError for an invalid record.
         """
         query = _read(request)
         figure, (widget, record) = query["figure"], self._asked(query["record"])
@@ -138,8 +137,8 @@ class Host:
     def render(self, figure: str, plain: Mapping[str, Any], detail: int | None = None) -> dict[str, Any]:
         """The frame of the figure with id prefix `figure` in the state that the plain record names.
 
-        detail: the level of detail, of those that the widget has, that will do; None for the finest. What is known more
-        finely is drawn so: the frame tells its level, and record and level together determine every byte of it.
+        detail: the level of detail that will do; None for the finest. A finer level is drawn if it is already known:
+        the frame states its level, and record and level together determine every byte of it.
         """
         widget, record = self._asked(plain)
         return self._drawn(figure, widget, record, self._replay(figure, widget, record).states, detail)
@@ -147,9 +146,9 @@ class Host:
     def job(self, request: str) -> str:
         """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
 
-        do: "begin", which does the first slice, "go on" or "stop". The answer tells the part done from 0 to 1, words on
-        it, whether it is done, and the result, or null where there is no new one (widgets.engine.jobs). Raises
-        ValueError for a record or a job that is none, and for a job that is not under way.
+        do: "begin", which also does the first slice, "go on" or "stop". The answer gives the fraction done from 0 to 1,
+        its progress in words, whether it is done, and the result, or null if there is no new one (widgets.engine.jobs);
+        to "stop" it is null. Raises ValueError for an invalid record, an unknown job, and one that is not running.
         """
         query = _read(request)
         widget, record = self._asked(query["record"])
@@ -166,8 +165,9 @@ class Host:
         return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
 
     def give(self, request: str, data: bytes) -> str:
-        """Takes what a reader brought, JSON in and out: {"widget": name, "name": of the file} → its fingerprint `key`,
-        by which records name it, and `words` on what it is. Equal names and bytes have equal keys.
+        """Read and store what a reader supplied, JSON in and out: {"widget": name, "name": of the file} → its
+        fingerprint `key`, by which records name it, and `words` that describe it. Equal names and bytes have equal
+        keys.
 
         Raises ValueError for what the widget cannot read.
         """
@@ -181,7 +181,7 @@ class Host:
         return json.dumps({"key": key, "words": self._given[key].words}, ensure_ascii=False)
 
     def forget(self, key: str) -> None:
-        """Lets go of what was given under this key."""
+        """Drop what was stored under this key."""
         self._given.pop(key, None)
 
     def _drawn(
@@ -204,10 +204,10 @@ class Host:
         return widget, parsed(widget, plain)
 
     def _replay(self, figure: str, widget: Widget, record: Record, due: float = np.inf) -> _Replay:
-        """The replay of the record: whole, or as far as it comes until `due`."""
+        """Replay the record: to its end, or as far as it gets by `due`."""
         here = tuple(key in self._given for _, key in record.given)
         key = (widget.name, record.controls, record.seed, record.given, here)
-        # A replay that raises half way is not kept, and one that is given up leaves the last frame's states alone.
+        # A replay that raises half way is dropped; one that is abandoned leaves the last frame's states intact.
         replays = [one for one in (self._begun.pop(figure, None), self._replays.get(figure)) if one and one.key == key]
         if replays:
             replay = max(replays, key=lambda one: one.shared(record.log)).towards(record.log)
@@ -226,20 +226,20 @@ class Host:
     def _started(self, widget: Widget, record: Record) -> Any:
         if not widget.takes:
             return widget.start(record.controls, record.seed)
-        # A link names what its writer brought and does not hold it: the state is then as if nothing was given.
+        # A link names what its writer supplied but does not contain it: the state is then as if nothing was supplied.
         uploads = {place: self._given[key] for place, key in record.given if key in self._given}
         return widget.start(record.controls, record.seed, uploads)
 
 
 def _fingerprint(data: bytes) -> str:
-    """128 bits by which equal bytes are known; the browser's Python comes without hashlib."""
-    return f"{int.from_bytes(b'1' + data, 'big') % (2**128 - 159):032x}"  # a prime, so that every byte counts anew
+    """A 128-bit fingerprint of the bytes; the browser's Python comes without hashlib."""
+    return f"{int.from_bytes(b'1' + data, 'big') % (2**128 - 159):032x}"  # modulo a prime, so that every byte counts
 
 
 def _read(request: str) -> Mapping[str, Any]:
-    """What a page asks, with the figure and the record that every request names.
+    """Parse a page's request, which must name a figure and a record.
 
-    Raises ValueError for what is no such request.
+    Raises ValueError for anything else.
     """
     try:
         query = json.loads(request)
@@ -253,7 +253,7 @@ def _read(request: str) -> Mapping[str, Any]:
 def _level(widget: Widget, state: Any, detail: int | None) -> int:
     """The level of detail to draw at.
 
-    Raises ValueError where the widget has no such level.
+    Raises ValueError if the widget has no such level.
     """
     if detail is None:
         return widget.details - 1
@@ -270,7 +270,7 @@ def _frame(
     animations: Iterable[Animation],
     python: str,
 ) -> dict[str, Any]:
-    """A picture, its panels drawn, as plain data for the page."""
+    """A picture as plain data for the page; `drawings` are its rendered panels."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
         "panels": drawings,
@@ -293,15 +293,15 @@ def _panel(panel: Panel, svg: str) -> dict[str, Any]:
 
 
 def _view(panel: Panel) -> list[float]:
-    """Window of the world, nominal size and padding: what the page needs to turn a pointer's place into world units."""
+    """World window, nominal size and padding: what the page needs to convert a pointer position to world units."""
     v = panel.view
     return [v.x0, v.x1, v.y0, v.y1, *(round(side, 4) for side in v.size), *v.pad]
 
 
 def _handle(handle: Handle, panel: Panel, controls: type) -> dict[str, Any]:
-    """The handle with its place in percent of the panel, which is how the page's overlay puts it there.
+    """The handle as plain data, with its position in percent of the panel, as the page's overlay needs it.
 
-    slider: least, greatest and present value of the one number that a slider is bound to have: an angle, or x.
+    slider: least, greatest and current value of the one number that an ARIA slider must report: an angle, or x.
     """
     (place,) = panel.view.px([handle.xy])
     left, top = (_rounded(100 * v / size, 3) for v, size in zip(place, panel.view.size, strict=True))
@@ -327,17 +327,19 @@ def _handle(handle: Handle, panel: Panel, controls: type) -> dict[str, Any]:
 
 
 def _place(xy: tuple[float, float]) -> list[float]:
-    """World coordinates as records carry them: four decimals, 0.1 mm where a unit is a metre, no negative zero."""
+    """World coordinates as in records: four decimals (0.1 mm where a unit is a metre), no negative zero."""
     return [_rounded(v, 4) for v in xy]
 
 
 def _rounded(value: float, decimals: int) -> float:
-    """Ties broken by a nudge, as in the SVG, and no negative zero: the same digits natively and in the browser."""
+    """Round with a nudge that breaks ties, as in the SVG, and without negative zero: natively and in the browser the
+    digits are the same.
+    """
     return round(float(value) + 1e-9, decimals) + 0.0
 
 
 def _motion(figure: str, motion: Animation, panel: Panel) -> dict[str, Any]:
-    """The motion in SVG user units and degrees, y down, as the page's transform wants it; a trace, which moves none."""
+    """A motion in SVG user units and degrees, y down, as the page needs it; a trace only names its group."""
     if isinstance(motion, Trace):
         return {"group": f"{figure}-{panel.name}-{motion.group}", "trace": True}
     (about,) = panel.view.px([motion.about])

@@ -1,7 +1,8 @@
-"""Long work that a figure offers beside its frames: done in slices, so that the page stays alive, and told as a table.
+"""Long work that a figure offers beside its frames, done in slices so that the page stays responsive; the result is a
+table.
 
-A job is a generator that yields after every small piece of work. The page asks for slice after slice; between two of
-them everything else is answered, and to stop it need only ask no more. Plain data crosses the border, nothing else.
+A job is a generator that yields after every small piece of work. The page requests slice after slice; other requests
+are answered in between, and to stop a job the page need only stop asking. Only plain data is exchanged with the page.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from widgets.drawing.picture import Panel, Role, number
 from widgets.drawing.svg import panel_svg
 from widgets.engine.script import headed
 
-SLICE = 0.04  # seconds: no piece is begun that would, lasting as long as the one before, end later than this
+SLICE = 0.04  # seconds: a piece is not begun if it would end later than this, should it last as long as the one before
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of numbers. decimals: as shown. timed: what it tells is of this machine and this moment, so that a build
-    leaves it out."""
+    """A column of numbers. decimals: as shown. timed: whether its values depend on the machine and the moment; a build
+    leaves them out."""
 
     name: str
     label: str
@@ -36,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table. role, dashed, dotted: its mark, as its lines are drawn elsewhere. values: one a column."""
+    """A row of the table. role, dashed, dotted: its mark, drawn like its lines elsewhere. values: one per column."""
 
     name: str
     label: str
@@ -48,7 +49,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Result:
-    """What a job has found. caption: on what. heading: of the rows' names. python: source text that finds the same."""
+    """The result of a job. caption: the table's title. heading: that of the rows' names. python: source text that
+    reproduces it."""
 
     caption: str
     heading: str
@@ -60,7 +62,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a job has come: part from 0 to 1, in words; and the result so far, where there is a new one."""
+    """How far a job has come: as a fraction from 0 to 1 and in words; and the result so far, if there is a new one."""
 
     part: float
     words: str
@@ -69,7 +71,8 @@ class Progress:
 
 @dataclass(frozen=True)
 class Job:
-    """What a figure offers. label: of its button. work: of control values and seed; the last it yields has part 1."""
+    """A job that a figure offers. label: that of its button. work: takes the control values and the seed; the last
+    Progress that it yields has part 1."""
 
     name: str
     label: str
@@ -78,23 +81,23 @@ class Job:
 
 @dataclass
 class Running:
-    """The jobs under way, by figure and name; another start of the same begins anew."""
+    """The running jobs by figure and name; beginning one that is already running restarts it."""
 
     now: Callable[[], float] = perf_counter
     works: dict[tuple[str, str], Iterator[Progress]] = field(default_factory=dict)
 
     def begin(self, figure: str, job: Job, controls: Any, seed: int) -> None:
-        """Begin; no work is done yet."""
+        """Begin a job without doing any work yet."""
         self.works[figure, job.name] = job.work(controls, seed)
 
     def stop(self, figure: str, job: Job) -> None:
-        """Forget it, if it is there."""
+        """Drop the job if it is running."""
         self.works.pop((figure, job.name), None)
 
     def slice(self, figure: str, job: Job) -> dict[str, Any]:
-        """Some more work, about `SLICE` seconds of it or up to a result, and how far it has come, as plain data.
+        """Work on a job for about `SLICE` seconds or until it has a result; return its progress as plain data.
 
-        Raises ValueError where no such job is under way.
+        Raises ValueError if the job is not running.
         """
         key = figure, job.name
         if key not in self.works:
@@ -105,11 +108,11 @@ class Running:
             try:
                 progress = next(self.works[key])
             except BaseException:
-                self.works.pop(key)  # what fails half way does not go on
+                self.works.pop(key)  # a job that failed cannot go on
                 raise
             result = progress.result or result
             after = self.now()
-            # After a result something else begins, of which the piece before tells nothing.
+            # After a result something else begins, and the last piece says nothing about how long that takes.
             if progress.part >= 1 or progress.result or 2 * after - before - began > SLICE:
                 break
             before = after
@@ -121,7 +124,7 @@ class Running:
 
 
 def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
-    """A result as the page carries it; without `timed`, what depends on the machine is left out."""
+    """A result as plain data for the page; without `timed`, values that depend on the machine are left out."""
     kept = [timed or not column.timed for column in result.columns]
     rows = []
     for row in result.rows:
@@ -152,7 +155,7 @@ def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
 
 
 def written(result: Result, kept: list[bool]) -> str:
-    """The table as CSV, every number in full. (The page's Python has no csv module.)"""
+    """The table as CSV, with numbers in full precision. (The page's Python has no csv module.)"""
     lines = [[result.heading, *(f"{c.label} ({c.unit})" if c.unit else c.label for c in result.columns)]]
     for row in result.rows:
         values = zip(row.values, kept, strict=True)
@@ -166,9 +169,10 @@ def _cell(text: str) -> str:
 
 
 def finished(job: Job, controls: Any, seed: int, prefix: str) -> Mapping[str, Any]:
-    """The job done at once, as plain data without what depends on the machine: what a page shows before scripts run.
+    """Run a job to its end; return its result as plain data without the values that depend on the machine, for the page
+    to show before scripts run.
 
-    Raises ValueError where it ends without a result.
+    Raises ValueError if it ends without a result.
     """
     result = None
     for progress in job.work(controls, seed):

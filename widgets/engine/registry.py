@@ -1,4 +1,4 @@
-"""Every figure of the site by name: the modules and folders of widgets/figures, each with its WIDGET."""
+"""All figures of the site by name: each module or folder of widgets/figures has its WIDGET."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from importlib import import_module
 
 from widgets.engine.contract import Widget
 
-figures = import_module("widgets.figures")  # by name: what figures are made of imports none of them
+figures = import_module("widgets.figures")  # by name, since no engine module may import a figure
 
 _NAMES = {module.name.replace("_", "-") for module in pkgutil.iter_modules(figures.__path__)}
 
 
 class _Widgets(Mapping[str, Widget]):
-    """Read-only; a figure's module is imported when the figure is first asked for: a page pays for what it shows."""
+    """Read-only; a figure's module is imported on first access, so that a page pays only for the figures it shows."""
 
     def __getitem__(self, name: str) -> Widget:
         if name not in _NAMES:
@@ -36,4 +36,4 @@ class _Widgets(Mapping[str, Widget]):
 
 
 WIDGETS: Mapping[str, Widget] = _Widgets()
-"""`ndt-map` is the WIDGET of widgets/figures/ndt_map.py; one of several modules, that of its folder's figure.py."""
+"""`ndt-map` is the WIDGET of widgets/figures/ndt_map.py; a figure in a folder has it in the folder's figure.py."""

@@ -1,4 +1,4 @@
-"""The Python that a figure hands to its reader: its first lines, and how values and calls are written in it."""
+"""Writing the Python script that a figure offers its reader: the header, values, arguments and calls."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ import numpy as np
 from solvers import __version__
 
 WHEEL = f"registration_ladder-{__version__}-py3-none-any.whl"
-"""The file on the site that pip installs, and that every script needs."""
+"""The wheel on the site that pip installs; every script needs it."""
 WIDTH = 88
 
 
 def headed(text: str, title: str) -> str:
-    """A script under the line that installs what it imports, and its figure's title; no script stays none."""
+    """The script below a header that says how to install its imports and names its figure; "" stays ""."""
     return f"# pip install {WHEEL}\n# The Registration Ladder: {title}\n\n{text}" if text else ""
 
 
 def literal(value: Any) -> str:
-    """A value of an option as Python writes it, in a script that has imported numpy as np."""
+    """The Python literal of an option's value, in a script that has imported numpy as np."""
     if isinstance(value, str):
         return json.dumps(value)
     return "np.inf" if isinstance(value, float) and value == np.inf else repr(value)
 
 
 def named(options: Mapping[str, Any]) -> list[str]:
-    """Options as the arguments of a call: ["gate=2.6", …]."""
+    """Options as keyword arguments: ["gate=2.6", …]."""
     return [f"{name}={literal(value)}" for name, value in options.items()]
 
 
 def called(before: str, *arguments: str, after: str = "") -> list[str]:
-    """The lines of a call, `before` up to its bracket: one where it fits, else the arguments on lines of their own."""
+    """The lines of a call, `before` being what precedes its bracket: one line if it fits, else arguments below it."""
     line = f"{before}({', '.join(arguments)}){after}"
     if len(line) <= WIDTH:
         return [line]

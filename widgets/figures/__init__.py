@@ -1,1 +1,1 @@
-"""The figures of the site: a module each, or a folder with its figure.py. None imports another."""
+"""The site's figures: one module each, or one folder with a figure.py. No figure imports another."""

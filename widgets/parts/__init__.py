@@ -1,1 +1,1 @@
-"""What several figures have in common: clouds put by hand, a map's field, a room seen from above."""
+"""Parts that several figures share: placing a cloud by hand, the field behind a map, a room seen from above."""
