@@ -1,4 +1,4 @@
-"""Small charts: a Panel whose world is the data, with ticks, axis names and a mark at the current value."""
+"""Small charts: a Panel in data coordinates, with ticks, axis names and a mark at the current value."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from widgets.drawing.picture import (
     small,
 )
 
-PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis stands above the window, where no grid line crosses it
-ABOVE = 10.0  # px from the window's top up to the baseline of that name
-WIDTH = 320.0  # px, that of a chart in a column
+PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis is above the window, where no grid line crosses it
+ABOVE = 10.0  # px from the window's top up to that name's baseline
+WIDTH = 320.0  # px, of a chart in a column
 LINE = 16.0  # px between the baselines of two names
-LETTER = 7.0  # px across, roughly
-DECADES = 6  # labelled at most
+LETTER = 7.0  # px, the approximate width of a letter
+DECADES = 6  # most that are labelled
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One line of a chart: x and y (n,), NaN leaves a gap. `name` is written at its last value."""
+    """One line of a chart: x and y (n,); NaN leaves a gap. `name` is written at its last value."""
 
     x: ArrayLike
     y: ArrayLike
@@ -47,10 +47,10 @@ class Series:
 
 @dataclass(frozen=True)
 class Axis:
-    """What an axis says above its ticks or beneath them, and from where to where it runs, in the values of the series.
+    """An axis: its label and its range, in the values of the series.
 
-    ticks: where along it to put which words, in place of round values: for one that means something else. log: values,
-    clipped to the range, are drawn by their decimal logarithm, and ticks stand where that is.
+    ticks: (place, text) of each tick, instead of round values, for an axis that is labelled with something else.
+    log: values are clipped to the range and drawn at their decimal logarithms; the places of `ticks` are logarithms.
     """
 
     label: str
@@ -60,18 +60,18 @@ class Axis:
     log: bool = False
 
     def placed(self, values: ArrayLike) -> Array:
-        """Where along the axis values are drawn."""
+        """The places along the axis at which values are drawn."""
         raw = np.asarray(values, dtype=float)
         return np.log10(np.clip(raw, self.low, self.high)) if self.log else raw
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where along the axis it begins and ends."""
+        """The places at which the axis begins and ends."""
         low, high = self.placed([self.low, self.high])
         return float(low), float(high)
 
     def words(self) -> tuple[list[float], list[str]]:
-        """Where along the axis its ticks stand, and what each is called."""
+        """The places of the axis's ticks, and the text of each."""
         if self.ticks:
             return [at for at, _ in self.ticks], [name for _, name in self.ticks]
         if self.log:
@@ -92,7 +92,7 @@ def chart(
     size: tuple[float, float] = (WIDTH, 200.0),
     caption: str = "",
 ) -> Panel:
-    """A line chart. now: where along x, as drawn, a dashed line stands; size: across and down, px."""
+    """A line chart. now: the place along x, as drawn, of a dashed vertical line; size: width and height, px."""
     view, around = _frame(x, y, size)
     marks: list[Mark] = [*around]
     if now is not None:
@@ -112,14 +112,14 @@ def chart(
 
 @lru_cache(maxsize=64)
 def _frame(x: Axis, y: Axis, size: tuple[float, float]) -> tuple[View, tuple[Mark, ...]]:
-    """A chart without its lines. The same for the same axes, so that the host turns it into markup once."""
+    """A chart without its lines. Equal axes give the same object, so that the host renders it once."""
     view = View(*x.ends, *y.ends, *size, PAD)
     (xs, x_names), (ys, y_names) = x.words(), y.words()
     return view, (*axes(view, xs, ys, y_names, x_names=x_names), *axis_names(view, x.label, y.label))
 
 
 def _unbroken(xy: Array) -> list[Array]:
-    """The runs of xy (n, 2) without NaN that hold at least two points."""
+    """The runs of xy (n, 2) without NaN that have at least two points."""
     gaps = np.flatnonzero(np.isnan(xy).any(axis=1))
     parts = np.split(xy, gaps)
     runs = [part if i == 0 else part[1:] for i, part in enumerate(parts)]
@@ -128,7 +128,7 @@ def _unbroken(xy: Array) -> list[Array]:
 
 @dataclass(frozen=True)
 class _EndName:
-    """A name at a line's end: from where to where across in px, the baseline that it wants, the highest it may have."""
+    """A name at a line's end: its left and right in px, the baseline it would like, and the highest it may have."""
 
     label: Label
     left: float
@@ -138,9 +138,9 @@ class _EndName:
 
 
 def _end_names(view: View, ends: list[tuple[Series, Array]], label_end: float) -> list[Mark]:
-    """Each line's name above its last value, right of it where there is room, and a line higher where two would meet.
+    """Each line's name above its last value, to the right of it if there is room, and a line higher if two would meet.
 
-    label_end: how far across the name of the y axis reaches; a name that would meet that one stands below its value.
+    label_end: px to the end of the y axis's name; a line's name that would meet it goes below its value.
     """
     names = []
     for one, xy in ends:
@@ -158,9 +158,9 @@ def _end_names(view: View, ends: list[tuple[Series, Array]], label_end: float) -
 
 
 def _apart(names: Sequence[_EndName]) -> list[float]:
-    """Baselines, lowest on the screen first, moved up until no two near each other are closer than a line.
+    """Baselines, lowest on the screen first, moved up until no two names that overlap across are closer than a line.
 
-    What would be above its top is moved down again, with all that is under it.
+    A name that would be above its top is moved down again, with all those below it.
     """
     spread = [name.height for name in names]
     near = [
@@ -181,9 +181,9 @@ def axes(
     right: float | None = None,
     x_names: Sequence[str] | None = None,
 ) -> list[Mark]:
-    """The two axes with their ticks, and a faint line at each of `ys`; the axis of x ends at `right`, or the window.
+    """The two axes with their ticks, and a faint line at each of `ys`; the x axis ends at `right` or with the window.
 
-    x_names: one for each of `xs`, in place of the values.
+    x_names: the text for each of `xs`, instead of its value.
     """
     below = [_tick(x) for x in xs] if x_names is None else x_names
     end = view.x1 if right is None else right
@@ -198,7 +198,7 @@ def axes(
 
 
 def axis_names(view: View, x_label: str, y_label: str, right: float | None = None) -> list[Mark]:
-    """What the axes say, the one of y above the window, where no grid line crosses it."""
+    """The names of the axes, that of y above the window, where no grid line crosses it."""
     return [
         Label([view.x1 if right is None else right, view.y0], x_label, "guide", "end", dy=32),
         Label([view.x0, view.y1], y_label, "guide", "start", dy=-ABOVE),
@@ -206,7 +206,7 @@ def axis_names(view: View, x_label: str, y_label: str, right: float | None = Non
 
 
 def ticks(low: float, high: float, about: int = 4) -> list[float]:
-    """Round values within [low, high], about so many."""
+    """Round values within [low, high], about `about` of them."""
     if not high > low:
         return [low]
     raw = (high - low) / about
@@ -217,13 +217,13 @@ def ticks(low: float, high: float, about: int = 4) -> list[float]:
 
 
 def decades(low: float, high: float) -> list[float]:
-    """Whole powers within [low, high], every second or third one where there are many."""
+    """Whole exponents within [low, high], only every second or third if there are many."""
     first, last = np.ceil(low - 1e-9), np.floor(high + 1e-9)
     return [float(v) for v in np.arange(first, last + 1, max(1.0, np.ceil((last - first + 1) / DECADES)))]
 
 
 def powers(exponents: Sequence[float]) -> list[str]:
-    """Powers of ten written out, or all as powers where one of them would be too long."""
+    """Powers of ten written out, or all as powers if one of them would be too long."""
     if all(-3 <= e <= 3 for e in exponents):
         return [_tick(10.0**e) for e in exponents]
     return ["1" if e == 0 else "10" + str(round(e)).translate(SUPERSCRIPT) for e in exponents]

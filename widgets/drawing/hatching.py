@@ -1,6 +1,6 @@
-"""Hatching: what tells the areas of a map apart besides their colour, for those who see few colours and in print.
+"""Hatching distinguishes the areas of a map without colour, for colour-blind readers and in print.
 
-A line runs along the tiles' borders or corner to corner through them, so that it ends where its area does.
+A line runs along the tiles' borders or from corner to corner through them, so that it ends where its area does.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ LINES: dict[Role, tuple[str, ...]] = {
     "end-half": ("rising", "falling"),
     "end-none": ("upright",),
 }
-"""The lines of each role that has any: the truth and what is only shifted have none."""
+"""The lines of each role that has any: the truth and `end-shifted` have none."""
 
 Line = tuple[int, int, int, int]
 
 
 def hatched(inside: NDArray[np.bool_], role: Role) -> list[Line]:
-    """The lines over the tiles (rows, columns) that are a role's: column and row of both ends, counted by borders."""
+    """The lines over the tiles (rows, columns) of a role: column and row of both ends, counted in tile borders."""
     lines: list[Line] = []
     for way in LINES.get(role, ()):
         lines += {"rising": _rising, "falling": _falling, "upright": _upright}[way](inside)
@@ -33,7 +33,7 @@ def hatched(inside: NDArray[np.bool_], role: Role) -> list[Line]:
 
 
 def _rising(inside: NDArray[np.bool_]) -> list[Line]:
-    """From the lower left to the upper right corner, row 0 being the lowest."""
+    """Lines from lower left to upper right, row 0 being the lowest."""
     rows, columns = inside.shape
     lines = []
     for k in range(-(rows - 1) // EVERY * EVERY, columns, EVERY):  # the column in which the diagonal meets row 0

@@ -1,7 +1,7 @@
-"""What a figure shows, as data: marks in world coordinates with semantic roles, readouts, handles and a sentence.
+"""What a figure shows, as data: marks in world coordinates with semantic roles, readouts, handles and a description.
 
-A Picture knows nothing of pixels, colours or browsers. `widgets.drawing.svg` turns it into markup, natively for the
-printed page and in the browser for every live frame, so the two cannot disagree.
+A Picture knows nothing of colours or browsers. `widgets.drawing.svg` turns it into markup, in the build for the static
+page and in the browser for every live frame, so the two cannot disagree.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Role = Literal[
     "source", "target", "truth", "inlier", "outlier", "ghost", "pair", "normal", "weak", "guide", "ink", "accent",
-    # The lines of the race's solvers, by what links the clouds for them.
+    # The lines of the race's solvers, by how each links the clouds.
     "by-nearest", "by-samples", "by-cells", "by-weights", "by-means", "by-marginals",
-    # Where runs that miss the truth end, by how far they are turned: areas of a map, told apart by hatching as well.
+    # Where runs that miss the truth end, by their rotation error: areas of a map, also distinguished by hatching.
     "end-shifted", "end-turned", "end-quarter", "end-half", "end-none",
 ]  # fmt: skip
 Shape = Literal["dot", "square", "cross", "ring", "diamond"]
@@ -28,17 +28,17 @@ Anchor = Literal["start", "middle", "end"]
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ROLES: tuple[str, ...] = get_args(Role)
-FAINT = 0.34  # weight of a line that stands back, such as that of a pair that is not used
+FAINT = 0.34  # weight of a line in the background, such as that of an unused pair
 
 
 def rows(values: ArrayLike, width: int = 2) -> Array:
-    """`values` as an (n, width) float array; one row may be given bare."""
+    """`values` as an (n, width) float array; a single row may be given as a flat sequence."""
     return np.asarray(values, dtype=float).reshape(-1, width)
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """One layer of points, drawn as one path (one a weight level where `weight` varies).
+    """One layer of points, drawn as one path, or one path per weight level if `weight` is given.
 
     xy: (n, 2) world. radius: px. weight: (n,) in [0, 1], drawn as opacity in at most six levels.
     """
@@ -102,7 +102,7 @@ class Ticks:
 
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """One arrow from a to b, (2,) world each; `head` is its length in px, and a small head has a thin shaft."""
+    """One arrow from a to b, (2,) world each; `head` is the head's length in px; a small head has a thin shaft."""
 
     a: ArrayLike
     b: ArrayLike
@@ -114,7 +114,7 @@ class Arrow:
 class Heat:
     """A field over a window (x0, x1, y0, y1): values (rows, columns), row 0 at y0, in 24 levels from low to high.
 
-    NaN is left empty.
+    NaN cells are left empty.
     """
 
     values: ArrayLike
@@ -125,9 +125,10 @@ class Heat:
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """A window (x0, x1, y0, y1) in tiles of a few kinds: (rows, columns), row 0 at y0, each a number into `roles`.
+    """A window (x0, x1, y0, y1) divided into tiles of a few kinds: (rows, columns), row 0 at y0, each an index into
+    `roles`.
 
-    A negative number is left empty. What hatching a role has besides its colour, `widgets.drawing.hatching` says.
+    Tiles with a negative index are left empty. `widgets.drawing.hatching` gives some roles a hatching.
     """
 
     kinds: ArrayLike
@@ -137,7 +138,7 @@ class Tiles:
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """A circle of `radius` px about xy (2,) world, or of `reach` world units where that is given."""
+    """A circle of `radius` px around xy (2,) world, or of radius `reach` in world units if that is given."""
 
     xy: ArrayLike
     role: Role
@@ -160,7 +161,7 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Marks that move as one: the page may animate the group's transform towards its end pose."""
+    """Marks that move together: the page may animate the group's transform towards its end pose."""
 
     name: str
     marks: tuple[Mark, ...]
@@ -173,7 +174,7 @@ Mark = Points | Segments | Path | Ellipses | Ticks | Arrow | Heat | Tiles | Ring
 class View:
     """The window of the world that a panel shows, and its nominal size in px.
 
-    Without `height` the panel keeps equal scales on both axes, which every map needs; charts give their own.
+    Without `height` both axes have the same scale, which every map needs; charts set their own height.
     pad: px left for tick labels outside the window (left, top, right, bottom).
     """
 
@@ -204,7 +205,7 @@ class View:
         return p
 
     def spot(self, x: float, y: float) -> tuple[float, float]:
-        """One world point in px, with the rounding of `px` and without an array."""
+        """One world point in px, with the rounding of `px` but without the cost of an array."""
         ((ox, oy), (sx, sy), (ix, iy), (cx, cy)) = self._numbers
         return (x - ox) / sx * ix + cx, (y - oy) / sy * iy + cy
 
@@ -227,10 +228,9 @@ class View:
 
 @dataclass(frozen=True)
 class Panel:
-    """One drawing: a view and its marks, back to front. `label` names it for those who do not see it.
+    """One drawing: a view and its marks, back to front. `label` names it for those who cannot see it.
 
-    caption: what stands under it, a line each; where there are several the first is a name, and one is always there or
-    never.
+    caption: the lines below it; of several, the first is a name. A panel has a caption in all states or in none.
     """
 
     name: str
@@ -243,7 +243,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Readout:
-    """One number beside the figure; `value` is already text, so that page and browser show the same digits."""
+    """One number beside the figure; `value` is already text, so that build and browser show the same digits."""
 
     name: str
     label: str
@@ -254,15 +254,16 @@ class Readout:
 
 @dataclass(frozen=True)
 class Handle:
-    """A place that can be taken hold of.
+    """A place that the reader can drag.
 
-    keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
-    same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
-    also: other panels, of the same view, in which a pointer may take hold of the same thing at the same place.
-    kind: it moves a thing in the plane, turns one, turns the view and leaves the scene alone, or slides along x.
-    angle: where a turning handle stands, in degrees from −180 to 180.
-    sets: the slider whose value is the handle's x, "" for none. To drag such a handle is to move that slider: both
-    always agree, and the log holds nothing of it.
+    keys: maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
+    same effect, so that the keyboard can do all that a pointer can.
+    also: other panels, of the same view, in which a pointer may drag the same thing at the same place.
+    kind: "move" moves a thing in the plane, "turn" turns one, "orbit" turns the view but not the scene, "push" slides
+    along x.
+    angle: that of a turning handle, in degrees from −180 to 180.
+    sets: the slider whose value is the handle's x, "" for none. Dragging such a handle moves that slider: both always
+    agree, and the drag does not enter the log.
     """
 
     name: str
@@ -280,7 +281,7 @@ class Handle:
 
 @dataclass(frozen=True)
 class Picture:
-    """All that one state of a figure shows."""
+    """Everything that one state of a figure shows."""
 
     panels: tuple[Panel, ...]
     readouts: tuple[Readout, ...]
@@ -293,21 +294,21 @@ class Picture:
 def number(value: float, decimals: int = 2) -> str:
     """A number as the site prints it: fixed decimals, a true minus sign, never a negative zero.
 
-    A nudge far below what is printed decides ties, which rounding error would else decide differently in the browser.
+    A nudge far below the printed digits breaks ties, which rounding errors might break differently in the browser.
     """
     text = f"{value + 1e-9:.{decimals}f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def worded(text: str) -> str:
-    """A solver's own words as the site prints them: a true apostrophe and minus sign, never a negative zero."""
+    """A solver's message as the site prints it: true apostrophes and minus signs, never a negative zero."""
     return re.sub(r"(?<=\w)'(?=\w)", "’", re.sub(r"-(?=\d)", "−", re.sub(r"-(0\.0+)(?!\d)", r"\1", text)))
 
 
 def small(value: float) -> str:
     """A magnitude that may be rounding error: three decimals, or one digit and a power of ten below a thousandth.
 
-    Below 10⁻¹² no digit is told: two processors round differently.
+    Below 10⁻¹² no digits are shown, since they differ between processors.
     """
     if value < 1e-12:
         return "< 10⁻¹²"
@@ -318,13 +319,13 @@ def small(value: float) -> str:
 
 
 def degrees(radians: float, decimals: int = 0) -> str:
-    """An angle in (−180°, 180°], as text; half a turn is always 180, whichever side rounding puts it on."""
+    """An angle in (−180°, 180°] as text; half a turn is always 180, whichever sign rounding errors give it."""
     wrapped = 180.0 - (180.0 - float(np.degrees(radians)) + 1e-6) % 360.0
     return number(wrapped + 1e-6, decimals)
 
 
 def move_keys(x: float, y: float, step: float = 0.05, leap: float = 0.5) -> dict[str, tuple[float, float]]:
-    """Arrow keys for a handle that moves in the plane: `step` world units a press, `leap` with Shift."""
+    """Arrow keys for a handle that moves in the plane: `step` world units per press, `leap` with Shift."""
     ways = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
     return {
         prefix + key: (x + size * dx, y + size * dy)
@@ -334,7 +335,7 @@ def move_keys(x: float, y: float, step: float = 0.05, leap: float = 0.5) -> dict
 
 
 def slide_keys(x: float, y: float, low: float, high: float, step: float) -> dict[str, tuple[float, float]]:
-    """Arrow keys for a handle that slides along x from `low` to `high`: right and up add, with Shift five steps."""
+    """Arrow keys for a handle that slides along x from `low` to `high`: right and up add a step, with Shift five."""
     ways = {"ArrowLeft": -1, "ArrowRight": 1, "ArrowUp": 1, "ArrowDown": -1}
     return {
         prefix + key: (min(max(x + sign * size, low), high), y)

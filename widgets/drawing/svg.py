@@ -1,9 +1,9 @@
-"""Picture → SVG: the one renderer, run by the build and by the browser's worker.
+"""Picture → SVG: the only renderer, run by the build and by the browser's worker.
 
-Coordinates are integers in tenths of a nominal px, so that a point costs few bytes and prints the same everywhere:
-before rounding, values are snapped by a nudge far above the difference between two processors and far below what is
-seen.
-Marks carry classes, never colours or style attributes: themes, print and a strict Content-Security-Policy do the rest.
+Coordinates are integers in tenths of a nominal px, so that a point costs few bytes and is the same everywhere: before
+rounding, a nudge is added that is far above the difference between two processors and far below what can be seen.
+Marks have classes, never colours or style attributes: style sheets handle themes and print, and a strict
+Content-Security-Policy forbids inline styles.
 """
 
 from __future__ import annotations
@@ -47,16 +47,15 @@ HEAT_LEVELS = 24
 _K = 0.5522847498307936  # 4/3 (√2 − 1): control points of a quarter circle's cubic Bézier curve
 _QUARTER = np.array([(1, 0), (1, _K), (_K, 1)])
 CIRCLE = np.concatenate([_QUARTER, _QUARTER @ [[0, 1], [-1, 0]], -_QUARTER, _QUARTER @ [[0, -1], [1, 0]], [(1, 0)]])
-# What XML has no place for, not even as a reference: most control characters, and halves of a pair.
+# Characters that XML forbids even as references: most control characters, and lone surrogates.
 FORBIDDEN = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-FAR = 1e6  # px; what lies beyond is clamped, so that no exponent or overflow reaches the markup
+FAR = 1e6  # px; values beyond are clamped, so that no exponent or overflow reaches the markup
 
 
 def snap(values: Any) -> list[Any]:
-    """Px values as integers in SVG units, nested lists of the same shape. NaN is refused: a point that is nowhere does
-    not lie at the origin.
+    """Px values as integers in SVG units, in nested lists of the same shape.
 
-    Raises ValueError for NaN.
+    Raises ValueError for NaN: a point without a place must not be drawn at the origin.
     """
     units = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
     if np.isnan(units).any():
@@ -67,7 +66,7 @@ def snap(values: Any) -> list[Any]:
 
 
 def _whole(px: float) -> int:
-    """`snap` of one number, without an array: most labels are made of two."""
+    """`snap` of one number without an array, for the two coordinates of a label."""
     if px != px:
         raise ValueError("a mark has a coordinate that is not a number")
     return floor(min(max(px, -FAR), FAR) * UNIT + HALF)
@@ -81,13 +80,13 @@ def _spot(view: View, xy: ArrayLike, dx: float = 0.0, dy: float = 0.0) -> tuple[
 
 
 def written(text: str, quote: bool = True) -> str:
-    """Words as markup has them, in an attribute or between tags; what XML forbids, as a file's name may hold it, is
-    replaced."""
+    """Text escaped for markup, in an attribute or between tags; characters that XML forbids, which a file's name may
+    contain, are replaced."""
     return escape(FORBIDDEN.sub("\ufffd", text), quote)
 
 
 def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] | None = None) -> str:
-    """The panel as one <svg> element whose ids begin with `prefix`. draw: `mark_svg`, or what remembers its answers."""
+    """The panel as one <svg> element whose ids begin with `prefix`. draw: `mark_svg`, or a cached version of it."""
     width, height = panel.view.size
     w, h = _whole(width), _whole(height)
     body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
@@ -99,23 +98,23 @@ def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] 
 
 
 def mark_svg(mark: Mark, view: View, prefix: str) -> str:
-    """One mark's markup; only that of a Group depends on `prefix`."""
+    """The markup of one mark; only that of a Group depends on `prefix`."""
     return _DRAW[type(mark)](mark, view, prefix)
 
 
 def _path(classes: str, d: str) -> str:
-    short = d.replace(" -", "-")  # a sign parts two numbers as well as a space does
+    short = d.replace(" -", "-")  # a sign separates two numbers as well as a space does
     return f'<path class="{classes}" d="{short}"/>' if d else ""
 
 
 def _levels(weight: Any, count: int) -> Array:
-    """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to nothing gets 0 and is not drawn."""
-    w = np.fmin(np.fmax(np.asarray(weight, dtype=float).reshape(count), 0.0), 1.0)  # NaN counts zero
+    """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to zero gets 0 and is not drawn."""
+    w = np.fmin(np.fmax(np.asarray(weight, dtype=float).reshape(count), 0.0), 1.0)  # NaN counts as zero
     return np.asarray(np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE), dtype=float)
 
 
 def _by_weight(weight: Any, places: list[list[int]], classes: str, draw: Callable[[list[list[int]]], str]) -> str:
-    """One path for all places, or one for each weight level in use, faint first."""
+    """One path for all places, or one for each weight level in use, faintest first."""
     if weight is None:
         return _path(classes, draw(places))
     rows_: list[list[list[int]]] = [[] for _ in range(WEIGHT_LEVELS + 1)]
@@ -126,7 +125,7 @@ def _by_weight(weight: Any, places: list[list[int]], classes: str, draw: Callabl
 
 def _points(mark: Points, view: View, prefix: str) -> str:
     places = snap(view.px(mark.xy))
-    if mark.shape in ("dot", "square"):  # zero-length strokes with round or square caps: one size on every screen
+    if mark.shape in ("dot", "square"):  # tiny strokes with round or square caps: the same size on every screen
         size = "xs" if mark.radius <= 1 else "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
         classes = f"{mark.shape} {size} {mark.role}"
         draw = _dots
@@ -141,7 +140,7 @@ def _points(mark: Points, view: View, prefix: str) -> str:
 
 
 def _dots(places: list[list[int]]) -> str:
-    """A point at each place, from the second on relative to the one before: neighbours on a wall take few bytes."""
+    """A point at each place, each after the first relative to the one before: neighbours on a wall take few bytes."""
     if not places:
         return ""
     (x, y), *rest = places
@@ -153,7 +152,7 @@ def _dots(places: list[list[int]]) -> str:
 
 
 def _outline(shape: str, r: int) -> str:
-    """A small shape of radius r as relative path commands from its centre."""
+    """A small shape of radius r as path commands relative to its centre."""
     if shape == "cross":
         return f"m{-r} {-r}l{2 * r} {2 * r}m0 {-2 * r}l{-2 * r} {2 * r}"
     if shape == "diamond":
@@ -173,7 +172,7 @@ def _segments(mark: Segments, view: View, prefix: str) -> str:
 
 
 def _lines(ends: Iterable[Sequence[int]]) -> str:
-    """A line between each two ends, each relative to where the one before ended, and its continuation if it begins
+    """A line between each pair of ends, relative to where the previous line ended, and continuing it if it begins
     there."""
     parts: list[str] = []
     at_x = at_y = 0
@@ -203,13 +202,13 @@ def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
 
 def _ellipses(mark: Ellipses, view: View, prefix: str) -> str:
     covariance = np.asarray(mark.covariance, dtype=float).reshape(-1, 2, 2)
-    # The symmetric root in closed form: an eigenvector's sign would differ between LAPACKs, and with it the bytes.
+    # The symmetric root in closed form: an eigenvector's sign, and so the bytes, may differ between LAPACKs.
     area = np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
     trace = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2) + 2 * area, 1e-300))
     root = mark.sigmas * (covariance + area[:, None, None] * np.eye(2)) / trace[:, None, None]
     rim = rows(mark.centre)[:, None, :] + CIRCLE @ root
     places = np.array(snap(view.px(rim.reshape(-1, 2))), dtype=np.int64).reshape(-1, len(CIRCLE), 2)
-    # Each quarter relative to its beginning: opposite ones differ in sign alone, and pack well.
+    # Each quarter relative to its beginning: opposite ones differ only in sign and compress well.
     quarters = places[:, 1:].reshape(len(places), 4, 3, 2) - places[:, :-1:3, None]
     classes = " ".join(["line", mark.role, *(["filled"] if mark.filled else []), *(["dashed"] if mark.dashed else [])])
     begins, curves = places[:, 0].tolist(), quarters.reshape(len(places), 24).tolist()
@@ -263,7 +262,7 @@ def _tiles(mark: Tiles, view: View, prefix: str) -> str:
 def _lattice(
     shape: tuple[int, ...], window: tuple[float, float, float, float], view: View
 ) -> tuple[list[int], list[int]]:
-    """Where the borders of a window's columns and rows lie, in SVG units."""
+    """The borders of a window's columns and of its rows, in SVG units."""
     ny, nx = shape
     x0, x1, y0, y1 = window
     across = snap(view.px(np.stack([np.linspace(x0, x1, nx + 1), np.full(nx + 1, y0)], axis=1))[:, 0])
@@ -277,7 +276,7 @@ def _rectangles(
     """The areas of a window whose tiles have the levels 0 … count − 1, one path each."""
     across, down = _lattice(level.shape, window, view)
     runs: list[list[str]] = [[] for _ in range(count)]
-    at = [(0, 0)] * count  # each rectangle is written relative to where the one before began
+    at = [(0, 0)] * count  # each rectangle is written relative to the start of the previous one
     for here, left, right, first, last in _blocks(level).tolist():
         width, height = across[right] - across[left], down[last] - down[first]
         (p, q), (x, y) = at[here], (across[left], down[first])
@@ -287,8 +286,8 @@ def _rectangles(
 
 
 def _blocks(level: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The rectangles of equal level ≥ 0 in (rows, columns): runs along a row, and equal runs of rows that follow each
-    other as one. Rows of (level, left, right, first row, last row), the right and the last one exclusive."""
+    """The rectangles of equal level ≥ 0 in (rows, columns): runs along a row, merged with equal runs of the rows that
+    follow. Rows of (level, left, right, first row, last row), right and last exclusive."""
     ny, nx = level.shape
     new = np.ones((ny, nx + 1), dtype=np.bool_)
     new[:, 1:-1] = level[:, 1:] != level[:, :-1]
@@ -317,14 +316,14 @@ def _label(mark: Label, view: View, prefix: str) -> str:
 
 
 def group_svg(mark: Group, view: View, prefix: str, draw: Callable[[Mark, View, str], str] = mark_svg) -> str:
-    """The marks of a group as one element with an id of its own; draw: as in `panel_svg`."""
+    """The marks of a group as one element with its own id; draw: as in `panel_svg`."""
     inside = "".join(draw(m, view, prefix) for m in mark.marks)
     return f'<g id="{prefix}-{mark.name}" class="group">{inside}</g>'
 
 
 @lru_cache(maxsize=64)
 def _grid(view: View) -> str:
-    """A faint line at every whole world unit, or at the first of 2, 5, 10 … that leaves them 24 px apart."""
+    """A faint line at every world unit, or every 2, 5, 10 … units: the smallest step that keeps lines 24 px apart."""
     step = next(s for s in _steps() if s * view.scale >= 24)
     xs = np.arange(np.ceil(view.x0 / step), np.floor(view.x1 / step) + 1) * step
     ys = np.arange(np.ceil(view.y0 / step), np.floor(view.y1 / step) + 1) * step
