@@ -1,5 +1,5 @@
-"""What a rung of the ladder is to the dial: its method and options, the clouds that it gets, its objective over all
-headings, and the run from one of them."""
+"""A rung of the ladder as the dial shows it: its method and options, its clouds, its objective over all headings, and
+the run from one of them."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.picture import Array
 
 HEADINGS = 180  # on the full ring, 2° apart
-COARSE = 3  # every which of them is on the coarse ring
+COARSE = 3  # every third heading is on the coarse ring
 STARTS = 36  # all round the circle, 10° apart, when every start is run
-SLICES = 12  # in which they are run: none holds the page up for long
+SLICES = 12  # in which the starts are run, so that none holds up the page for long
 MOST = 70  # steps, as in the race
-EVERY = 2  # of whose points one is taken: the ring is many evaluations
-WRONG = 0.4  # of the pairs on rung 2
+EVERY = 2  # every other point is taken, since the ring needs many evaluations
+WRONG = 0.4  # fraction of the pairs on rung 2
 
 
 @dataclass(frozen=True)
 class Rung:
-    """A method with the options that it has for a length (u).
+    """A method, with its options as a function of a length (u).
 
-    number, says: what a dial is called. objective: what the ring shows, in words; unit: its unit. length: where the
-    slider stands at first; None: it plays no part. scale: what the method calls it. paired: whether row i of the
-    target is what row i of the source is matched with. searches: whether the method takes no account of its start.
-    flat: whether there is no objective.
+    number, says: the dial's number and title. objective: what the ring shows, in words; unit: its unit. length: the
+    slider's first value; None: the method does not use it. scale: the method's name for that length. paired: whether
+    row i of the source is matched with row i of the target. searches: whether the method ignores its start. flat:
+    whether the method has no objective.
     """
 
     name: str
@@ -96,9 +96,9 @@ DEFAULTS = {rung.name: {"length": rung.length or 1.0} for rung in RUNGS.values()
 
 @dataclass(frozen=True, eq=False)
 class Clouds:
-    """What a rung is given: the source (m, 2) and the target (n, 2), whose true pose is the identity.
+    """The input of a rung: the source (m, 2) and the target (n, 2); the true pose is the identity.
 
-    wrong: (m,) where a pair is wrong; all False where there are none. scene: where they were measured.
+    wrong: (m,) whether a pair is wrong; all False if there are no wrong pairs. scene: where both were measured.
     """
 
     scene: Scene
@@ -109,7 +109,7 @@ class Clouds:
 
 @lru_cache(maxsize=16)
 def clouds(name: str, seed: int, noise: float) -> Clouds:
-    """Both scans of the room for a rung; for pairs the target is the source's own spots, measured a second time."""
+    """Both scans of the room for a rung; for pairs the target is the same spots as the source, measured again."""
     rung = RUNGS[name]
     scene = room("clean", seed=seed, noise=noise)
     source = scene.source[::EVERY]
@@ -128,7 +128,7 @@ def clouds(name: str, seed: int, noise: float) -> Clouds:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A run from one heading (radians, the truth being 0): its headings (k + 1,) and where and how it ended."""
+    """A run from one heading (radians, 0 at the truth): its headings (k + 1,), and where and how it ended."""
 
     headings: Array
     pose: Pose
@@ -145,7 +145,7 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Dial:
-    """A rung on the clouds of a seed. What is computed is kept: a turn of the robot computes its own run alone."""
+    """A rung on the clouds of a seed. Results are kept, so that turning the robot computes only its own run."""
 
     rung: Rung
     seed: int
@@ -154,7 +154,7 @@ class Dial:
 
     @property
     def clouds(self) -> Clouds:
-        """What the rung is given."""
+        """The rung's input."""
         return clouds(self.rung.name, self.seed, self.noise)
 
     @cached_property
@@ -164,7 +164,7 @@ class Dial:
 
     @cached_property
     def ring(self) -> Array:
-        """The objective at all headings, (180,), the robot held at its true position."""
+        """The objective at all headings, (180,), with the robot at its true position."""
         values = np.empty(HEADINGS)
         rest = np.arange(HEADINGS) % COARSE != 0
         values[~rest] = self.coarse
@@ -195,14 +195,14 @@ class Dial:
         )
 
     def arrivals(self, slices: int = SLICES) -> BoolArray:
-        """Which of the starts in the first slices end at the truth, (3 · slices,)."""
+        """Which starts in the first `slices` slices end at the truth, (3 · slices,)."""
         for k in range(self.slices, slices):
             self._arrived.append(_arrivals(self.rung.name, self.seed, self.noise, self.length, k))
         return np.concatenate([np.zeros(0, dtype=np.bool_), *self._arrived[:slices]])
 
     @property
     def slices(self) -> int:
-        """How many of the first slices have been run."""
+        """How many slices have been run."""
         return len(self._arrived)
 
     @cached_property
@@ -210,7 +210,7 @@ class Dial:
         return []
 
     def begun(self, turns: Array) -> Batch[Any]:
-        """The rung's method at these headings (k,), the robot at its true position, no step taken."""
+        """The rung's method begun at these headings (k,), with the robot at its true position; no step is taken."""
         k, source, target = len(turns), self.clouds.source, self.clouds.target
         x, y = np.cos(turns), np.sin(turns)
         poses = Pose(np.stack([np.stack([x, -y], axis=-1), np.stack([y, x], axis=-1)], axis=-2), np.zeros((k, 2)))
@@ -221,14 +221,14 @@ class Dial:
 
 
 def made(name: str, seed: int, noise: float, length: float) -> Dial:
-    """A rung on the clouds of a seed, nothing computed."""
+    """A rung on the clouds of a seed, with nothing computed yet."""
     return Dial(RUNGS[name], seed, noise, length)
 
 
 @lru_cache(maxsize=48)
 def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = False) -> Array:
-    """Those of the coarse ring, or of the rest of the full one: a dial made anew, as a slider has it, finds them here.
-    How finely a dial is drawn is its own affair, so a frame does not depend on what was drawn before."""
+    """The objectives of the coarse ring, or of the rest of the full one, cached so that a new dial, as a slider makes
+    it, finds them here. Each dial keeps its own level of detail, so a frame does not depend on what was drawn before."""
     among = (np.arange(HEADINGS) % COARSE != 0) == rest
     values = made(name, seed, noise, length).objective(headings()[among])
     values.flags.writeable = False
@@ -237,7 +237,7 @@ def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = 
 
 @lru_cache(maxsize=128)
 def _arrivals(name: str, seed: int, noise: float, length: float, part: int) -> BoolArray:
-    """Which of the starts in one slice end at the truth; kept as the objectives are."""
+    """Which of the starts in one slice end at the truth; cached like the objectives."""
     size = STARTS // SLICES
     batch = made(name, seed, noise, length).begun(starts()[part * size : (part + 1) * size])
     while not batch.done:
@@ -254,12 +254,12 @@ def close(pose: Pose) -> BoolArray:
 
 
 def headings() -> Array:
-    """Those of the full ring, radians from −π, the truth being 0."""
+    """The headings of the full ring, radians from −π; the truth is 0."""
     return np.asarray(np.radians(np.arange(HEADINGS) * (360.0 / HEADINGS) - 180.0))
 
 
 def starts() -> Array:
-    """Those that are run when every start is, radians."""
+    """The headings of all starts, radians."""
     return np.asarray(np.radians(np.arange(STARTS) * (360.0 / STARTS) - 180.0))
 
 
@@ -268,8 +268,8 @@ def _angle(pose: Pose) -> Array:
 
 
 def valleys(ring: Array) -> NDArray[np.intp]:
-    """The rows of a ring that are lower than both their neighbours, of a flat bottom the first; differences of rounding
-    are none."""
+    """The rows of a ring that are lower than both their neighbours, the first of each flat bottom; differences due to
+    rounding are ignored."""
     spread = float(ring.max() - ring.min())
     if spread <= 1e-9 * max(1.0, float(np.abs(ring).max())):
         return np.zeros(0, dtype=np.intp)

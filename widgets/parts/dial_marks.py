@@ -1,4 +1,4 @@
-"""What a dial looks like: the objective as a ring round the room, the robot and its scan, what links them to the
+"""The marks of a dial: the objective as a ring round the room, the robot and its scan, what links the scan to the
 target, and the ball that rolls from the start's heading to the end's."""
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from widgets.drawing.picture import (
 from widgets.parts.dial import COARSE, HEADINGS, Course, Dial, headings, starts, valleys
 from widgets.parts.ring import place
 
-INNER, OUTER = 5.75, 7.55  # u from the middle to the ring's lowest and highest place
+INNER, OUTER = 5.75, 7.55  # u from the centre to the ring's lowest and highest point
 HAND = 8.15  # u to the turning handle, outside the ring
-BAND = 5.45  # u to the marks of all starts, inside it
+BAND = 5.45  # u to the marks of all starts, inside the ring
 TICK = (0.12, 0.42)  # u from the ring's surface to the ends of a valley's tick
-BALL = 8.0  # px from the ball's middle to its edge
-NOSE = 0.9  # u, from the middle of the robot to its nose
-THREADED = 9  # of whose source points one has its soft threads drawn
+BALL = 8.0  # px, the ball's radius
+NOSE = 0.9  # u from the robot's centre to its nose
+THREADED = 9  # one source point in so many has its soft threads drawn
 LINKED = ("pairs", "corrupted", "nearest", "surface", "soft")  # rungs that join points of the source to the target
 
 
@@ -49,15 +49,15 @@ def heights(dial: Dial, full: bool) -> Array:
 
 
 def at(dial: Dial, full: bool, turn: Array) -> Array:
-    """Where the ring has its surface at headings (k,), (k, 2)."""
+    """The points (k, 2) of the ring's surface at headings (k,)."""
     turns = headings()[:: 1 if full else COARSE]
     return place(turn, np.interp(turn, turns, heights(dial, full), period=2.0 * np.pi))
 
 
 def ring(dial: Dial, full: bool) -> tuple[Mark, ...]:
-    """The objective's profile, filled down to a circle, and where the truth is."""
+    """The objective's profile, filled down to a circle, and a line at the truth."""
     turns, radii = headings()[:: 1 if full else COARSE], heights(dial, full)
-    top = len(turns) // 2  # from the truth round to it, so that the seam is where the ring is thinnest
+    top = len(turns) // 2  # from the truth round to the truth, so that the seam is where the ring is thinnest
     turns, radii = np.roll(turns, -top), np.roll(radii, -top)
     outside = place(np.append(turns, turns[0]), np.append(radii, radii[0]))
     circle = np.linspace(0.0, -2.0 * np.pi, 91)
@@ -75,7 +75,7 @@ def valley_ticks(dial: Dial) -> Segments:
 
 
 def room(dial: Dial) -> tuple[Mark, ...]:
-    """What stays: the room at the truth and the target."""
+    """What does not move: the room at the true pose, and the target."""
     clouds = dial.clouds
     return (
         *(Path(line, "truth", thick=True) for line in clouds.scene.outline),
@@ -84,7 +84,7 @@ def room(dial: Dial) -> tuple[Mark, ...]:
 
 
 def scan(dial: Dial, pose: Pose) -> Group:
-    """The robot's scan with the robot in its middle, as the group 'source'."""
+    """The robot's scan and the robot at its centre, as the group 'source'."""
     clouds = dial.clouds
     body = np.array([[0.0, NOSE], [0.42, -0.5], [-0.42, -0.5]])
     return Group(
@@ -98,9 +98,9 @@ def scan(dial: Dial, pose: Pose) -> Group:
 
 
 def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple[Mark, ...]:
-    """The ball at the start; after the run at its end, with its way along the ring: the truth's where that is the
-    truth, else hollow, since a heading at the top may belong to a robot beside its place. A method that searches does
-    not roll: a dotted line joins start and end."""
+    """The ball at the start; after the run, at the end, with its path along the ring. There it has the truth's colour
+    if the run ended at the truth, else it is hollow, since a robot with the right heading may be in the wrong place.
+    A method that searches does not roll: a dotted line joins start and end."""
     began = at(dial, full, np.array([heading]))
     if course is None:
         return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
@@ -119,7 +119,7 @@ def _ball(spot: Array, role: Role = "source") -> tuple[Mark, ...]:
 
 
 def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:
-    """The headings passed on the shorter way from each of `turns` to the next, no more than a step apart."""
+    """The headings on the shorter way from each of `turns` to the next, at most a step apart."""
     along = np.unwrap(turns)
     parts = [np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step)) + 1)) for a, b in pairwise(along.tolist())]
     angles = np.concatenate(parts)
@@ -127,7 +127,7 @@ def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:
 
 
 def arrivals(arrived: BoolArray) -> tuple[Mark, ...]:
-    """For each start that has been run a square where it ends at the truth, a small cross where it does not."""
+    """For each start that has been run, a square if it ends at the truth, else a small cross."""
     spots = place(starts()[: len(arrived)], BAND)
     return (
         Points(spots[~arrived], "weak", "cross", radius=3.0),
@@ -139,7 +139,7 @@ def arrivals(arrived: BoolArray) -> tuple[Mark, ...]:
 
 
 def links(dial: Dial, pose: Pose, course: Course | None = None) -> tuple[Mark, ...]:
-    """What stands in for the matches on this rung, with the source at a pose."""
+    """What takes the place of matches on this rung, with the source at a pose."""
     clouds = dial.clouds
     moved, target = pose.apply(clouds.source), clouds.target
     if dial.rung.paired:
@@ -190,7 +190,7 @@ def _cells(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
 
 
 def _soft(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
-    """Threads from a few source points to all target points, as strong as their shares at the first σ."""
+    """Threads from a few source points to all target points; the larger a share at the first σ, the stronger."""
     target, some = dial.clouds.target, moved[::THREADED]
     shares = share_matrix(some, target, dial.length, 1e-12)
     i, j = np.nonzero(np.round(shares, 9) >= 0.004)
@@ -210,7 +210,7 @@ def _waves(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
 
 
 def _flow(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
-    """After the run, from where some of the points began to where they ended."""
+    """After the run, arrows from where some of the points began to where they ended."""
     if course is None:
         return ()
     ends = course.pose.apply(dial.clouds.source)

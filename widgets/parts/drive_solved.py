@@ -1,6 +1,6 @@
-"""The recorded drive solved from its scans: what `widgets.parts.drive_table` keeps.
+"""The recorded drive solved from its scans, for the file that `widgets.parts.drive_table` reads.
 
-A test holds the file to this. To write it anew:
+A test checks the file against this module. To rewrite it:
 `python -c "from widgets.parts import drive_solved; drive_solved.write()"`.
 """
 
@@ -20,7 +20,7 @@ from widgets.parts.drive_table import FILE, KERNELS, WRONG
 
 
 def with_wrong(edges: Edges, loops: Matches) -> Edges:
-    """The edges and the wrong loop."""
+    """The edges with the wrong loop appended."""
     later, earlier = WRONG
     return Edges(
         np.append(edges.i, earlier),
@@ -53,7 +53,7 @@ def made() -> bytes:
 
 
 def write() -> None:
-    """Put the computed table into its place."""
+    """Compute the table and write its file."""
     with open(FILE, "wb") as file:
         file.write(made())
 

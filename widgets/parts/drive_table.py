@@ -1,7 +1,7 @@
-"""What the solvers found on the recorded drive, as figures draw it: kept in a file, since to find it takes the
-browser longer than a reader waits.
+"""The solvers' results on the recorded drive, as figures draw them: kept in a file, since computing them in the browser
+would take longer than a reader waits.
 
-`widgets.parts.drive_solved` makes the file; who only reads it imports no matching and no graphs.
+`widgets.parts.drive_solved` makes the file; reading it imports neither matching nor graphs.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from solvers.scenes.drive import chained, telecom_loop
 FILE = os.path.join(os.path.dirname(__file__), "drive_poses.f4")
 KERNELS = ("none", "huber", "cauchy")
 WRONG = (150, 20)
-"""The wrong loop: scan 150 said to stand where scan 20 stood, with the information that a loop has."""
+"""The wrong loop: it claims that scan 150 has the pose of scan 20, with the information of a typical loop."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """ways: 'odometry', 'matched', and 'closed' by kernel and whether the wrong loop is among the edges; poses of all
-    scans, from the robot's coordinates to those of the first scan. later, earlier: (c,) the loops that are used, and
-    loops: what was measured. kept: what each kernel leaves of the wrong loop."""
+    """ways: the poses of all scans, from the robot's coordinates to those of the first scan, for 'odometry', 'matched',
+    and 'closed' by kernel and whether the wrong loop is among the edges. later, earlier: (c,) the scans of the loops
+    that are used; loops: their measured poses. kept: the weight that each kernel leaves the wrong loop."""
 
     ways: dict[tuple[str, str, bool], Pose]
     later: NDArray[np.int64]
@@ -38,11 +38,11 @@ class Table:
     kept: dict[str, float]
 
     def way(self, poses: str, kernel: str, wrong: bool) -> Pose:
-        """The poses for what a reader has set; kernel and wrong loop matter to the closed ones alone."""
+        """The poses for a reader's settings; kernel and wrong loop matter only to the closed ones."""
         return self.ways[("closed", kernel, wrong) if poses == "closed" else (poses, "", False)]
 
     def missed(self, way: Pose, seen: int) -> tuple[Array, Array]:
-        """By how much the loops among the first `seen` scans miss: metres and degrees."""
+        """How far `way` misses the loops among the first `seen` scans: metres and degrees."""
         some = self.later < seen
         i, j = self.earlier[some], self.later[some]
         gap = self.loops[some].inverse().compose(way[i].inverse().compose(way[j]))
@@ -51,13 +51,13 @@ class Table:
 
 @cache
 def table() -> Table:
-    """The table as it lies beside this module."""
+    """The table from the file beside this module."""
     with open(FILE, "rb") as file:
         return read(file.read())
 
 
 def read(data: bytes) -> Table:
-    """What `widgets.parts.drive_solved.made` has written."""
+    """Parse what `widgets.parts.drive_solved.made` returned."""
     numbers = np.frombuffer(data, "<f4").astype(np.float64)
     n, c = int(numbers[0]), int(numbers[1])
     at = 2 + len(KERNELS)

@@ -1,4 +1,4 @@
-"""How random features are drawn: one wave's crests over the clouds, its phases on a circle, all waves side by side."""
+"""The marks for random features: one wave's crests over the clouds, its phases on a circle, all waves in a chart."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from widgets.parts.room import VIEW, with_marks
 
 MAP = replace(VIEW, width=460.0)
 CIRCLE = View(-1.56, 1.56, -1.123, 1.123, 460.0)  # as high as the map
-INNER = 0.8  # radius at which the target's phases are drawn, inside the source's
-HEIGHT = 169.6  # px, that of the chart of errors
+INNER = 0.8  # radius of the circle of the target's phases, inside the source's
+HEIGHT = 169.6  # px, that of the error chart
 TURN = 2.0 * np.pi
 MOST = 60  # crests on each side of the origin
-LONGEST = 3.5  # rad in units of 1/ℓ: the right end of the chart of waves
+LONGEST = 3.5  # rad, |ω|·ℓ at the right end of the chart of waves
 
 
 def crests(view: View, frequency: Array) -> Segments:
-    """Lines of equal phase 0 of the wave with `frequency` (2,) in rad/u, across the window."""
+    """The lines of phase 0 of the wave with `frequency` (2,) in rad/u, across the window."""
     size = float(np.hypot(*frequency))
     along = frequency / size
     across = np.array([-along[1], along[0]])
@@ -36,7 +36,7 @@ def crests(view: View, frequency: Array) -> Segments:
 
 
 def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
-    """The part of a line within the window."""
+    """The part of a line within the window; None if there is none."""
     low, high = -reach, reach
     for i, (least, most) in enumerate([(view.x0, view.x1), (view.y0, view.y1)]):
         if abs(way[i]) < 1e-12:
@@ -49,7 +49,7 @@ def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, 
 
 
 def phases(source: Array, target: Array, frequency: Array) -> Panel:
-    """Each point of the moved source (m, 2) and of the target (n, 2) at its phase on a circle, and both means."""
+    """The points of the moved source (m, 2) and of the target (n, 2), each at its phase on a circle, and both means."""
     moving, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
     means = moving.mean(axis=0), still.mean(axis=0)
     marks: list[Mark] = [
@@ -66,7 +66,7 @@ def phases(source: Array, target: Array, frequency: Array) -> Panel:
 
 
 def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
-    """How far apart the two means of every wave lie: |ω| ℓ (D,) against the distance (D,), with one singled out."""
+    """The distance (D,) between the two means of every wave over |ω| ℓ (D,), with one wave highlighted."""
     places = np.stack([np.minimum(sizes, LONGEST), apart], axis=1)
     panel = chart(
         "waves",
@@ -91,7 +91,7 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
 def convergence(running: Array, exact: float, at_truth: float, count: int) -> Panel:
     """The estimate from the first 1, 2, … waves (k,), with the D in use marked; the exact MMD² here and at the truth.
 
-    Both axes by powers: of two for D, of ten for the values.
+    Both axes are logarithmic: powers of two for D, of ten for the values.
     """
     most, least = float(np.log2(len(running))), 3e-4
     panel = chart(

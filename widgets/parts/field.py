@@ -1,9 +1,9 @@
-"""A field over a window that is computed as finely as it is asked for: a coarse lattice at once, the full one in bands.
+"""A field over a window, computed only as finely as requested: a coarse lattice at once, the full one in bands.
 
-Level 0 is a lattice of every `STRIDE`-th column and row; levels 1 … bands have, band by band from the top, the full
-lattice, and below that the coarse one still; level `bands` is all of it. What is computed is remembered, and the
-coarse values are the full lattice's own, so no place is ever computed twice and a level is the same however it was come
-by. A state holds its Field: actions that leave the field as it is hand it on.
+Level 0 is a lattice of every `STRIDE`-th column and row; levels 1 … bands add the full lattice, band by band from the
+top, with the coarse one still below; level `bands` is complete. Values are remembered, and the coarse ones are part of
+the full lattice, so no value is computed twice and a level is the same however it was reached. A state holds its Field;
+an action that does not change the field passes it on.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from widgets.drawing.picture import Array, Heat, Label, Mark, Path, View, number
 from widgets.drawing.svg import HEAT_LEVELS
 
 STRIDE = 3
-PAD = (54.0, 32.0, 80.0, 50.0)  # px about a field's window for its numbers and, at the right, the scale
-BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
+PAD = (54.0, 32.0, 80.0, 50.0)  # px around a field's window for its numbers and, at the right, the scale
+BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from the latter to its name's end
 Index = NDArray[np.int64]
 Strong = Literal["high", "low"]
 
@@ -29,8 +29,8 @@ Strong = Literal["high", "low"]
 class Field:
     """Values at the centres of side × side tiles of a window (x0, x1, y0, y1).
 
-    of: the values at all (x[i], y[j]), an array (len(y), len(x)), for any x and y; rows must not depend on each other.
-    side: a multiple of 3. bands: into how many slices what is left after the coarse lattice is cut.
+    of: returns the values at all (x[i], y[j]), an array (len(y), len(x)), for any x and y; a row must not depend on
+    other rows. side: a multiple of 3. bands: the number of slices for what is left after the coarse lattice.
     """
 
     def __init__(
@@ -47,20 +47,20 @@ class Field:
         self._of = of
         self._values: Array = np.full((side, side), np.nan)
         self._level = -1
-        self._heats: dict[tuple[str | float, ...], Heat] = {}  # the very same mark is not drawn twice
+        self._heats: dict[tuple[str | float, ...], Heat] = {}  # the host does not render the same mark object twice
 
     @property
     def details(self) -> int:
-        """How many levels there are."""
+        """The number of levels."""
         return self.bands + 1
 
     @property
     def known(self) -> int:
-        """The finest level that costs nothing more; 0 also where nothing is computed yet."""
+        """The finest level already computed; 0 also if nothing is."""
         return max(self._level, 0)
 
     def values(self, level: int) -> Array:
-        """The field at a level: (side / 3, side / 3) at level 0, (side, side) after it, row 0 at y0."""
+        """The field at a level: (side / 3, side / 3) at level 0, (side, side) above, row 0 at y0."""
         for step in range(self._level + 1, level + 1):
             self._compute(step)
         self._level = max(self._level, level)
@@ -74,18 +74,18 @@ class Field:
         return values
 
     def highest(self, level: int) -> tuple[Array, float]:
-        """The place (2,) of the highest of a level's values, and that value. NaN counts as lowest."""
+        """The place (2,) of a level's highest value, and that value. NaN counts as lowest."""
         values = np.nan_to_num(self.values(level), nan=-np.inf)
-        # Rounded, so that a tie is decided the same way natively and in the browser.
+        # Rounded, so that ties are broken the same way natively and in the browser.
         row, column = np.unravel_index(int(np.argmax(np.round(values, 9))), values.shape)
         if level == 0:
             row, column = STRIDE * row + STRIDE // 2, STRIDE * column + STRIDE // 2
-        elif row < self._edge(level):  # any tile of a coarse one: its value stands at the middle
+        elif row < self._edge(level):  # a tile of a coarse block: take the block's middle, where its value was computed
             row, column = row // STRIDE * STRIDE + STRIDE // 2, column // STRIDE * STRIDE + STRIDE // 2
         return np.array([self.x[column], self.y[row]]), float(self._values[row, column])
 
     def heat(self, level: int, low: float, high: float, strong: Strong = "high") -> Heat:
-        """The field's mark at a level, its highest or its lowest values in the strongest colour."""
+        """The field's mark at a level, with its highest or its lowest values in the strongest colour."""
         key = strong, level, low, high
         if key not in self._heats:
             values = self.values(level)
@@ -95,19 +95,19 @@ class Field:
         return self._heats[key]
 
     def roots(self, level: int, high: float) -> Heat:
-        """The mark of the values' square roots, from 0: what is low, and most of the map, is told apart as well."""
+        """The mark of the values' square roots, from 0: it also distinguishes low values, which fill most of the map."""
         key = "roots", level, high
         if key not in self._heats:
             self._heats[key] = Heat(np.sqrt(np.fmax(self.values(level), 0.0)), self.window, 0.0, np.sqrt(high))
         return self._heats[key]
 
     def _edge(self, level: int) -> int:
-        """The lowest row that is computed in full at a level, a multiple of 3."""
+        """The lowest row of the full lattice at a level, a multiple of 3."""
         coarse = self.side // STRIDE
         return STRIDE * (coarse - coarse * level // self.bands)
 
     def _compute(self, level: int) -> None:
-        """What a level has and the one before it has not. Rows with coarse values in them are spared those."""
+        """Compute what a level adds to the one before, without the coarse values again."""
         columns = rows = np.arange(self.side)
         known = columns % STRIDE == STRIDE // 2
         if level == 0:
@@ -127,12 +127,12 @@ class Field:
 def scale_marks(
     view: View, span: tuple[float, float], name: str, decimals: int = 1, strong: Strong = "high", roots: bool = False
 ) -> tuple[Mark, ...]:
-    """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
+    """The bar of a field's colours with its numbers, in the padding at the right of the view, with `name` above it.
 
-    span: the least and the greatest value. roots: the colours go by square roots, and the numbers stand where their
-    roots are.
+    span: the least and the greatest value. roots: colours follow the square roots of values, and so do the places of
+    numbers.
 
-    The very same marks each time, which are then not drawn again.
+    Returns the same objects each time, so that the host does not render them again.
     """
     low, high = span
 
@@ -148,7 +148,7 @@ def scale_marks(
     steps = steps if strong == "high" else 1.0 - steps
     rim = [[left, view.y0], [right, view.y0], [right, view.y1], [left, view.y1]]
     marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
-    for v in ticks(low, high):  # the one at the top a little lower: on a phone the name comes down to it
+    for v in ticks(low, high):  # the top one a little lower, since the name comes close to it on a phone
         dy = 4.0 if v < high else 11.0
         marks.append(Label([right, up(v)], number(v, decimals), "guide", dx=7, dy=dy))
     return (*marks, Label([right, view.y1], name, "guide", "end", dx=BAR[2], dy=-10))
@@ -156,7 +156,7 @@ def scale_marks(
 
 @cache
 def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
-    """A frame about a field's window, numbers along its left and lower side, and what they count."""
+    """A frame around a field's window, numbers along its left and lower side, and the names of both axes."""
     rim = [[view.x0, view.y0], [view.x1, view.y0], [view.x1, view.y1], [view.x0, view.y1]]
     marks: list[Mark] = [Path(rim, "guide", closed=True)]
     for x in ticks(view.x0, view.x1):
@@ -171,7 +171,7 @@ def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
 
 
 def within(way: Array, window: tuple[float, float, float, float]) -> list[Array]:
-    """The parts of a polyline (n, 2) that lie in the window, cut at its border, each (k, 2) with k ≥ 2."""
+    """The parts of a polyline (n, 2) inside the window, cut at its border, each (k, 2) with k ≥ 2."""
     low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
     a, step = way[:-1], np.diff(way, axis=0)
     safe = np.where(step == 0.0, 1.0, step)

@@ -1,4 +1,5 @@
-"""Placing a cloud by hand: a handle at its anchor moves it, one on a stalk along its heading turns it about there."""
+"""Placing a cloud by hand: a handle at its anchor moves it, one on a stalk along its heading turns it about the anchor.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +16,10 @@ HANDLES = ("source", "turn")
 
 @dataclass(frozen=True)
 class Placing:
-    """How a cloud may be placed in one panel. Its anchor is a place (2,) in its own coordinates, such as its centroid.
+    """How a cloud may be placed in one panel. Its anchor is a point (2,) in its own coordinates, such as its centroid.
 
     limit: how far from the world's origin, along x and y, the anchor may be put. reach: u from the anchor to the
-    turning handle; the window's border may bring it nearer, down to `least`, where two fingertips still fit.
+    turning handle; near the window's border it is shorter, down to `least`, where two fingertips still fit.
     """
 
     view: View
@@ -28,7 +29,7 @@ class Placing:
     panel: str = "main"
 
     def act(self, pose: Pose, anchor: Array, action: Action) -> Pose:
-        """The pose after a drag of one of the two handles: always a rotation, also where `pose` is a reflection."""
+        """The pose after a drag of one of the two handles: always a rotation, even if `pose` is a reflection."""
         centre, heading = self.held(pose, anchor)
         to = np.array([action.x, action.y])
         if action.name == "source":
@@ -39,13 +40,13 @@ class Placing:
         return Pose(rotation.R, centre - rotation.R @ anchor)
 
     def held(self, pose: Pose, anchor: Array) -> tuple[Array, float]:
-        """Where a cloud at `pose` can be taken hold of, at the limit for one that a run or a start put beyond it, and
-        its heading in radians."""
+        """The place of the moving handle for a cloud at `pose`, clipped to the limit if a run or a start put the cloud
+        beyond it, and the cloud's heading in radians."""
         centre, heading = place(pose, anchor)
         return np.clip(centre, np.negative(self.limit), self.limit), heading
 
     def grip(self, centre: Array, heading: float) -> Array:
-        """Where the turning handle is."""
+        """The place of the turning handle."""
         along = np.array([np.cos(heading), np.sin(heading)])
         middle = np.array([self.view.x0 + self.view.x1, self.view.y0 + self.view.y1]) / 2
         half = np.array([self.view.x1 - self.view.x0, self.view.y1 - self.view.y0]) / 2 - 0.25
@@ -53,13 +54,13 @@ class Placing:
         return np.asarray(centre + along * max(self.least, min(self.reach, float(room.min()))))
 
     def motion(self, before: Pose, after: Pose, anchor: Array) -> Motion:
-        """How the cloud came from one pose to the other: turned about its anchor, then moved."""
+        """The motion from one pose to the other: a turn about the anchor, then a shift."""
         turn = float(after.compose(before.inverse()).angle)
         (x, y), (u, v) = (place(pose, anchor)[0].tolist() for pose in (before, after))
         return Motion("source", turn, (x, y), (u - x, v - y), self.panel)
 
     def stalk(self, pose: Pose, anchor: Array) -> Segments:
-        """The line from the one handle to the other."""
+        """The line between the two handles."""
         centre, heading = self.held(pose, anchor)
         return Segments(centre, self.grip(centre, heading), "guide")
 
@@ -77,12 +78,12 @@ class Placing:
 
 
 def place(pose: Pose, anchor: Array) -> tuple[Array, float]:
-    """Where the anchor lies, and the direction of the cloud's own x axis in radians."""
+    """The anchor in world coordinates, and the direction of the cloud's own x axis in radians."""
     x, y = pose.R[:, 0]
     return pose.apply(anchor[None])[0], float(np.arctan2(y, x))
 
 
 def written(pose: Pose) -> str:
-    """A rotation and shift of the plane as Python that makes it."""
+    """The Python expression that makes this pose of the plane."""
     x, y, turn = (repr(round(float(v), 9) + 0.0) for v in (*pose.t, np.degrees(pose.angle)))
     return f"Pose.from_angle(np.radians({turn}), ({x}, {y}))"

@@ -1,4 +1,4 @@
-"""A ring round the clouds, on which every heading has its place."""
+"""The ring round the clouds, with a place for every heading."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from widgets.drawing.picture import Array
 
 
 def place(turn: Array | float, radius: Array | float) -> Array:
-    """Where a heading (radians, the truth being 0) lies on the ring at a radius: the truth is at the top."""
+    """The point of a heading (radians) on a ring of this radius; the truth, 0, is at the top."""
     turn = np.asarray(turn, dtype=float)
     return np.asarray(np.stack([-np.sin(turn), np.cos(turn)], axis=-1) * np.asarray(radius)[..., None])

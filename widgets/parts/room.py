@@ -1,7 +1,7 @@
-"""A room seen by two scans, as several figures draw it: the window, the settings, the starts, the marks, the charts.
+"""A room in two scans, as several figures draw it: the window, the settings, the starts, the marks, the charts.
 
-Room scenes carry their truth as the identity and are turned about the world's origin, so a cloud is taken hold of
-there: the handle's place is the pose's translation, the stalk's direction its rotation.
+The true pose of a room scene is the identity and clouds are turned about the world's origin, so a cloud is held there:
+the moving handle's place is the pose's translation, the stalk's direction its rotation.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ BRINGS: dict[str, dict[str, Value]] = {
     }
     for name in ROOM_SETTINGS
 }
-"""What a setting is known for: σ in u, and the replaced percentage of each cloud."""
+"""The controls that each setting sets: the noise's σ in u, and the percentage of each cloud that is replaced."""
 
 STARTS: dict[str, dict[str, Value]] = {
     "near": {"turn": 15.0, "offset": 0.5},
     "midway": {"turn": 45.0, "offset": 1.43},
     "far": {"turn": -110.0, "offset": 1.43},
 }
-"""Where the source may stand at first: turned by ° and moved by u from the true pose."""
+"""Start poses of the source, relative to the true pose: turn in °, offset in u."""
 
 
 def start_choice(default: str) -> Any:
@@ -52,12 +52,12 @@ def start_choice(default: str) -> Any:
 
 
 def start_turn(default: str) -> Any:
-    """The start's turn, that of `default` at first."""
+    """The control of the start's turn, by default that of the start `default`."""
     return slider(float(STARTS[default]["turn"]), "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
 
 
 def start_offset(default: str) -> Any:
-    """The start's offset, that of `default` at first."""
+    """The control of the start's offset, by default that of the start `default`."""
     return slider(float(STARTS[default]["offset"]), "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
 
 
@@ -68,7 +68,7 @@ def problem(scene: Scene, start: Pose) -> Problem:
 
 
 def alone(pose: Pose) -> Pose:
-    """A pose, its scale left out, as a batch of one. It is one already, and is not looked at again at every frame."""
+    """A pose, without its scale, as a batch of one. It is known to be valid, so it is not validated at every frame."""
     return Pose.trusted(pose.R[None], pose.t[None], np.ones(1))
 
 
@@ -78,7 +78,7 @@ def single(pose: Pose) -> Pose:
 
 
 def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
-    """The room at a pose; a broad band at the truth, dotted where something was."""
+    """The room at a pose: a broad band for the truth, dotted for a ghost."""
     return tuple(Path(pose.apply(line), role, thick=role == "truth", dotted=role == "ghost") for line in scene.outline)
 
 
@@ -86,16 +86,16 @@ def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
 def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
     """What does not move: the outline where the run began, the outline at the true pose, the target.
 
-    Without a ghost it is the same for all starts in a scene, and is turned into markup once.
+    Without a ghost it is the same for all starts in a scene, and is rendered once.
     """
     began = () if ghost is None else outline(scene, ghost, "ghost")
     return (*began, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))
 
 
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
-    """The moving cloud, the room it would have at its pose, and the stalk of its turning handle, as the group 'source'.
+    """The moving cloud, the room's outline at its pose, and the stalk of its turning handle, as the group 'source'.
 
-    Points that are not used (m,) are faint.
+    used: (m,) the points that are drawn in full; the others are faint.
     """
     weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
     points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
@@ -103,9 +103,9 @@ def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Pla
 
 
 def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
-    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed.
+    """One line per pair, from moved (m, 2) to partners (m, 2): the used, those outside a gate, and the rest, trimmed.
 
-    What is not used is faint, since it may be most of the pairs, and the longest.
+    Unused pairs are faint, since they may be the most and the longest.
     """
     trimmed = ~used & ~gated
     return (
@@ -116,9 +116,9 @@ def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray)
 
 
 def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: int, width: float = 320.0) -> Panel:
-    """Both errors against the truth over the steps taken so far: degrees and world units on one scale of decades.
+    """Both errors against the truth over the steps taken so far: degrees and world units on one logarithmic axis.
 
-    steps: the most that there can be.
+    steps: the most that a run can take.
     """
     k = np.arange(len(rotation))
     return chart(
@@ -136,10 +136,10 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
 
 
 def with_marks(panel: Panel, *marks: Mark) -> Panel:
-    """The panel with marks on top."""
+    """The panel with these marks on top."""
     return replace(panel, marks=(*panel.marks, *marks))
 
 
 def errors(pose: Pose, truth: Pose) -> tuple[float, float]:
-    """Of one pose against the truth: degrees, and world units."""
+    """The rotation and translation error of a pose against the truth: degrees, world units."""
     return float(np.degrees(rre(pose, truth))), float(rte(pose, truth))

@@ -1,4 +1,4 @@
-"""A bar that says how long a length of the world is in a picture, in the lower left corner of its window."""
+"""A scale bar in the lower left corner of a picture's window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from widgets.drawing.picture import Label, Mark, Segments, View
 
 LONG = 7 / 32  # of the window's width: the bar is the longest round length below that, and at least 0.4 of it
-TICK = 4.0  # px, half the height of an end
+TICK = 4.0  # px, half the height of an end tick
 
 
 def round_length(wanted: float) -> float:
@@ -17,7 +17,7 @@ def round_length(wanted: float) -> float:
 
 
 def scale_bar(view: View, unit: str, scale: float = 1.0) -> tuple[Mark, ...]:
-    """A bar of a round length in `unit`; `scale` is how many units of the window's world each of them is."""
+    """A bar of a round length in `unit`; `scale` is the size of one `unit` in world units."""
     length = round_length(LONG * (view.x1 - view.x0) / scale)
     px = 1.0 / view.scale
     x, y = view.x0 + 17.5 * px, view.y0 + 17.5 * px

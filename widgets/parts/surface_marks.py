@@ -1,4 +1,4 @@
-"""What residuals that know surfaces look like: pulls, normals, covariances, the weak direction, the weight function."""
+"""The marks for surface residuals: pulls, normals, covariances, the weak direction, the weight function."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from widgets.parts.placing import Placing
 from widgets.parts.room import ANCHOR, PLACING, outline, still, with_marks
 from widgets.parts.surface_run import Run
 
-FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
-SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
-EVERY = 9  # of whose points one covariance is drawn
-SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
-BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in the wall or under a handle
-GAP = 1.2  # the second eigenvalue over the first from which there is a weakest direction
+FAINTEST = 1.0 / 6.0  # the least weight of a used pair, so that it is drawn however little it pulls
+SIGMAS = 0.4  # standard deviations at which covariances are drawn: at one, they would be as long as a wall
+EVERY = 9  # one covariance is drawn for so many points
+SLIDE = 0.1  # turning part of a unit direction below which it looks like a slide, as in gauss_newton.freedom
+BESIDE = 0.75  # u from the cloud's centre to the arrow, so that it is not in the wall or under a handle
+GAP = 1.2  # least ratio of the second eigenvalue to the first for there to be a weakest direction
 FARTHEST = 8.0  # r / s
 HIGHEST = 2.2
-LEAVES = 1.5  # where the line of an unbounded pull ends: its label stays below that of s
+LEAVES = 1.5  # where the line of an unbounded pull ends, so that its label stays below that of s
 
 
 def pairs(run: Run) -> tuple[Mark, ...]:
-    """The residual of each used pair, from the moved point to its partner, or in plane mode to the foot on the line
-    through the partner; as strong as the pair's pull is against the strongest."""
+    """The residual of each used pair, from the moved point to its partner, or in plane mode to its foot on the line
+    through the partner; a line's strength is the pair's pull relative to the strongest."""
     used = run.used
     share = run.pull[used] / max(float(run.pull.max()), 1e-12)
     return (Segments(run.moved[used], _ends(run)[used], "pair", weight=np.maximum(share, FAINTEST)),)
@@ -52,19 +52,19 @@ def pairs(run: Run) -> tuple[Mark, ...]:
 def _ends(run: Run) -> Array:
     if run.ask.residual != "plane":
         return run.partners
-    # precision is n nᵀ here: the part of the offset along the normal.
+    # precision is n nᵀ here: it keeps the part of the offset along the normal.
     return np.asarray(run.moved - np.einsum("mij,mj->mi", run.precision, run.moved - run.partners))
 
 
 @lru_cache(maxsize=12)
 def fixed(run: Run) -> tuple[Mark, ...]:
-    """What does not move in any run of the scene: the walls, the target, and what its points know of their surface.
-    Asked of the run that is kept, it is the same for all starts, and is turned into markup once."""
+    """What does not move in any run of the scene: the walls, the target, and its normals or covariances. Given the run
+    from `kept`, it is the same for all starts, and is rendered once."""
     return (*still(run.scene), *surfaces(run))
 
 
 def ghost(run: Run) -> tuple[Mark, ...]:
-    """The walls where the run began, once it has left there."""
+    """The walls where the run began, once it has taken a step."""
     return outline(run.scene, run.began, "ghost") if run.steps else ()
 
 
@@ -82,7 +82,7 @@ def surfaces(run: Run) -> tuple[Mark, ...]:
 
 
 def own_surfaces(run: Run) -> tuple[Mark, ...]:
-    """Some of the source's covariances where the source lies, which turn with it."""
+    """Some of the source's covariances at its pose, turned with it."""
     if run.ask.residual != "gicp":
         return ()
     every, R = slice(EVERY // 2, None, EVERY), run.pose.R
@@ -94,8 +94,8 @@ Carried = tuple[tuple[Mark, ...], tuple[Mark, ...]]
 
 
 def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carried:
-    """What moves with the source whatever it is paired with, so that runs at one pose may share it. Below: the stalk of
-    its turning handle and its walls. Above: its points, those that the simulation put elsewhere as crosses."""
+    """What moves with the source whatever it is paired with, so that runs at one pose can share it. Below: the stalk of
+    its turning handle and its walls. Above: its points, with crosses for outliers that the simulation misplaced."""
     wrong = run.scene.source_outlier
     stalk = placing.stalk(run.pose, ANCHOR)
     points = (
@@ -106,20 +106,20 @@ def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carrie
 
 
 def moving(run: Run, shared: Carried | None = None, radius: float = 2.5) -> Group:
-    """All that moves with the source: what is carried, its covariances, a ring about each point whose pair is unused.
-    shared: what another run at the same pose carries."""
+    """Everything that moves with the source: what `carried` returns, its covariances, and a ring around each point
+    whose pair is unused. shared: the result of `carried` for another run at the same pose."""
     below, above = shared or carried(run, radius=radius)
     return Group("source", (*below, *own_surfaces(run), *above, unused(run, radius)))
 
 
 def unused(run: Run, radius: float = 2.5) -> Points:
-    """A ring about each moved point whose pair is unused."""
+    """A ring around each moved point whose pair is unused."""
     return Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0)
 
 
 def weak_direction(run: Run) -> tuple[Mark, ...]:
-    """The motion that the pairs hold least, both ways: a straight arrow for a slide, an arc for a turn; longer and
-    thicker where it is free. Nothing where two motions are held alike."""
+    """The motion that the pairs constrain least, in both directions: a straight arrow for a slide, an arc for a turn;
+    longer and thicker if it is free. Nothing if two motions are constrained about equally."""
     if not _has_weakest(run):
         return ()
     free = bool(run.system.free[0, 0])
@@ -133,13 +133,13 @@ def weak_direction(run: Run) -> tuple[Mark, ...]:
 
 
 def _has_weakest(run: Run) -> bool:
-    """Whether one motion is held clearly less than the next: else the eigenvector is rounding's."""
+    """Whether one motion is clearly less constrained than the next; otherwise rounding decides the eigenvector."""
     first, second = run.system.eigenvalues[0, :2]
     return bool(second > GAP * max(float(first), 0.0))
 
 
 def _course(run: Run, half: float) -> Array:
-    """Places (n, 2) that a point passes under the weak motion, `half` u to either side of its own."""
+    """The places (n, 2) that a point passes under the weak motion, up to `half` u to either side of its own."""
     v, a = run.system.directions[0, :2, 0], float(run.system.directions[0, 2, 0])
     centre, radius = run.system.centre[0], float(run.system.radius[0])
     if abs(a) < SLIDE:
@@ -150,7 +150,7 @@ def _course(run: Run, half: float) -> Array:
     about = centre + np.array([-v[1], v[0]]) * radius / a
     arm = centre - [0.0, BESIDE] - about
     length = float(np.hypot(*arm))
-    if length < 0.35 * radius:  # a turn about the middle, seen half a radius below it
+    if length < 0.35 * radius:  # a turn about the centre: drawn half a radius below it
         arm, length = np.array([0.0, -0.5 * radius]), 0.5 * radius
     angles = np.linspace(-half, half, 15) / max(length, half)
     c, s = np.cos(angles), np.sin(angles)
@@ -158,7 +158,7 @@ def _course(run: Run, half: float) -> Array:
 
 
 def left_free(run: Run) -> str:
-    """The kind of motion that the pairs do not hold: 'none', 'slide', 'turn', or how many there are."""
+    """The kind of motion that the pairs leave free: 'none', 'slide', 'turn', or how many of the three."""
     count = int(run.system.free[0].sum())
     return ("none", _kind(run), f"{count} of 3", "all")[min(count, 3)]
 
@@ -168,7 +168,7 @@ def _kind(run: Run) -> str:
 
 
 def condition(run: Run) -> str:
-    """The condition number as text, rounded to what matters."""
+    """The condition number as text, with as many digits as matter."""
     value = float(run.system.condition[0])
     if not np.isfinite(value) or value >= 1e6:
         return "> 10⁶"
@@ -176,26 +176,26 @@ def condition(run: Run) -> str:
 
 
 def weak_label(run: Run, view: View) -> Label:
-    """The weak direction in words, in the map's top left corner, where no cloud lies."""
+    """A label with the weak direction in words, in the map's top left corner, where there are no points."""
     return Label([view.x0, view.y1], weak_words(run), "weak", dx=12, dy=24)
 
 
 def weak_words(run: Run) -> str:
-    """The weak direction, and the condition number: 'weakest: slide, condition 6.3'."""
+    """The weak direction and the condition number in words: 'weakest: slide, condition 6.3'."""
     how = "free" if run.system.free[0, 0] else "weakest"
     words = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
     return f"{words}, condition {condition(run)}"
 
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:
-    """w and the pull w r over the pair distance r in units of s, and beneath them a stroke for every pair."""
+    """w and the pull w r over the pair distance r in units of s, with a stroke below for every pair."""
     s = Label([1.0, HIGHEST], f"s = {number(run.scale, 3)} u", "guide", dx=4, dy=10)
     return with_marks(_kernel_chart(run.ask.weight, width), s, *_rug(run))
 
 
 @cache
 def _kernel_chart(kernel: str, width: float) -> Panel:
-    """The chart of one weight function: the same for every pose, and turned into markup once."""
+    """The chart of one weight function: the same for every pose, and rendered once."""
     k = 1.0 if kernel == "none" else robust.TUNING[kernel]
     r = np.linspace(0.0, FARTHEST, 161)
     w = robust.weights(kernel, r, k)
@@ -211,13 +211,13 @@ def _kernel_chart(kernel: str, width: float) -> Panel:
     panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
     if kernel == "none":
         return panel
-    top = HIGHEST - 0.3  # below the words at s, which Huber's k would cross
+    top = HIGHEST - 0.3  # below the label of s, which the line at Huber's k would cross
     line = Segments([k, -0.6], [k, top], "guide", dashed=True)
     return with_marks(panel, line, Label([k, top], "k", "guide", dx=4, dy=10))
 
 
 def _rug(run: Run) -> list[Mark]:
-    """A stroke for each pair at its distance; what lies beyond the chart is counted at its edge."""
+    """A stroke for each pair at its distance; pairs beyond the chart are counted at its edge."""
     wrong, used = run.scene.source_outlier, run.used
     x = run.pairing.distances[0] / run.scale
     inside = x <= FARTHEST
@@ -239,7 +239,7 @@ def _rug(run: Run) -> list[Mark]:
 
 
 def residual_unit(residual: str) -> str:
-    """Of the RMS: GICP's is measured in its covariances' standard deviations, the others in u."""
+    """The unit of the RMS: GICP's is in its covariances' standard deviations, the others' in u."""
     return "σ" if residual == "gicp" else "u"
 
 

@@ -1,4 +1,4 @@
-"""A run of ICP with one of three residuals as figures show it: pairs, pulls, the system they make, the course."""
+"""A run of ICP with one of three residuals, as figures show it: pairs, pulls, their linear system, the course."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ METHOD = {"point": "icp", "plane": "point-to-plane", "gicp": "gicp"}
 CALLS = {"room": "room", "wall": "single_wall", "corridor": "corridor"}
 
 FREE_BELOW = 0.05
-"""Point to plane believes no direction whose eigenvalue is below this fraction of the largest: noise tilts normals, so
-that no direction is free to rounding. GICP's covariances hold every direction with a hundredth at least."""
+"""Point to plane treats a direction as free if its eigenvalue is below this fraction of the largest: since noise tilts
+normals, no eigenvalue is zero to rounding. GICP's covariances constrain every direction by at least a hundredth."""
 
 STEPS = 40
 
 
 @dataclass(frozen=True)
 class Ask:
-    """What is to be run: a residual, a robust weight, the fraction that is trimmed."""
+    """What to run: a residual, a robust weight, and the fraction of pairs that is trimmed."""
 
     residual: str
     weight: str
@@ -45,7 +45,7 @@ class Ask:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Those of the solver that differ from its own."""
+        """The solver's options that differ from its defaults."""
         settings: dict[str, Any] = {"weight": self.weight} if self.weight != "none" else {}
         if self.trim > 0.0:
             settings["trim"] = self.trim
@@ -65,8 +65,8 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run so far. began: its start. state: the solver's, a batch of one; the pairs and their system are of its pose.
-    batch: None until the first step, since a drag begins one run after another.
+    """A run so far. began: its start. state: the solver's, a batch of one; pairs and system are those at its pose.
+    batch: None until the first step, since a drag begins many runs that take none.
 
     partners: (m, 2) the target point of each source point. precision: (m, 2, 2). pull: (m,) the length of the pair's
     term in the step's gradient, `w ‖M (x − q)‖`.
@@ -86,12 +86,12 @@ class Run:
 
     @cached_property
     def pose(self) -> Pose:
-        """Where the source lies."""
+        """The source's current pose."""
         return single(self.state.pose)
 
     @cached_property
     def scale(self) -> float:
-        """The s of the robust weight, u; without any weight, that of the pairs used all the same."""
+        """The s of the robust weight, u; without a weight, that of the used pairs."""
         if self.ask.weight == "none":
             floor = robust.least_scale(self.state.index.points)
             return float(robust.mad_scale(self.pairing.distances, self.pairing.used, floor)[0])
@@ -99,37 +99,37 @@ class Run:
 
     @property
     def moved(self) -> Array:
-        """The source points there, (m, 2)."""
+        """The source points at that pose, (m, 2)."""
         return np.asarray(self.pairing.moved[0])
 
     @property
     def used(self) -> BoolArray:
-        """(m,) the pairs that the next step fits."""
+        """The pairs that the next step fits, (m,)."""
         return np.asarray(self.pairing.used[0])
 
     @property
     def steps(self) -> int:
-        """Taken so far."""
+        """The number of steps taken so far."""
         return len(self.course) - 1
 
     @property
     def done(self) -> bool:
-        """Whether it has stopped."""
+        """Whether the run has stopped."""
         return self.status != Status.RUNNING
 
     @property
     def status(self) -> Status:
-        """How it stands."""
+        """The solver's status."""
         return Status(int(self.state.status[0]))
 
     @property
     def reason(self) -> str:
-        """Why it stopped, in words."""
+        """Why the run stopped, in words."""
         return worded(str(self.state.reason[0]))
 
     @property
     def freedom(self) -> str:
-        """What the pairs leave free, in words; empty where they hold every direction."""
+        """What the pairs leave free, in words; empty if they constrain every direction."""
         return worded(gauss_newton.freedom(self.system, 0))
 
     def step(self) -> Run:
@@ -145,7 +145,7 @@ class Run:
         return begin(method, now.problem, now.options, STEPS)
 
     def finish(self) -> Run:
-        """The run at its stop."""
+        """The run after all its steps."""
         run = self
         while not run.done:
             run = run.step()
@@ -160,21 +160,21 @@ def scene_of(name: str, seed: int, noise: float, outliers: float) -> Scene:
 
 
 def begun(ask: Ask, scene: Scene, start: Pose) -> Run:
-    """A run of the scene from `start`, no step taken."""
+    """A run of the scene from `start`, before its first step."""
     method = METHODS[METHOD[ask.residual]]
     return _begun(ask, scene, start, method.start(problem(scene, start), method.options(**ask.options)))
 
 
 @lru_cache(maxsize=12)
 def kept(ask: Ask, scene: Scene) -> Run:
-    """A run of the scene, for what no start changes: while a start is being set, `anew` begins all others from it."""
+    """A cached run of the scene, for what does not depend on the start: `anew` begins the runs of a drag from it."""
     return begun(ask, scene, Pose.identity())
 
 
 def anew(run: Run, start: Pose, beside: Run | None = None) -> Run:
-    """The run of the same scene from another start; normals and covariances are those already known.
+    """The run of the same scene from another start, with the normals and covariances already known.
 
-    beside: a run that has just begun there, whose errors are the same.
+    beside: a run that has just begun at that start, whose errors are the same.
     """
     instance, now = problem(run.scene, start), run.state
     if run.ask.residual == "point":
@@ -191,7 +191,7 @@ def _begun(ask: Ask, scene: Scene, start: Pose, state: Any, beside: Run | None =
 
 
 def _read(run: Run, state: Any, beside: Run | None = None) -> Run:
-    """The run with what stands at a state."""
+    """The run at a solver state: its pairs, system and next course entry are read from it."""
     pairing: Pairing = state.pairing
     partners = state.index.points[:, pairing.rows[0]]
     if run.ask.residual == "point":
@@ -231,7 +231,7 @@ def wall_direction(scene: Scene) -> Array:
 
 
 def along_across(run: Run) -> tuple[float, float]:
-    """How far the source's centroid is from its true position along the first wall, and across it; u, signed."""
+    """How far the source's centroid is from its true position, along the first wall and across it; u, signed."""
     truth = run.scene.truth.apply(run.scene.source)
     off = (run.moved - truth).mean(axis=0)
     x, y = wall_direction(run.scene)
