@@ -228,7 +228,7 @@ def made(name: str, seed: int, noise: float, length: float) -> Dial:
 @lru_cache(maxsize=48)
 def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = False) -> Array:
     """The objectives of the coarse ring, or of the rest of the full one, cached so that a new dial, as a slider makes
-    it, finds them here. Each dial keeps its own level of detail, so a frame does not depend on what was drawn before."""
+    it, finds them here. Each dial has its own level of detail, so a frame does not depend on what was drawn before."""
     among = (np.arange(HEADINGS) % COARSE != 0) == rest
     values = made(name, seed, noise, length).objective(headings()[among])
     values.flags.writeable = False

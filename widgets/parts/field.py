@@ -95,7 +95,7 @@ class Field:
         return self._heats[key]
 
     def roots(self, level: int, high: float) -> Heat:
-        """The mark of the values' square roots, from 0: it also distinguishes low values, which fill most of the map."""
+        """The mark of the values' square roots, from 0: it also separates low values, which fill most of the map."""
         key = "roots", level, high
         if key not in self._heats:
             self._heats[key] = Heat(np.sqrt(np.fmax(self.values(level), 0.0)), self.window, 0.0, np.sqrt(high))
