@@ -1,4 +1,4 @@
-"""Every rung: its objective over all headings as a ring round the room, and the run from the heading that is chosen."""
+"""Every rung: its objective over all headings as a ring round the room, and the run from the chosen heading."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ from widgets.parts.room import with_marks
 
 SIZE = 9.05
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=480.0)
-QUARTERS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # °, the headings that the unrolled ring names
-TICK = (0.05, 0.14)  # of the chart's height, from the curve to the ends of a valley's tick
+QUARTERS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # °, the headings labelled on the unrolled ring
+TICK = (0.05, 0.14)  # chart units, from the curve to the ends of a valley's tick
 DETAILS = 2 + SLICES  # the coarse ring; the full one; every start, slice by slice
 
 
@@ -72,7 +72,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """heading: where the run starts, radians, the truth being 0. rolled: whether it is run. every: whether all are."""
+    """heading: the run's start, radians, 0 at the truth. rolled: whether it is run. every: whether all starts are."""
 
     controls: Controls
     dial: Dial
@@ -92,24 +92,24 @@ class State:
 
     @cached_property
     def apart(self) -> float:
-        """How far the shown source's points lie from their nearest target points, root mean square."""
+        """The RMS distance of the drawn source's points to their nearest target points, u."""
         clouds = self.dial.clouds
         _, distances = marks.partners(self.pose.apply(clouds.source), clouds.target)
         return float(np.sqrt(np.mean(distances**2)))
 
     @property
     def begun(self) -> Pose:
-        """The start."""
+        """The start pose."""
         return Pose.from_angle(self.heading)
 
     @property
     def pose(self) -> Pose:
-        """Where the source is drawn."""
+        """The pose at which the source is drawn."""
         return self.course.pose if self.course else self.begun
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The robot at its true position, facing elsewhere; nothing run."""
+    """The robot at its true position with a wrong heading, before any run."""
     dial = made(controls.rung, seed, controls.noise, controls.length)
     return State(controls, dial, float(np.radians(controls.turn)))
 
@@ -124,7 +124,7 @@ def act(state: State, action: Action) -> State:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """From the start to the end, turned about the robot."""
+    """The move from the start to the end, turned about the robot."""
     if before.rolled or not after.rolled or before.heading != after.heading:
         return None
     x, y = after.pose.t.tolist()
@@ -132,8 +132,8 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def known(state: State) -> int:
-    """The finest level that is drawn already, or that no finer one differs from."""
-    if "ring" not in state.dial.__dict__:  # where what is computed is kept
+    """The finest level already computed; the last one if finer levels add nothing."""
+    if "ring" not in state.dial.__dict__:  # where cached_property keeps its values
         return 0
     return 1 + state.dial.slices if state.every else DETAILS - 1
 
@@ -183,13 +183,13 @@ def _unrolled(state: State, full: bool) -> Panel:
         "The ring unrolled: the objective over the heading",
         [] if flat else [Series(np.append(turns, 180.0), np.append(share, share[0]), "accent")],
         Axis("heading, ° from the truth", -180.0, 180.0, tuple((t, number(t, 0)) for t in QUARTERS)),
-        # "low" keeps clear of the first heading below it, the highest tick of what is above.
+        # Room below, so that "low" is clear of the first heading, and above, for a tick at the highest valley.
         Axis(label, -0.12, 1.15, ((0.0, "–"),) if flat else ((0.0, "low"), (1.0, "high"))),
         size=(480.0, 220.0),
     )
 
     def spot(turn: float) -> list[float]:
-        at = 180.0 - (180.0 - float(np.degrees(turn))) % 360.0  # half a turn at the right end, clear of the axis' words
+        at = 180.0 - (180.0 - float(np.degrees(turn))) % 360.0  # half a turn goes to the right, clear of the axis' labels
         return [at, float(np.interp(at, turns, share, period=360.0))]
 
     if full:
@@ -226,7 +226,7 @@ def _readouts(state: State, count: int | None, some: int | None) -> tuple[Readou
 
 
 def _objective(value: float) -> str:
-    """Sums of squares go into the thousands, scores below zero."""
+    """The objective as text: sums of squares may reach thousands, scores may be negative."""
     return number(value, 3) if value < 1000.0 else f"{value:,.3f}"
 
 
@@ -243,7 +243,7 @@ def _note(state: State) -> str:
     if state.course is None:
         return ""
     course = state.course
-    off = f"{number(course.rotation, 1)}° and {number(course.translation)} u off"  # both decide
+    off = f"{number(course.rotation, 1)}° and {number(course.translation)} u off"  # both count for reaching the truth
     return f"It {ENDS[course.status]} {off}: {'the truth' if course.arrived else 'not the truth'}."
 
 
@@ -382,7 +382,7 @@ WIDGET = Widget(
         Key("outlier", "wrong pair", "dashed"),
     ),
     handles=("turn",),
-    # All starts of a flow take a while, in the build as in the page.
+    # Running a flow from every start takes a while, in the build too.
     tape=tuple(
         ({"rung": name, **sets}, ("roll",) if name == "flow" else ("roll", "every")) for name, sets in DEFAULTS.items()
     ),

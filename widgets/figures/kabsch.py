@@ -1,4 +1,4 @@
-"""Chapter 1: known pairs. Put the source anywhere, press Solve, and the closed form finds the same pose every time."""
+"""Chapter 1: known pairs. Put the source anywhere and press Solve: the closed form finds the same pose every time."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SCENE_NAMES = {"clean": "clean", "noisy": "noisy", "outliers": "outliers", "refl
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A scene brings its own noise and wrong pairs, which the sliders then change."""
+    """The reader's settings. A scene sets its own noise and wrong pairs, which the sliders can then change."""
 
     scene: str = choice(
         "clean",
@@ -58,10 +58,10 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """pose: where the source is drawn. start: where it lay before the last Solve, or lies now.
+    """pose: that at which the source is drawn. start: that before the last Solve, or the current one if unsolved.
 
     free: the fit over all orthogonal matrices. starts and solutions: one of each for every Solve so far.
-    spread: the largest distance, in u, between places that two of the solutions give one point.
+    spread: the largest distance, in u, between the places that two solutions give the same point.
     """
 
     controls: Controls
@@ -76,7 +76,7 @@ class State:
 
     @property
     def centroid(self) -> Array:
-        """Of the source points, in their own coordinates."""
+        """The centroid of the source points, in their own coordinates."""
         return np.asarray(self.scene.source.mean(axis=0))
 
     @property
@@ -94,7 +94,7 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Solve, or put the source elsewhere."""
+    """Solve, or move the source to another start."""
     if action.kind == "press":
         return _solved(state)
     pose = PLACING.act(state.pose, state.centroid, action)
@@ -102,7 +102,7 @@ def act(state: State, action: Action) -> State:
 
 
 def _solved(state: State) -> State:
-    """The fit is handed the source as it lies now and knows nothing of how it came there."""
+    """The state after Solve. The fit gets the source as it lies now and knows nothing of how it came there."""
     if state.solved:
         return state
     scene = state.scene
@@ -131,7 +131,7 @@ def draw(state: State) -> Picture:
     """The panel, the readouts and the words."""
     scene, stats = state.scene, _numbers(state)
     moved, wrong = state.pose.apply(scene.source), scene.target_outlier
-    names: tuple[Mark, ...] = ()  # last, so that nothing is drawn across them
+    names: tuple[Mark, ...] = ()  # drawn last, so that nothing covers them
     marks: list[Mark] = [
         *(path for pose in state.starts[-GHOSTS:] for path in _outline(scene, pose, "ghost")),
         *_outline(scene, scene.truth, "truth"),
@@ -171,7 +171,7 @@ def _outline(scene: Scene, pose: Pose, role: Role, dashed: bool = False) -> tupl
 
 
 def _reflection_label(state: State) -> Label:
-    """Under the corner of the reflected outline that lies farthest from the true one: the tip of the pennant."""
+    """A label below the reflected outline's corner that is farthest from the true one: the tip of the pennant."""
     rim = np.concatenate(state.scene.outline)
     reflected = state.free.pose.apply(rim)
     apart = np.linalg.norm(reflected - state.scene.truth.apply(rim), axis=1)
@@ -230,7 +230,7 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.solved:
         return ""
-    # A note is two lines on a phone at most.
+    # A note must fit two lines on a phone.
     residual = f"residual {number(stats.before, 3)} → {number(stats.now, 3)} u"
     if state.mirrored:
         return f"Solved uncorrected: {residual}, by a reflection, not a motion."

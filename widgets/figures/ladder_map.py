@@ -1,4 +1,5 @@
-"""Chapter 0: the ladder as eight small dials. The scene and the robot stay; each rung's objective and end differ."""
+"""Chapter 0: the ladder as eight small dials. The scene and the robot's start are the same; each rung has its own
+objective and end."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from widgets.engine.controls import slider
 from widgets.parts import dial_marks as marks
 from widgets.parts.dial import EVERY, MOST, RUNGS, Course, Dial, made, valleys
 
-SIZE = 8.05  # u from the middle to the border: the ring and a ball on it; a small dial has no handle
+SIZE = 8.05  # u from the centre to the border, for the ring and a ball on it; a small dial has no handle
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=300.0)
 NOISE = 0.02  # u
 NAMES: Mapping[str, str] = {name: f"{rung.number} · {rung.says}" for name, rung in RUNGS.items()}
@@ -25,14 +26,14 @@ DETAILS = 3  # the coarse rings; the ends; the full rings
 
 @dataclass(frozen=True)
 class Controls:
-    """The one thing to change."""
+    """The only setting."""
 
     turn: float = slider(60.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """dials: one a rung, in the ladder's order. heading: where all of them start, radians. rolled: whether they ran."""
+    """dials: one per rung, in the ladder's order. heading: the common start, radians. rolled: whether they were run."""
 
     controls: Controls
     dials: tuple[Dial, ...]
@@ -46,18 +47,18 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The robot faces the same way on every rung."""
+    """All dials, with the robot facing the same way on every rung."""
     dials = tuple(made(name, seed, NOISE, rung.length or 1.0) for name, rung in RUNGS.items())
     return State(controls, dials, float(np.radians(controls.turn)))
 
 
 def act(state: State, action: Action) -> State:
-    """All balls are let go."""
+    """Let all balls go."""
     return replace(state, rolled=True)
 
 
 def motion(before: State, after: State) -> tuple[Motion, ...]:
-    """Each scan from the start to where its run ended, once that is known."""
+    """The motion of each scan from the start to its run's end, once that is known."""
     if before.rolled or "courses" not in after.__dict__:
         return ()
     began = Pose.from_angle(before.heading)
@@ -69,14 +70,14 @@ def motion(before: State, after: State) -> tuple[Motion, ...]:
 
 
 def known(state: State) -> int:
-    """How far what is asked for has been computed: the runs, then the full rings."""
+    """The finest level already computed: first the runs, then the full rings."""
     if state.rolled and "courses" not in state.__dict__:
         return 0
     return 2 if all("ring" in dial.__dict__ for dial in state.dials) else int(state.rolled)
 
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
-    """One small dial a rung, and what they come to."""
+    """One small dial per rung, and the outcome of their runs."""
     courses = state.courses if state.rolled and detail > 0 else None
     panels = tuple(_panel(state, k, detail > 1, courses[k] if courses else None) for k in range(len(RUNGS)))
     rings = {dial.rung.name: len(valleys(dial.ring)) for dial in state.dials} if detail > 1 else None
@@ -110,7 +111,7 @@ def _arrived(courses: tuple[Course, ...]) -> int:
 
 
 def _beside(courses: tuple[Course, ...]) -> int:
-    """How many face the right way but stand in the wrong place: their balls are at the top all the same."""
+    """How many robots face the right way but are in the wrong place: their balls are at the top all the same."""
     return sum(course.rotation < CLOSE_DEGREES and not course.arrived for course in courses)
 
 

@@ -1,9 +1,9 @@
-"""Runs from a lattice of starts, coarse first: where each ends, what that end is called, and which ends are one.
+"""Runs from a lattice of starts, coarse first: where each ends, the kind of that end, and which ends are the same.
 
 The starts lie at the centres of ROWS × COLUMNS tiles, the turn along the columns and the offset along the rows. Level 0
-has every fourth of both, the levels after it have first every second and then all, a few rows more each. A tile whose
-own start is not yet run shows the end of the nearest lattice start below it, so what a level shows are ends of the full
-map. What is computed is remembered, and no start is run twice.
+runs every fourth row and column; the later levels first add every second, then all, a few rows at a time. A tile whose
+own start has not been run shows the end of a start of the coarser lattice nearby, so every level shows ends of the full
+map. Results are kept, and no start is run twice.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ROWS, COLUMNS = 48, 64
 LOW, HIGH = -180.0, 180.0  # the starts' turn, degrees
 FARTHEST = 3.0  # u, the starts' offset
 THINNED = 2  # every second source point is used: a map is thousands of runs
-HALVES, BANDS = 3, 12  # slices of the lattice of every second start, and of the full one: each as long as level 0
+HALVES, BANDS = 3, 12  # slices of the lattice of every second start, and of the full one: each takes as long as level 0
 LEVELS = 1 + HALVES + BANDS
 
 METHODS = {"icp": "Point to point", "point-to-plane": "Point to plane", "ndt": "NDT"}
@@ -40,7 +40,7 @@ NAMES = ("the truth", "shifted", "turned", "quarter turn", "half turn", "no fit"
 
 @dataclass(frozen=True)
 class Ask:
-    """What is run from every start. gate: u, infinite for none; NDT has none. outliers: the fraction of each cloud."""
+    """What to run from every start. gate: u, infinite for none; NDT has none. outliers: the fraction of each cloud."""
 
     method: str
     gate: float
@@ -51,13 +51,13 @@ class Ask:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Those of the solver that differ from its own."""
+        """The solver's options that differ from its defaults."""
         return {"gate": self.gate} if np.isfinite(self.gate) and self.method != "ndt" else {}
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where runs ended: poses (…,), and KINDS' number of each."""
+    """Where runs ended: poses (…,), and the index of each end's kind in KINDS."""
 
     pose: Pose
     kind: IntArray
@@ -65,7 +65,8 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One run: its poses (k + 1,), the RMS distance to the nearest target points at each, why it stopped, its kind."""
+    """One run: its poses (k + 1,), the RMS distance to the nearest target points at each, why it stopped, and its end's
+    kind."""
 
     poses: Pose
     rms: Array
@@ -75,7 +76,7 @@ class Track:
 
     @property
     def steps(self) -> int:
-        """Taken until it stopped."""
+        """The number of steps it took."""
         return len(self.rms) - 1
 
 
@@ -85,7 +86,7 @@ def starts(turn: Array, offset: Array) -> Pose:
 
 
 def kinds(pose: Pose, truth: Pose, status: Any) -> IntArray:
-    """What ends are called, by their errors against the truth and by whether the run came to an end of its own."""
+    """The kinds of ends, by their errors against the truth and by whether the run was capped or degenerate."""
     turn, away = np.degrees(rre(pose, truth)), rte(pose, truth)
     failed = np.isin(status, (int(Status.CAPPED), int(Status.DEGENERATE)))
     near = (turn < CLOSE_DEGREES) & (away < CLOSE_DISTANCE)
@@ -93,12 +94,12 @@ def kinds(pose: Pose, truth: Pose, status: Any) -> IntArray:
 
 
 def alike(a: Pose, b: Pose) -> BoolArray:
-    """Which ends are one: as near to each other as an end must be to the truth."""
+    """Which ends are the same: as close to each other as an end must be to the truth."""
     return np.asarray((np.degrees(rre(a, b)) < CLOSE_DEGREES) & (rte(a, b) < CLOSE_DISTANCE))
 
 
 class Runs:
-    """The ends of the runs from all starts, as far as they were asked for."""
+    """The ends of the runs from all starts, as far as they have been requested."""
 
     def __init__(self, ask: Ask) -> None:
         self.ask = ask
@@ -107,7 +108,7 @@ class Runs:
         self._pose = Pose.identity(batch=(ROWS, COLUMNS))
         self._kind: IntArray = np.full((ROWS, COLUMNS), NONE)
         self._level = -1
-        self._shown: tuple[int, Ends] | None = None  # the last level that was asked for
+        self._shown: tuple[int, Ends] | None = None  # the last level that was requested
         self._tracks: dict[tuple[int, int], Track] = {}
 
     def ends(self, level: int) -> Ends:
@@ -149,13 +150,13 @@ class Runs:
 
 @lru_cache(maxsize=8)
 def runs(ask: Ask) -> Runs:
-    """The runs of what is asked; a gate that was just left is come back to without a run."""
+    """The cached runs of an Ask, so that returning to a recent gate runs nothing."""
     return Runs(ask)
 
 
 class Atlas:
-    """One figure's view of the runs. How finely it is drawn is its own affair, whatever of them another one has had
-    computed: no frame depends on what was drawn before.
+    """One figure's view of the runs. Its level of detail is its own, whatever other views have had computed, so no
+    frame depends on what was drawn before.
     """
 
     def __init__(self, ask: Ask) -> None:
@@ -165,7 +166,7 @@ class Atlas:
 
     @property
     def scene(self) -> Scene:
-        """The scans that are run."""
+        """The two scans."""
         return self._runs.scene
 
     @property
@@ -175,7 +176,7 @@ class Atlas:
 
     @property
     def known(self) -> int:
-        """The finest level that was drawn; 0 also where none was."""
+        """The finest level drawn so far; 0 also if none was."""
         return self._level
 
     def ends(self, level: int) -> Ends:
@@ -199,15 +200,15 @@ def start_of(row: int, column: int) -> Pose:
 
 
 def tile_at(turn: float, offset: float) -> tuple[int, int]:
-    """Row and column of the tile at a place of the map, the nearest one for a place beside it."""
+    """Row and column of the tile at a place of the map; the nearest one if the place is off the map."""
     column = np.floor((turn - LOW) / (HIGH - LOW) * COLUMNS)
     row = np.floor(offset / FARTHEST * ROWS)
     return int(np.clip(row, 0, ROWS - 1)), int(np.clip(column, 0, COLUMNS - 1))
 
 
 def run_at(level: int) -> BoolArray:
-    """The tiles whose starts are run at a level, (ROWS, COLUMNS); none before level 0. The higher offsets come first,
-    where the map is the most torn."""
+    """The tiles whose starts have been run at a level, (ROWS, COLUMNS); none before level 0. The larger offsets come
+    first, since the map is most fragmented there."""
     if level < 0:
         return np.zeros((ROWS, COLUMNS), dtype=np.bool_)
     rows, columns = np.arange(ROWS)[:, None], np.arange(COLUMNS)
@@ -218,7 +219,8 @@ def run_at(level: int) -> BoolArray:
 
 
 def seen(level: int) -> tuple[IntArray, IntArray]:
-    """Row and column of the start whose end each tile shows, (ROWS, COLUMNS) each: its own, or the finest lattice's."""
+    """Row and column of the start whose end each tile shows, (ROWS, COLUMNS) each: its own, else that of the finest
+    lattice that has been run there."""
     has = run_at(level)
     rows, columns = np.broadcast_arrays(np.arange(ROWS)[:, None], np.arange(COLUMNS))
     row, column = rows // 4 * 4 + 1, columns // 4 * 4 + 1
@@ -230,19 +232,19 @@ def seen(level: int) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True)
 class Count:
-    """What a level's own runs, each counted once, came to. by_kind: how many of each of KINDS."""
+    """The outcome of all runs at a level, each counted once. by_kind: how many of each of KINDS."""
 
     starts: int
     by_kind: tuple[int, ...]
 
     @cached_property
     def reached(self) -> float:
-        """Percent of the starts that reach the truth."""
+        """The percentage of starts that reach the truth."""
         return 100.0 * self.by_kind[TRUTH] / self.starts
 
 
 def count(ends: Ends, level: int) -> Count:
-    """Over the starts that were run for a level, not over the tiles that show them."""
+    """Count the starts that have been run at a level, not the tiles that show them."""
     own = ends.kind[run_at(level)]
     return Count(len(own), tuple(np.bincount(own, minlength=len(KINDS)).tolist()))
 
@@ -250,7 +252,7 @@ def count(ends: Ends, level: int) -> Count:
 def borders(differ_across: BoolArray, differ_up: BoolArray) -> tuple[Array, Array]:
     """Both ends (k, 2), in degrees and u, of the lines between tiles that differ from their neighbours.
 
-    differ_across: (ROWS, COLUMNS − 1), differ_up: (ROWS − 1, COLUMNS). Pieces in line are one.
+    differ_across: (ROWS, COLUMNS − 1), differ_up: (ROWS − 1, COLUMNS). Consecutive pieces are joined.
     """
     x, y = np.linspace(LOW, HIGH, COLUMNS + 1), np.linspace(0.0, FARTHEST, ROWS + 1)
     column, first, last = _pieces(differ_across.T)
@@ -275,5 +277,5 @@ def between(ends: Ends) -> tuple[Array, Array]:
 
 
 def around(inside: BoolArray) -> tuple[Array, Array]:
-    """The rim of a set of tiles, without the map's own edge."""
+    """The rim of a set of tiles, without the map's edge."""
     return borders(inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1])

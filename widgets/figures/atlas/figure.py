@@ -1,4 +1,4 @@
-"""Chapter 3: the end that a run comes to from every start, as a map of countries; one of them replayed in the room."""
+"""Chapter 3: where the run from every start ends, as a map like one of countries; one run replayed in the room."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ from widgets.figures.atlas import basins
 from widgets.figures.atlas.basins import Ask, Atlas, Count, Ends, Track
 from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, errors, outline, still
 
-OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
+OPEN = 3.0  # u: the slider's maximum, at which there is no gate
 MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 36.0, 24.0, 58.0))
 ROOM = View(-7.5, 7.5, -5.9, 6.3, width=320.0)
 FIRST = basins.tile_at(-50.0, 2.2)  # lost without a gate, saved by one of 1 u, lost again by one of 0.5 u
-TRACED = np.array([(-4.4, -2.5), (4.4, -2.5), (2.5, 2.5)])  # corners of the room whose way is drawn
+TRACED = np.array([(-4.4, -2.5), (4.4, -2.5), (2.5, 2.5)])  # corners of the room whose paths are drawn
 WINDOW = (basins.LOW, basins.HIGH, 0.0, basins.FARTHEST)
 FINEST = basins.LEVELS - 1
 
 
 @dataclass(frozen=True)
 class Controls:
-    """What is run from every start, and on which scans."""
+    """What to run from every start, and on which scans."""
 
     method: str = choice("icp", "Method", basins.METHODS, keeps="log")
     gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.1, "u", "At 3\u00a0u it is off; NDT has none")
@@ -56,7 +56,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """tile: row and column of the start that the room shows. taken: steps of its run, None for all at once."""
+    """tile: row and column of the start that the room shows. taken: steps of its run that are shown, None for all."""
 
     controls: Controls
     atlas: Atlas
@@ -65,7 +65,7 @@ class State:
 
     @property
     def track(self) -> Track:
-        """The run from the start that was picked."""
+        """The run from the selected start."""
         return self.atlas.track(*self.tile)
 
     @property
@@ -80,7 +80,7 @@ class State:
 
     @property
     def pose(self) -> Pose:
-        """Where the source lies in the room."""
+        """The source's pose in the room."""
         return self.track.poses[self.steps]
 
 
@@ -92,7 +92,7 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Another start with its whole run, or one step of the present one, which begins anew where it is shown whole."""
+    """Select another start with its whole run, or take one step of the current run, starting over if all is shown."""
     if action.kind != "press":
         return replace(state, tile=basins.tile_at(action.x, action.y), taken=None)
     if action.name == "finish":
@@ -108,7 +108,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def draw(state: State, level: int = FINEST) -> Picture:
-    """The map with the start that was picked, and the room with its run."""
+    """The map with the selected start, and the room with its run."""
     ends = state.atlas.ends(level)
     counts = basins.count(ends, level)
     done = state.taken is not None and state.ended

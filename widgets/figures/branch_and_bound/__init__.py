@@ -1,1 +1,1 @@
-"""Rung 10: all poses in boxes, and those ruled out that cannot hold the best."""
+"""The figure `branch-and-bound`: boxes of poses, and which of them cannot contain the best."""

@@ -1,4 +1,4 @@
-"""Rung 10: branch and bound. Boxes of poses split and are ruled out, until what is left cannot be better by more than
+"""Rung 10: branch and bound. Boxes of poses are split and ruled out, until no remaining pose can be better by more than
 a gap."""
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from widgets.parts.placing import written
 from widgets.parts.room import PLACING, problem, single, still
 
 VIEW = View(-marks.SIZE, marks.SIZE, -marks.SIZE, marks.SIZE, width=480.0)
-BOXES = 512  # opened in a step: few enough to see what a step does
+BOXES = 512  # boxes opened per step: few enough to see what a step does
 TURNED = 100.0  # degrees, the start's heading
 AXIS = 60  # steps; the chart's axis grows by as many
 ROOMS = {"clean": "Clean", "noise": "Noise", "outliers": "Outliers", "combo": "Combo", "hall": "Hall"}
@@ -35,7 +35,7 @@ ROOMS = {"clean": "Clean", "noise": "Noise", "outliers": "Outliers", "combo": "C
 
 @dataclass(frozen=True)
 class Controls:
-    """What is searched, and how closely."""
+    """What to search, and how closely."""
 
     scene: str = choice("noise", "Scene", ROOMS)
     search: str = choice("all", "Search", {"turns": "Turns only", "all": "All poses"}, "Turns only: the place is known")
@@ -60,7 +60,7 @@ class State:
 
     @property
     def pose(self) -> Pose:
-        """The best one met."""
+        """The best pose found so far."""
         return single(self.now.pose)
 
     @property
@@ -75,13 +75,13 @@ class State:
 
     @property
     def ground(self) -> Ground:
-        """What the run is searched on."""
+        """The ground on which the run searches."""
         ground: Ground = self.now.ground[0]
         return ground
 
     @cached_property
     def floors(self) -> Floors:
-        """What is left, and what the last step has ruled out."""
+        """The floors of what is left, and what the last step ruled out."""
         ground, now = self.ground, self.now
         root, boxes, discarded = (ground.in_world(b) for b in (ground.root, now.boxes[0], now.discarded[0]))
         return marks.floors(root, boxes, discarded, self.held)
@@ -95,7 +95,7 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The scene with the source turned about its own middle, and one box that holds every pose."""
+    """The scene with the source turned about its centroid, and one box that contains every pose."""
     scene = hall(seed=seed) if controls.scene == "hall" else room(controls.scene, seed=seed)
     mean = scene.source.mean(axis=0)
     rotation = Pose.from_angle(np.radians(TURNED))
@@ -119,7 +119,7 @@ def act(state: State, action: Action) -> State:
 
 
 def pieces(state: State, action: Action) -> Pieces:
-    """The same, a step of the search at a time."""
+    """The same, one step of the search at a time."""
     batch, course = state.batch, [*state.course]
     while not batch.done:
         batch = advance(batch)
@@ -131,14 +131,15 @@ def pieces(state: State, action: Action) -> Pieces:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """The move to a better pose, where one was found."""
+    """The move to a better pose, if one was found."""
     if len(after.course) != len(before.course) + 1 or before.course[-1][0] == after.course[-1][0]:
         return None
     return PLACING.motion(before.pose, after.pose, before.scene.source.mean(axis=0))
 
 
 def draw(state: State) -> Picture:
-    """The scene at the best pose within what is left of headings and places, and the floor's way to the ceiling."""
+    """The scene at the best pose, amid the headings and places that are left, and a chart of the floor's rise to the
+    ceiling."""
     return Picture(
         (_main(state), _chart(state)),
         _readouts(state),
@@ -170,7 +171,7 @@ def _main(state: State) -> Panel:
 
 
 def _chart(state: State) -> Panel:
-    """The floor over the steps, as a share of the ceiling as it is now."""
+    """The floor over the steps, as a share of the current ceiling."""
     ceiling, last = state.course[-1][0], len(state.course) - 1
     end = float(AXIS * max(1, -(-last // AXIS)))
     floor = np.array([low for _, low in state.course]) / ceiling

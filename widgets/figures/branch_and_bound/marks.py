@@ -1,5 +1,5 @@
-"""What a search looks like: the floor of every heading as a ring, that of every place as a field, what was just ruled
-out in both."""
+"""The marks of a search: the floor of every heading as a ring, that of every place as a field, and in both what was
+just ruled out."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from solvers.methods.search.bounds import Boxes
 from widgets.drawing.picture import Anchor, Array, Heat, Label, Mark, Path, Points, Ring, Role, Segments, number
 from widgets.parts.ring import place
 
-SIZE = 8.4  # u from the middle to the panel's sides
-HEADINGS = 256  # places of the ring, a power of two: so a box fills places, or is part of one
+SIZE = 8.4  # u from the centre to the panel's sides
+HEADINGS = 256  # places on the ring, a power of two, so that a box fills whole places or is part of one
 TILES = 64  # along each side of the field, likewise
-INNER, OUTER = 6.5, 7.9  # u from the middle to a floor of nothing, and to the ceiling
-TICK = (-0.65, 0.3)  # u from the inner circle: also seen below the truth, where the first two arcs meet
-ROUND = 6.3  # u, as far as the field is drawn
+INNER, OUTER = 6.5, 7.9  # u from the centre to a floor of zero, and to the ceiling
+TICK = (-0.65, 0.3)  # u from the inner circle: visible below the truth too, where the first two arcs meet
+ROUND = 6.3  # u, the radius up to which the field is drawn
 
 
 @dataclass(frozen=True, eq=False)
 class Floors:
-    """The lowest bound of the boxes left at every heading (HEADINGS,) and at every place (TILES, TILES), row 0 lowest,
-    in u²; infinite where none is left. gone: headings and places that the last step has taken the last box from. ends:
-    (n,) where the boxes left begin and end around the circle, radians in [−π, π)."""
+    """The lowest bound of the remaining boxes at every heading (HEADINGS,) and at every place (TILES, TILES), row 0
+    lowest, in u²; infinite where none remains. headings_gone, places_gone: where the last step removed the last box.
+    ends: (n,) where the remaining boxes begin and end around the circle, radians in [−π, π)."""
 
     headings: FloatArray
     places: FloatArray
@@ -39,7 +39,7 @@ class Floors:
 
 
 def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
-    """Of boxes in world units; `held` where there is but one place."""
+    """The floors of boxes in world units; `held` if there is only one place."""
     headings = _along(root, boxes)
     headings_gone = np.isfinite(_along(root, discarded)) & np.isinf(headings)
     nothing = np.full((TILES, TILES), np.inf)
@@ -51,7 +51,7 @@ def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
 
 
 def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:
-    """The first place and one past the last that intervals touch, of `count` places from `low` on."""
+    """The first place and one past the last that each interval touches, of `count` places from `low` on."""
     first = np.floor((middle - half - low) / size * count + 1e-6)
     last = np.ceil((middle + half - low) / size * count - 1e-6)
     return np.clip(first, 0, count - 1).astype(np.int64), np.clip(last, 1, count).astype(np.int64)
@@ -69,7 +69,7 @@ def _along(root: Boxes, boxes: Boxes) -> FloatArray:
 
 
 def _ends(boxes: Boxes) -> FloatArray:
-    """Each once, and those of boxes that are part of one place of the ring at that place's border."""
+    """The ends of boxes around the circle, without duplicates and rounded to the borders of the ring's places."""
     middle, half = boxes.middle[:, 0], boxes.half[:, 0]
     place = np.rint(np.concatenate([middle - half, middle + half]) / (2.0 * np.pi) * HEADINGS).astype(np.int64)
     half_turn = HEADINGS // 2
@@ -85,7 +85,7 @@ def _over(root: Boxes, boxes: Boxes) -> FloatArray:
     values = np.full((TILES, TILES), np.inf)
     wide = (u - i > 1) | (v - j > 1)
     np.minimum.at(values, (j[~wide], i[~wide]), boxes.bound[~wide])
-    # Of the wide ones each square once, with the lowest of its bounds.
+    # Each square of the wide boxes once, with its lowest bound.
     squares = np.stack([i, u, j, v], axis=1)[wide]
     order = np.lexsort((boxes.bound[wide], *squares.T))
     squares, bound = squares[order], boxes.bound[wide][order]
@@ -98,9 +98,9 @@ def _over(root: Boxes, boxes: Boxes) -> FloatArray:
 
 def ring(now: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:
     """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out. A tick
-    where an open arc begins or ends, since the floors of neighbours may be alike, and are nothing at first.
+    where an open arc begins or ends, since neighbours' floors may be equal, and are zero at first.
 
-    before: the ceiling before the last step, which is the ring's scale: so a ceiling that falls is seen to fall.
+    before: the ceiling before the last step; it scales the ring, so that a falling ceiling is seen to fall.
     """
     gone, new = np.isinf(now.headings), now.headings_gone
     top = INNER + (OUTER - INNER) * ceiling / before
@@ -117,7 +117,7 @@ def ring(now: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:
 
 
 def _rims(ceiling: float, before: float, top: float) -> list[Mark]:
-    """The ceiling with its value, and the one before the last step where that was higher."""
+    """The ceiling with its value, and that before the last step if it was higher."""
     marks: list[Mark] = [
         Ring([0.0, 0.0], "source", reach=top, dashed=True),
         *_named("ceiling", ceiling, "source", "start"),
@@ -137,7 +137,7 @@ def _named(name: str, value: float, role: Role, side: Anchor) -> list[Mark]:
 
 
 def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
-    """The runs of headings where that is true, each filled from the inner circle up to its steps."""
+    """The runs of headings where `where` is true, each filled from the inner circle up to its steps."""
     if not where.any():
         return []
     edges = np.linspace(-np.pi, np.pi, HEADINGS + 1)
@@ -151,7 +151,8 @@ def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
 
 
 def field(now: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
-    """The places of the source's middle that are open, strong where the floor is low; dots where the last was taken."""
+    """The open places of the source's centre, strongest where the floor is lowest; dots where the last box was removed.
+    """
     half = float(root.half[0, 1])
     (x, y), tile = root.middle[0, 1:] - half, 2.0 * half / TILES
     across, up = x + (np.arange(TILES) + 0.5) * tile, y + (np.arange(TILES) + 0.5) * tile
@@ -166,7 +167,7 @@ def field(now: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
 
 
 def pointers(heading: float, at: Array) -> tuple[Mark, ...]:
-    """From the source's middle towards its heading on the ring, and where the truth is."""
+    """The source's centre, its heading on the ring, and a line at the true heading."""
     spot = place(heading, 0.5 * (INNER + OUTER))
     return (
         Segments(place(0.0, INNER - 0.3), place(0.0, OUTER + 0.25), "truth"),

@@ -1,1 +1,1 @@
-"""The figure `contestants`: what each contestant makes of one pose."""
+"""The figure `contestants`: what each contestant links one source point to, at one pose."""

@@ -1,4 +1,4 @@
-"""Rung 5c: one source point, one pose, nine answers to what it is linked to, each read off its contestant's state."""
+"""Rung 5c: one source point at one pose, and what nine contestants link it to, each read off the contestant's state."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ ANCHOR = SHAPE.mean(axis=0)
 FIRST = "icp"
 PLACING = Placing(VIEW, limit=(3.6, 2.0), reach=3.0, least=2.0, panel=FIRST)
 SEARCH = "ransac-congruent"
-APART = (SEARCH, "mmd")  # what their panels show does not depend on the pose
+APART = (SEARCH, "mmd")  # their links do not depend on the pose
 
 CAPTIONS = {
     "icp": "the nearest point",
@@ -65,7 +65,7 @@ LABELS = {c.method: c.label for c in CONTESTANTS}
 
 @dataclass(frozen=True)
 class Controls:
-    """Which point, and from where it looks."""
+    """Which point is linked, and the source's start."""
 
     point: float = slider(5.0, "Source point", 1.0, COUNTS[0] + 4.0, 1.0, "", "The last four are clutter")
     turn: float = slider(-25.0, "Turn of the source", -180.0, 180.0, 5.0, "°", "From the true pose")
@@ -74,8 +74,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """pose: where the source lies. known: by method, the state of a run of the scene from its own start, for what no
-    pose changes; RANSAC's, which no start enters, after one step."""
+    """pose: the source's. known: by method, the state of a run from the scene's own start, for what does not depend on
+    the pose; that of RANSAC, which ignores the start, is after one step."""
 
     controls: Controls
     scene: Scene
@@ -84,14 +84,14 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The bird at the start that the two numbers give."""
+    """The bird at the start that the two sliders give."""
     scene, cached = _known(seed)
     return State(controls, scene, bird_start(controls.turn, controls.offset), cached)
 
 
 @lru_cache(maxsize=2)
 def _known(seed: int) -> tuple[Scene, Mapping[str, Any]]:
-    """What no control changes."""
+    """The scene and the known states, which depend on no control."""
     scene = bird(seed=seed)
     batches = {c.method: c.begin(problem(scene, scene.start)) for c in CONTESTANTS}
     batches[SEARCH] = advance(batches[SEARCH])
@@ -111,7 +111,7 @@ def linked(state: State) -> dict[str, Linked]:
 
 
 def _at(contestant: Contestant, instance: Problem, cached: Any) -> Any:
-    """The contestant's state at the start of a problem; normals, covariances and maps are those already known."""
+    """The contestant's state at the start of a problem, with the normals, covariances and maps already known."""
     if contestant.method in APART:
         return replace(cached, problem=instance)
     if isinstance(cached, SurfaceState):
@@ -155,7 +155,7 @@ def draw(state: State) -> Picture:
 
 
 def _faint(line: Array, role: Role) -> Segments:
-    """The outline that the points were taken from: for the eye alone."""
+    """The outline from which the points were sampled, which no contestant sees."""
     return Segments(line[:-1], line[1:], role, weight=np.full(len(line) - 1, FAINT))
 
 

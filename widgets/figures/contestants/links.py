@@ -13,12 +13,12 @@ from solvers.methods.soft.belief_propagation import marginal_matrix
 from widgets.drawing.picture import Array, Arrow, Ellipses, Label, Mark, Path, Points, Segments, View, number
 
 WALL = 1.6  # u, how far the tangent is drawn to either side
-SIGMAS = 0.6  # at which GICP's surface covariances are drawn: their scale is a convention
+SIGMAS = 0.6  # standard deviations at which GICP's surface covariances are drawn: their scale is a convention
 
 
 @dataclass(frozen=True, eq=False)
 class Linked:
-    """marks: in world coordinates. value, unit: how much the point is linked to, as a readout has it."""
+    """What a point is linked to. marks: in world coordinates. value, unit: as a readout shows it."""
 
     marks: tuple[Mark, ...]
     value: str
@@ -40,7 +40,7 @@ def icp(state: Any, i: int, view: View) -> Linked:
 
 
 def plane(state: Any, i: int, view: View) -> Linked:
-    """The tangent through the nearest point, and the way to its foot, which is all that counts."""
+    """The tangent through the nearest point, and the line to its foot there: only that distance counts."""
     x, q, used = _nearest(state, i)
     n = state.normals.vectors[0, state.pairing.rows[0, i]]
     if not used:
@@ -58,7 +58,7 @@ def plane(state: Any, i: int, view: View) -> Linked:
 
 
 def gicp(state: Any, i: int, view: View) -> Linked:
-    """The nearest point, with the covariance of either side."""
+    """The nearest point, with both points' covariances."""
     x, q, used = _nearest(state, i)
     of_source, of_target = state.covariances
     R = state.pose.R[0]
@@ -76,7 +76,7 @@ def gicp(state: Any, i: int, view: View) -> Linked:
 
 
 def ransac(state: Any, i: int, view: View) -> Linked:
-    """The pair of the best motion so far and the congruent one, and where that motion puts the point."""
+    """The point pair of the best motion so far, its congruent target pair, and where that motion puts the point."""
     p, q = state.problem.source[0], state.problem.target[0]
     start, pose = state.problem.start[0], state.pose[0]
     x, to = start.apply(p[[i]])[0], pose.apply(p[[i]])[0]
@@ -88,7 +88,7 @@ def ransac(state: Any, i: int, view: View) -> Linked:
 
 
 def ndt(state: Any, i: int, view: View) -> Linked:
-    """The Gaussians of the cells that the point is in, one a grid, each as strong as it counts."""
+    """The Gaussians of the cells that contain the point, one per grid, with lines as strong as their contributions."""
     cells, values = state.at.cells[0, :, i], state.at.values[0, :, i]
     inside = cells >= 0
     chart = state.maps[int(state.level[0])]
@@ -104,7 +104,7 @@ def ndt(state: Any, i: int, view: View) -> Linked:
 
 
 def _threads(x: Array, target: Array, weights: Array, soft: Array) -> tuple[Mark, ...]:
-    """Threads as strong as their weights, and the mean that they pull towards."""
+    """Threads, the larger a weight the stronger, and the mean that they pull towards."""
     some = weights > 1 / 64
     if not some.any():
         return ()
@@ -123,7 +123,7 @@ def _shared(state: Any, i: int, weights: Array) -> Linked:
 
 
 def soft(state: Any, i: int, view: View) -> Linked:
-    """All target points, by nearness."""
+    """All target points, weighted by nearness."""
     return _shared(state, i, annealed.weights(state)[i])
 
 
@@ -133,14 +133,14 @@ def bp(state: Any, i: int, view: View) -> Linked:
 
 
 def hypotheses(state: Any, i: int, view: View) -> Linked:
-    """The target points that the assignments give it, as strong as their number."""
+    """The target points that the assignments give it, weighted by how many do."""
     partners = state.assignments[0, :, i]
     n = state.problem.target.shape[1]
     return _shared(state, i, np.bincount(partners[partners >= 0], minlength=n) / len(partners))
 
 
 def mmd(state: Any, i: int, view: View) -> Linked:
-    """One of the waves that both clouds are averaged over. No thread leaves the point."""
+    """One of the waves over which both clouds are averaged. The point has no threads."""
     waves = state.frequencies[0] / state.length[0]
     omega = waves[np.argmax(np.round(np.hypot(*waves.T), 9))]
     length = 2.0 * np.pi / float(np.hypot(*omega))
@@ -173,4 +173,4 @@ LINKS: dict[str, Callable[[Any, int, View], Linked]] = {
     "association-bp": bp,
     "hypothesis-mixture": hypotheses,
 }
-"""By method."""
+"""What draws the links, by method."""

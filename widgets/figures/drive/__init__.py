@@ -1,1 +1,1 @@
-"""A real drive, played: the map that odometry, matched scans and a closed graph make of it."""
+"""The figure `drive`: a real drive played back, mapped by odometry, by matched scans or by a closed graph."""

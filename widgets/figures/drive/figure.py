@@ -1,6 +1,7 @@
-"""Chapter 12: a real drive, played. The map grows from its scans, by odometry, by matched scans, or by a closed graph.
+"""Chapter 12: a real drive played back. The map grows from its scans, placed by odometry, by scan matching or by a
+closed graph.
 
-The poses are kept in a table (`widgets.parts.drive_table`); the echoes are drawn from the scans themselves.
+The poses come from a table (`widgets.parts.drive_table`), the echoes from the scans themselves.
 """
 
 from __future__ import annotations
@@ -33,20 +34,20 @@ from widgets.parts.drive_table import WRONG, table
 from widgets.parts.scale_bar import scale_bar
 
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
-STRIDE = 5  # scans a press
-CHUNK = 15  # scans drawn as one mark, which is turned into markup once
-EVERY = 13  # of the echoes of a scan on the map: a page has several whole maps, and each of their dots weighs
-PRESENT = 6  # of the echoes of the present scan
-APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for its first twenty
+STRIDE = 5  # scans per press
+CHUNK = 15  # scans drawn as one mark, which is rendered once
+EVERY = 13  # one in so many echoes of a scan is on the map: a page has several whole maps, and every dot costs bytes
+PRESENT = 6  # one in so many echoes of the current scan is drawn
+APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for the first twenty
 FARTHEST = 30.0  # m
 SCANS = 225
-OPEN = 3  # of the loops that odometry leaves open, one in so many is drawn: their lines are as long as the map
+OPEN = 3  # one in so many loops is drawn for odometry, which leaves them open, with lines as long as the map
 WAYS = {"odometry": "Odometry", "matched": "Matched", "closed": "Closed"}
 
 
 @dataclass(frozen=True)
 class Controls:
-    """Whose poses put the scans on the map, and what goes into the graph."""
+    """Which poses place the scans on the map, and what goes into the graph."""
 
     poses: str = choice("odometry", "Poses", WAYS, "From the wheels, scan matching or the graph", keeps="log")
     wrong: bool = toggle(False, "One wrong loop", f"Scan {WRONG[0]} tied to where scan {WRONG[1]} was")
@@ -61,7 +62,7 @@ class Controls:
 
 @dataclass(frozen=True)
 class State:
-    """seen: how many scans have been made so far."""
+    """seen: the number of scans taken so far."""
 
     controls: Controls
     seen: int = 1
@@ -79,13 +80,13 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Drive on."""
+    """Drive on by some scans, or to the end."""
     return replace(state, seen=SCANS if action.name == "finish" else min(state.seen + STRIDE, SCANS))
 
 
 @lru_cache(maxsize=1)
 def drawn_scans() -> tuple[int, ...]:
-    """The scans whose echoes are drawn: those that lie apart, by the matched poses."""
+    """The scans whose echoes are drawn: each at least `APART` from the one before, by the matched poses."""
     t = table().ways["matched", "", False].t
     scans = [0]
     for k in range(1, SCANS):
@@ -96,12 +97,12 @@ def drawn_scans() -> tuple[int, ...]:
 
 @lru_cache(maxsize=SCANS)
 def echoes(k: int, every: int) -> Array:
-    """One of so many echoes of scan k, in the robot's coordinates."""
+    """Every `every`-th echo of scan k, in the robot's coordinates."""
     return telecom_loop().points(k, FARTHEST)[k % every :: every]
 
 
 def inside(points: Array) -> Array:
-    """Those in the window."""
+    """The points inside the window."""
     x, y = points[:, 0], points[:, 1]
     return points[(x > VIEW.x0) & (x < VIEW.x1) & (y > VIEW.y0) & (y < VIEW.y1)]
 
@@ -116,7 +117,7 @@ def chunk(poses: str, kernel: str, wrong: bool, first: int, end: int) -> Points:
 
 
 def marks(state: State) -> tuple[Mark, ...]:
-    """The map so far, the way, the loops, and the robot with its present scan."""
+    """The map so far, the robot's path, the loops, and the robot with its current scan."""
     c, n, way = state.controls, state.seen, state.way
     graph = (c.kernel, c.wrong) if c.poses == "closed" else ("", False)
     out: list[Mark] = [
@@ -137,8 +138,8 @@ ROBOT = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
 
 
 def loops(state: State) -> Segments:
-    """A line between the two scans of each loop that both have been made; of those that odometry leaves open, one in
-    three, faint, so that the map shows between them."""
+    """A line between the two scans of each loop, once both have been taken; for odometry, which leaves loops open, one
+    in three, faint, so that the map shows between the lines."""
     data, way = table(), state.way
     opened = state.controls.poses == "odometry"
     some = np.flatnonzero(data.later < state.seen)[:: OPEN if opened else 1]
@@ -147,8 +148,8 @@ def loops(state: State) -> Segments:
 
 
 def wrong_loop(way: Pose, n: int) -> list[Mark]:
-    """A ring about each of its two scans, the later one's larger, so that both are seen where the edge pulls them
-    together; the edge, and its name once both scans have been made."""
+    """A ring around each of its two scans, larger for the later, so that both are visible when the edge pulls them
+    together; the edge and its name, once both scans have been taken."""
     later, earlier = WRONG
     out: list[Mark] = [Ring(way.t[k], "outlier", radius) for k, radius in ((earlier, 6.0), (later, 10.0)) if k < n]
     if later < n:
@@ -159,7 +160,7 @@ def wrong_loop(way: Pose, n: int) -> list[Mark]:
 
 
 def draw(state: State) -> Picture:
-    """The map, three numbers on it, and the words."""
+    """The map, the readouts and the words."""
     c, n = state.controls, state.seen
     shift, turn = table().missed(state.way, n)
     bent = float(np.linalg.norm(state.way.t[:n] - plain(c.kernel).t[:n], axis=1).max())
@@ -196,7 +197,7 @@ def draw(state: State) -> Picture:
 
 
 def driven_so_far(way: Pose, n: int) -> tuple[float, float]:
-    """Metres along the way of the first n scans, and degrees, positive to the left."""
+    """Metres along the path of the first n scans, and degrees turned, positive to the left."""
     steps = np.linalg.norm(np.diff(way.t[:n], axis=0), axis=1)
     turns = way[: n - 1].inverse().compose(way[1:n]).angle if n > 1 else np.zeros(0)
     return float(steps.sum()), float(np.degrees(np.sum(turns)))
@@ -241,7 +242,7 @@ def _description(state: State, shift: Array) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone, computed from the scans."""
+    """A script that computes the same numbers from the scans with the solvers package alone."""
     c, n = state.controls, state.seen
     closed = c.poses == "closed"
     names = ["candidates", *(["close"] if closed else []), *(["edges_of"] if closed and c.wrong else [])]

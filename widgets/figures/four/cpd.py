@@ -1,4 +1,4 @@
-"""The walkthrough's first panel: one EM step of similarity CPD in its five stages."""
+"""The walkthrough's first panel: one EM step of similarity CPD in five stages."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from widgets.figures.four.run import Look, Shown, arc, carried, cloud, fixed
 
 NAME = "Similarity CPD"
 STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
-SOME = slice(12, None, 25)  # of the fixed points, whose shares are drawn, and of the moving, whose circles are
-PARTNERS = slice(None, None, 3)  # of the moving points, to which they are drawn
-FAINTEST = 0.25  # of the largest share of an observation: smaller ones are not drawn
+SOME = slice(12, None, 25)  # the fixed points whose shares are drawn, and the moving points whose circles are
+PARTNERS = slice(None, None, 3)  # the moving points to which shares are drawn
+FAINTEST = 0.25  # fraction of an observation's largest share: smaller shares are not drawn
 
 
 def shown(look: Look) -> Shown:
-    """The marks and the words of the present stage."""
+    """The marks and the words of the current stage."""
     if look.walk.stage == 1:
         return _responsibilities(look)
     draw = (_centring, _rotation, _translation, _variance)[look.walk.stage - 2]
@@ -24,7 +24,7 @@ def shown(look: Look) -> Shown:
 
 
 def kept(look: Look) -> str:
-    """How many responsibilities belong to a pose."""
+    """How many responsibilities a pose has."""
     scene = look.walk.scene
     return f"{len(scene.source) * len(scene.target):,}"
 
@@ -95,7 +95,7 @@ def _variance(look: Look, step: cpd.Stages) -> Shown:
 
 
 def _cross() -> tuple[Mark, ...]:
-    """Where both clouds have been centred."""
+    """A cross at the origin, where both clouds are centred."""
     return (Points([[0.0, 0.0]], "ink", "cross", radius=6.0),)
 
 

@@ -33,20 +33,20 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls and the walk that they began; `walk.start` may have been put by hand."""
+    """The controls and the walk that they began; `walk.start` may have been set by a drag."""
 
     controls: Controls
     walk: Walk
 
 
 def start(controls: Controls, seed: int) -> State:
-    """All four at their first stage, the moving cloud turned as the slider says."""
+    """All four at their first stage, with the moving cloud turned as the slider says."""
     scene = fish(controls.scene, seed=seed, smaller=controls.smaller)
     return State(controls, begun(scene, fish_start(controls.turn), controls.project))
 
 
 def act(state: State, action: Action) -> State:
-    """Another stage, another iteration, the end, or another start."""
+    """Go to another stage, to the next iteration, to the end, or to another start."""
     walk = state.walk
     if action.kind == "drag":
         pose = PLACING.act(walk.start, ANCHOR, action)
@@ -75,7 +75,7 @@ def draw(state: State) -> Picture:
 
 
 def _panel(look: Look) -> Panel:
-    """A method at the present stage; one that had stopped shows where."""
+    """A method at the current stage; one that has already stopped shows where."""
     walk, part = look.walk, PARTS[look.track.name]
     at = min(walk.stage, len(part.STAGES))
     if look.track.rests:
@@ -91,18 +91,18 @@ def _panel(look: Look) -> Panel:
 
 
 def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:
-    """The two grips of the start, in all panels, as long as nothing has been moved."""
+    """The two handles of the start, available in all panels."""
     first, *others = (panel.name for panel in panels)
     return tuple(replace(one, panel=first, also=tuple(others)) for one in PLACING.handles(begins, ANCHOR))
 
 
 def _readouts(looks: tuple[Look, ...]) -> tuple[Readout, ...]:
-    """Those of one method after the other, so that they stand together in however many columns."""
+    """The readouts method by method, so that those of a method stay together in any number of columns."""
     return tuple(readout for look in looks for readout in _of(look))
 
 
 def _of(look: Look) -> tuple[Readout, ...]:
-    """A method's errors, and what it keeps."""
+    """A method's errors, and how many numbers it keeps."""
     key, name, (rotation, translation, scale) = look.track.name, SHORT[look.track.name], look.errors()
     units = {"cpd": "shares", "filterreg": "moments", "mmd": "means", "flow": "coordinates"}
     return (

@@ -1,4 +1,4 @@
-"""The walkthrough's second panel: one step of a FilterReg-inspired method in its four stages."""
+"""The walkthrough's second panel: one step of a FilterReg-inspired method in four stages."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, fixed
 
 NAME = "FilterReg-inspired"
 STAGES = ("density", "filter", "query", "twist")
-DRAWN = slice(None, None, 3)  # of the queries and their targets
-CELL = 0.12  # u: finer lattices are drawn in cells of this size, each at its largest value
+DRAWN = slice(None, None, 3)  # the queries, with their targets, that are drawn
+CELL = 0.12  # u: finer lattices are drawn in cells of at least this size, each with its largest value
 
 
 def shown(look: Look) -> Shown:
-    """The marks and the words of the present stage."""
+    """The marks and the words of the current stage."""
     return (_density, _filter, _query, _twist, _held)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
-    """How many moments the filter in use holds: four at a vertex."""
+    """How many moments the current filter holds: four per vertex."""
     return f"{4 * len(_of(look).codes):,}"
 
 
@@ -83,7 +83,7 @@ def _moved(look: Look) -> tuple[Mark, ...]:
 
 
 def _heat(grid: Sparse, places: Array, values: Array) -> Heat:
-    """A lattice's values in square cells about its vertices, or in coarser cells, each with its largest value."""
+    """A lattice's values in square cells around its vertices, or in coarser cells, each with its largest value."""
     side = grid.side * max(1.0, np.ceil(CELL / grid.side))
     first = np.floor((np.array([VIEW.x0, VIEW.y0]) - grid.centre) / side + 0.5).astype(int)
     last = np.floor((np.array([VIEW.x1, VIEW.y1]) - grid.centre) / side + 0.5).astype(int)

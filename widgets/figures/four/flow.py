@@ -1,4 +1,4 @@
-"""The walkthrough's fourth panel: one Euler step of the small learned flow in its four stages."""
+"""The walkthrough's fourth panel: one Euler step of the small learned flow in four stages."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ STAGES = ("encode", "endpoint", "project", "read out")
 
 
 def weights() -> int:
-    """How many numbers the network has learned: they stay, whatever the clouds."""
+    """How many numbers the network has learned; they are the same for all clouds."""
     return sum(shape.count for shape in shapes())
 
 
 def shown(look: Look) -> Shown:
-    """The marks and the words of the present stage."""
+    """The marks and the words of the current stage."""
     return (_encode, _endpoint, _project, _read_out, held)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
-    """How many coordinates evolve: two for each point and sample."""
+    """How many coordinates evolve: two per point and sample."""
     return f"{look.before.present[0].size:,}"
 
 
@@ -99,7 +99,8 @@ def _sample(look: Look) -> int:
 
 
 def _world(look: Look, coordinates: Array) -> Array:
-    """The network's coordinates (k, 2) in u: about the fixed cloud's centroid, in units of its RMS radius."""
+    """The network's coordinates (k, 2), relative to the fixed cloud's centroid and in units of its RMS radius, as world
+    coordinates in u."""
     state = look.before
     return np.asarray(state.middle[0] + float(state.radius[0]) * coordinates)
 

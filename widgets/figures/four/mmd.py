@@ -1,4 +1,4 @@
-"""The walkthrough's third panel: one step of an MMD-Reg-inspired method in its four stages, with its 96 entries."""
+"""The walkthrough's third panel: one step of an MMD-Reg-inspired method in four stages, with its 96 feature means."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from widgets.parts.feature_marks import crests
 
 NAME = "MMD-Reg-inspired"
 STAGES = ("encode", "average", "compare", "optimise")
-LEFT, RIGHT = -2.3, 4.1  # u: where the first and the last of the bars stand
-TALL = 1.15  # u: a bar of a wave's mean whose length is 1
-ROW = 1.3  # u: how far above and below the middle the two rows of bars stand
-BESIDE, SMALL = -3.45, 0.32  # u: where a cloud stands beside its bars, and its size there
+LEFT, RIGHT = -2.3, 4.1  # u: x of the first and of the last bar
+TALL = 1.15  # u: the height of the bar for a mean of length 1
+ROW = 1.3  # u: distance of the two rows of bars from the middle
+BESIDE, SMALL = -3.45, 0.32  # u: x of a cloud beside its bars; its scale there
 
 
 def shown(look: Look) -> Shown:
-    """The marks and the words of the present stage."""
+    """The marks and the words of the current stage."""
     return (_encode, _average, _compare, _optimise, held)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
-    """How many numbers stand for each cloud."""
+    """How many numbers represent each cloud."""
     return f"2 × {len(look.before.fixed_mean[0])}"
 
 
@@ -76,12 +76,12 @@ def _optimise(look: Look) -> Shown:
 
 
 def _slowest(look: Look) -> IntArray:
-    """The waves by length, the longest first."""
+    """The order of the waves by wavelength, the longest first."""
     return np.argsort(np.round(np.hypot(*look.before.frequencies[0].T), 9), kind="stable")
 
 
 def _bars(look: Look, entries: Array, base: float, role: Role) -> tuple[Mark, ...]:
-    """A bar for every entry, cosines then sines, upwards where it is positive."""
+    """A bar for every entry, cosines then sines, upwards if positive."""
     order, count = _slowest(look), len(entries) // 2
     x = np.linspace(LEFT, RIGHT, len(entries) + 1)
     x = np.delete(x, count)  # a gap between cosines and sines
@@ -94,7 +94,7 @@ def _bars(look: Look, entries: Array, base: float, role: Role) -> tuple[Mark, ..
 
 
 def _beside(look: Look, role: Role, y: float) -> Points:
-    """A cloud in small, as the stage before showed it: what the bars beside it were made of."""
+    """A small copy of a cloud, as in the stage before: the bars beside it were computed from it."""
     points = look.walk.scene.target if role == "target" else look.moved
     return Points(SMALL * points + [BESIDE, y], role, "square" if role == "target" else "dot", radius=1.2)
 

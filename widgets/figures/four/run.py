@@ -1,4 +1,4 @@
-"""The walkthrough's run: four methods on one scene, an iteration each, and at which stage of it they are looked at."""
+"""The walkthrough's run: four methods on one scene, all in the same iteration and shown at the same stage of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from widgets.parts.placing import Placing
 from widgets.parts.room import errors
 
 STAGES = 5
-"""Positions of one iteration: CPD has a stage for each; those with four hold their last at the fifth."""
+"""Stages of one iteration: CPD has five; methods with four hold their last during the fifth."""
 POSED = 4  # the stage at which all four have their new pose
 
 VIEW = View(-4.5, 4.5, -3.05, 3.05, width=460.0)
@@ -30,26 +30,26 @@ ANCHOR.flags.writeable = False
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One method: before and after the present iteration. after is None until a stage is looked at that needs it; it
-    is `before` for a method that had stopped already."""
+    """One method before and after the current iteration. `after` is None until a stage that needs it is shown; for a
+    method that had already stopped it is `before`."""
 
     name: str
     before: Batch[Any]
     after: Batch[Any] | None = None
 
     def stepped(self) -> Track:
-        """With the present iteration's step taken, where it was not."""
+        """The track with the current iteration's step taken."""
         return self if self.after is not None else replace(self, after=advance(self.before))
 
     def onward(self) -> Track:
-        """At the beginning of the next iteration."""
+        """The track at the beginning of the next iteration."""
         after = self.stepped().after
         assert after is not None
         return Track(self.name, after)
 
     @property
     def rests(self) -> bool:
-        """Whether it had stopped before the present iteration."""
+        """Whether it had stopped before the current iteration."""
         return self.before.done
 
     @property
@@ -60,7 +60,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """All four from one start, in iteration 1, 2, … at stage 1 … 5."""
+    """All four methods from one start, in iteration 1, 2, … at stage 1 … 5."""
 
     scene: Scene
     start: Pose
@@ -75,22 +75,22 @@ class Walk:
 
     @property
     def ended(self) -> bool:
-        """Whether there is no stage left to look at."""
+        """Whether there are no stages left to show."""
         return self.over and self.stage == STAGES
 
     def at(self, stage: int) -> Walk:
-        """The present iteration at another stage: from the second on, its step is taken."""
+        """The current iteration at another stage; from the second on, its step is taken."""
         tracks = self.tracks if stage == 1 else tuple(track.stepped() for track in self.tracks)
         return replace(self, tracks=tracks, stage=stage)
 
     def next(self) -> Walk:
-        """The next stage, or the first of the next iteration; at the end nothing more."""
+        """The next stage, or the first of the next iteration; at the end the walk stays as it is."""
         if self.stage < STAGES:
             return self.at(self.stage + 1)
         return self if self.over else self._onward().at(1)
 
     def iterated(self) -> Walk:
-        """The same stage, an iteration later; the last stage where no iteration is left."""
+        """The same stage one iteration later; the last stage if no iterations are left."""
         whole = self.at(STAGES)
         return whole if whole.over else whole._onward().at(self.stage)
 
@@ -105,19 +105,19 @@ class Walk:
         return replace(self, tracks=tuple(track.onward() for track in self.tracks), iteration=self.iteration + 1)
 
     def looks(self) -> tuple[Look, ...]:
-        """What each panel draws from."""
+        """What each panel draws: one look per method."""
         return tuple(Look(self, track) for track in self.tracks)
 
 
 def begun(scene: Scene, start: Pose, project: bool) -> Walk:
-    """All four at the first stage of the first iteration, no step taken."""
+    """All four at the first stage of the first iteration, before any step."""
     return Walk(scene, start, tuple(Track(name, begin_walk(name, [scene], [start], project)) for name in FOUR))
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One method at the present stage. before, after: its states before and after the iteration's step, batches of one;
-    after is `before` as long as the step has not been taken. came, went: the scene's poses in the two."""
+    """One method at the current stage. before, after: its states before and after the iteration's step, batches of one;
+    `after` is `before` until the step is taken. came, went: the scene's poses in these two states."""
 
     walk: Walk
     track: Track
@@ -133,17 +133,17 @@ class Look:
 
     @property
     def pose(self) -> Pose:
-        """The scene's pose as it stands at this stage."""
+        """The scene's pose at this stage."""
         return self.went if self.walk.stage >= POSED else self.came
 
     @property
     def steps(self) -> int:
-        """Steps behind that pose."""
+        """The number of steps that led to that pose."""
         return int((self.track.last if self.walk.stage >= POSED else self.track.before).steps[0])
 
     @property
     def given(self) -> Array:
-        """The moving cloud as the method was given it, before any thinning, (150, 2)."""
+        """The moving cloud as the method receives it, before any thinning, (150, 2)."""
         return self.walk.start.apply(self.walk.scene.source)
 
     @property
@@ -153,12 +153,12 @@ class Look:
 
     @property
     def stopped(self) -> str:
-        """Why it has stopped, in words, as far as the stage shows it; empty while it runs."""
+        """Why it has stopped, in words; empty while it runs, or if this stage does not show the stop yet."""
         state = self.before if self.walk.stage < POSED else self.after
         return str(state.reason[0]) if Status(int(state.status[0])) != Status.RUNNING else ""
 
     def errors(self) -> tuple[float, float, float]:
-        """Against the truth: of the rotation in degrees, of the translation in u, of the scale in percent."""
+        """The errors against the truth: rotation in degrees, translation in u, scale in percent."""
         truth = self.walk.scene.truth
         scale = 100.0 * (float(self.pose.scale) / float(truth.scale) - 1.0)
         return *errors(self.pose, truth), scale
@@ -175,13 +175,14 @@ class Shown:
 
 @lru_cache(maxsize=4)
 def fixed(scene: Scene) -> tuple[Mark, ...]:
-    """The outline where it belongs, and the fixed cloud: the same objects for one scene, turned into markup once."""
+    """The outline at the true pose, and the fixed cloud: the same objects for a scene, so that they are rendered once.
+    """
     return (*where(scene), Points(scene.target, "target", "square", radius=2.5))
 
 
 @lru_cache(maxsize=4)
 def where(scene: Scene) -> tuple[Mark, ...]:
-    """The outline where it belongs."""
+    """The outline at the true pose."""
     return tuple(Path(scene.truth.apply(line), "truth", thick=True, weight=0.5) for line in scene.outline)
 
 
@@ -191,7 +192,8 @@ def outline(scene: Scene, pose: Pose, role: Role, weight: float = 1.0) -> tuple[
 
 
 def carried(look: Look) -> tuple[Mark, ...]:
-    """The moving cloud where the step has put it, over its outline before. Clean points show the curve themselves."""
+    """The moving cloud after the step, over its outline before it. In a clean scene the points show the curve by
+    themselves, so it is not drawn."""
     scene = look.walk.scene
     return (
         *fixed(scene),
@@ -213,5 +215,5 @@ def arc(angle: float, first: float = 0.0, radius: float = 1.2, about: Sequence[f
 
 
 def held(look: Look) -> Shown:
-    """The stage in which CPD alone has something to find."""
+    """The fifth stage, in which only CPD has something to find."""
     return Shown(carried(look), "Held while CPD finds its variance; there is none here.")

@@ -1,1 +1,1 @@
-"""The figure `icp`: unknown pairs."""
+"""The figure `icp`: registration with unknown pairs."""

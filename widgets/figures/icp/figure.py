@@ -1,4 +1,4 @@
-"""Rung 3: pairs made from nearness. Match, move, match again; what falls, what may rise, and where it comes to rest."""
+"""Rung 3: pairs of nearest points. Match, move, match again: what must fall, what may rise, and where a run stops."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ from widgets.parts.room import (
 )
 
 STEPS = 40
-OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
-TOPS = (0.25, 0.5, 0.75, 1.25, 2.5, 5.0, 10.0)  # u: the chart of the RMS goes up to the first of these that holds it
-SPANS = (8, 16, STEPS)  # its chart goes to the first of these that holds the steps taken: the first falls are large
+OPEN = 3.0  # u: the slider's maximum, at which there is no gate
+TOPS = (0.25, 0.5, 0.75, 1.25, 2.5, 5.0, 10.0)  # u: the RMS chart ends at the first of these that is large enough
+SPANS = (8, 16, STEPS)  # steps: the RMS chart ends at the first of these that suffices: the first falls are large
 
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A scene brings its noise and outliers, a start its two numbers, an objective its knobs."""
+    """The reader's settings. A scene sets its noise and outliers, a start its turn and offset, an objective its gate
+    and trim."""
 
     scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
     start: str = start_choice("near")
@@ -66,20 +67,20 @@ class Controls:
 
 
 def rule(c: Controls) -> Rule:
-    """The method that the controls ask for."""
+    """The method and options for the controls."""
     gated, trimmed = c.gate < OPEN, c.trim > 0.0
     if c.objective == "count":
         return Rule("trimmed-icp", {"keep": round(1.0 - c.trim / 100.0, 6)}, True, True)
     if c.objective == "capped":
         return Rule("capped-icp", {"cap": c.gate if gated else np.inf}, True, not gated)
     options = {**({"gate": c.gate} if gated else {}), **({"trim": c.trim / 100.0} if trimmed else {})}
-    # A fraction of all pairs is a fixed count; of those within a gate it is not.
+    # Trimming a fraction of all pairs leaves a fixed number; trimming those within a gate does not.
     return Rule("icp", options, not gated, not gated)
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls and the run that they began. backdrop: what no step moves."""
+    """The controls and the run that they began. backdrop: the marks that no step moves."""
 
     controls: Controls
     run: Run
@@ -87,14 +88,14 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The scene from the start that the two numbers give."""
+    """The scene, with a run from the start that the two sliders give."""
     c = controls
     scene = room(c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0)
     return State(c, begun(rule(c), scene, room_start(c.turn, c.offset), STEPS), still(scene))
 
 
 def act(state: State, action: Action) -> State:
-    """One step, all steps to the stop, or another start."""
+    """Take one step, take all remaining steps, or begin from another start."""
     run = state.run
     if action.kind == "drag":
         start = PLACING.act(run.pose, ANCHOR, action)
@@ -106,14 +107,14 @@ def act(state: State, action: Action) -> State:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """The move of one step, with the pairs that it fitted already shown."""
+    """The move of one step; the picture before it already shows the pairs that it fits."""
     if after.run.steps != before.run.steps + 1:
         return None
     return PLACING.motion(before.run.pose, after.run.pose, ANCHOR)
 
 
 def draw(state: State) -> Picture:
-    """The room with the pairs of the present pose, and the course of the run."""
+    """The room with the pairs at the current pose, and charts of the run so far."""
     run = state.run
     now, moved = run.now, run.now.pairing.moved[0]
     partners, used = now.index.points[0, now.pairing.rows[0]], now.pairing.used[0]
@@ -140,9 +141,9 @@ def draw(state: State) -> Picture:
 
 
 def _rms_chart(run: Run) -> Panel:
-    """Two lines a step: the move, along which the pairs are kept, and the matching, which moves nothing.
+    """Two lines per step: the move, during which the pairs stay, and the matching, during which nothing moves.
 
-    Both axes are in parts of their spans, and the words on them are steps and u, so that the panel's window stays.
+    Both axes are in fractions of their spans, labelled in steps and u, so that the panel's window does not change.
     """
     span = next(span for span in SPANS if run.steps <= span)
     k, step = np.arange(len(run.course)) / span, 1.0 / span
@@ -175,7 +176,7 @@ def _rms_chart(run: Run) -> Panel:
 
 
 def _woven(*columns: Array) -> Array:
-    """The first of each, the second of each …"""
+    """The columns interleaved: the first value of each, then the second of each, …"""
     return np.stack(columns, axis=1).reshape(-1)
 
 

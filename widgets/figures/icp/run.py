@@ -1,4 +1,4 @@
-"""A run of nearest-point registration as a figure shows it: both halves of every step, and how far the truth is."""
+"""A run of nearest-point registration as a figure shows it: both halves of every step, and errors against the truth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
 from widgets.parts.room import alone, problem, single
 
-RISE = 1e-9  # relative: less is rounding
+RISE = 1e-9  # relative: a smaller rise is rounding error
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Rule:
 
 @dataclass(frozen=True)
 class Entry:
-    """One pose of the course. moved: the RMS, u, of the pairs that the step before fitted, at this pose (NaN at the
-    start). changed: points whose partner is another one than before. mean: √(objective / points), u."""
+    """One pose of the course. moved: the RMS at this pose of the pairs that the last step fitted, u (NaN at the start).
+    changed: how many points have a new partner. mean: √(objective / points), u."""
 
     rms: float
     moved: float
@@ -59,32 +59,32 @@ class Run:
 
     @cached_property
     def pose(self) -> Pose:
-        """Where the source lies."""
+        """The source's current pose."""
         return single(self.batch.pose())
 
     @property
     def steps(self) -> int:
-        """Taken so far."""
+        """The number of steps taken so far."""
         return len(self.course) - 1
 
     @property
     def done(self) -> bool:
-        """Whether it has stopped."""
+        """Whether the run has stopped."""
         return self.batch.done
 
     @property
     def status(self) -> Status:
-        """How it stands."""
+        """The solver's status."""
         return Status(int(self.now.status[0]))
 
     @property
     def reason(self) -> str:
-        """Why it stopped, in words."""
+        """Why the run stopped, in words."""
         return str(self.now.reason[0])
 
     @property
     def rises(self) -> tuple[int, ...]:
-        """The steps after which the RMS over the pairs used was larger than before."""
+        """The steps after which the RMS over the used pairs was larger than before."""
         rms = [entry.rms for entry in self.course]
         return tuple(k for k in range(1, len(rms)) if rms[k] > rms[k - 1] * (1 + RISE))
 
@@ -98,7 +98,8 @@ class Run:
 
 
 def begun(rule: Rule, scene: Scene, start: Pose, steps: int, truth: Pairing | None = None) -> Run:
-    """A run of the scene from `start`, no step taken, of at most `steps`. truth: of another run of it by this rule."""
+    """A run of the scene from `start`, before its first of at most `steps` steps. truth: taken from another run of the
+    scene by the same rule, if there is one."""
     method = METHODS[rule.method]
     batch = begin(method, problem(scene, start), method.options(**rule.options), steps)
     state: IcpState = batch.state()
