@@ -189,7 +189,7 @@ def _unrolled(state: State, full: bool) -> Panel:
     )
 
     def spot(turn: float) -> list[float]:
-        at = 180.0 - (180.0 - float(np.degrees(turn))) % 360.0  # half a turn goes to the right, clear of the axis' labels
+        at = 180.0 - (180.0 - float(np.degrees(turn))) % 360.0  # half a turn goes to the right, off the axis' labels
         return [at, float(np.interp(at, turns, share, period=360.0))]
 
     if full:

@@ -1,4 +1,4 @@
-"""Rung 5b: two clouds compared by their mean features, wave by wave, and moved until the means agree."""
+"""Rung 5b: two clouds compared by their mean features, wave by wave, and the source moved until the means agree."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SCHEDULE = tuple(next(c for c in CONTESTANTS if c.method == "mmd").options["leng
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A room brings its noise and outliers."""
+    """The reader's settings. A room sets its noise and outliers."""
 
     scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
     schedule: str = choice(
@@ -68,8 +68,8 @@ class Controls:
 class State:
     """A run from `began` with the frequencies of draw number `draws`. course: both errors at every pose so far.
 
-    unit: (MOST, 2) the frequencies in units of 1/ℓ. fixed: for every length scale of the run what no motion changes,
-    the two clouds' mean kernels with themselves, summed, and MMD² at the truth. backdrop: what no step moves.
+    unit: (MOST, 2) the frequencies in units of 1/ℓ. fixed: for every length scale of the run, what no motion changes:
+    the sum of each cloud's mean kernel with itself, and MMD² at the truth. backdrop: the marks that no step moves.
     """
 
     controls: Controls
@@ -89,17 +89,17 @@ class State:
 
     @property
     def pose(self) -> Pose:
-        """Where the source lies."""
+        """The source's current pose."""
         return single(self.batch.pose())
 
     @property
     def length(self) -> float:
-        """ℓ in use, u."""
+        """The current ℓ, u."""
         return float(self.now.length[0])
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The scene from the start that the two numbers give."""
+    """The scene, with a run from the start that the two sliders give."""
     c = controls
     scene = room(
         c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0, density=c.density
@@ -114,7 +114,7 @@ def lengths(c: Controls) -> tuple[float, ...]:
 
 
 def _seed(scene: Scene, draws: int) -> int:
-    """Of the frequencies: the scene's own, and another for every new draw."""
+    """The seed of the frequencies: the scene's own, and another for every redraw."""
     return scene.seed + 1000 * draws
 
 
@@ -139,7 +139,7 @@ def _fixed(scene: Scene, length: float) -> tuple[float, float]:
 
 
 def act(state: State, action: Action) -> State:
-    """One step, all steps to the stop, other frequencies, or another start."""
+    """Take one step, take all remaining steps, redraw the frequencies, or begin from another start."""
     c, scene, draws, began = state.controls, state.scene, state.draws, state.began
     if action.kind == "drag":
         return _begun(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
@@ -167,7 +167,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """Of the present pose. apart: (MOST,) the distance of the two means of every wave of the draw."""
+    """The numbers of the current pose. apart: (MOST,) the distance between the two means of every wave of the draw."""
 
     apart: Array
     estimate: float

@@ -1,4 +1,4 @@
-"""Chapter 4a: a scan becomes a grid of Gaussians; one cell at a time is shown close up, with its numbers."""
+"""Chapter 4a: a scan becomes a grid of Gaussians; one cell at a time is shown close up, with its statistics."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from widgets.parts.field import scale_marks
 ROOM = View(-5.6, 5.6, -3.7, 3.7)
 CLOSE = View(-0.25, 1.25, -0.25, 1.25, width=320.0, pad=(8.0, 26.0, 74.0, 8.0))
 TILES = 48
-PLACE = (4.5, 2.5)  # in the cell that holds the room's upper right corner, as long as the grid is not moved
+PLACE = (4.5, 2.5)  # in the cell of the room's upper right corner, unless the grid is nudged
 SPOT = (-2.5, 0.4)
 STUCK = 5
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
@@ -41,7 +41,7 @@ SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 
 @dataclass(frozen=True)
 class Controls:
-    """What was measured, and where the cells are put."""
+    """What was measured, and where the cells are."""
 
     noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u")
     size: float = slider(1.0, "Cell size h", 0.3, 2.5, 0.05, "u")
@@ -54,7 +54,7 @@ class Controls:
 class State:
     """points: the target with the stuck beam's returns; cell: (n, 2) the cell of each, counted from the grid's origin.
 
-    chosen: the cell that is shown, (2,) counted so too; close: its panel. grid: the marks that no choice changes.
+    chosen: the cell shown close up, (2,) counted likewise; close: its panel. grid: the marks that no choice changes.
     """
 
     controls: Controls
@@ -68,7 +68,7 @@ class State:
 
     @property
     def row(self) -> int:
-        """The number of the chosen cell in the map, −1 where it holds no point."""
+        """The index of the chosen cell in the map, −1 if it contains no points."""
         rows = np.flatnonzero((_numbered(self.cells) == self.chosen).all(axis=1))
         return int(rows[0]) if len(rows) else -1
 
@@ -86,7 +86,7 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Choose the cell that is pointed at, or the next one that holds a point."""
+    """Choose the cell that is pointed at, or the next one that contains a point."""
     if action.kind == "press":
         there = _numbered(state.cells)
         order = there[np.lexsort((there[:, 0], -there[:, 1]))].tolist()  # rows from the top, each from the left
@@ -135,8 +135,8 @@ def _grid(c: Controls, points: Array, cells: NdtMap) -> tuple[Mark, ...]:
 
 
 def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple[int, int]) -> Panel:
-    """One cell and a quarter of its neighbours, its side taken as one: the score of a single point, and what it is
-    of."""
+    """One cell and a quarter of its neighbours, in units of its side: the score of a single point, and the points and
+    the Gaussian that it comes from."""
     corner, h = cells.origin[0, 0] + c.size * np.array(chosen), c.size
     at = CLOSE.x0 + (np.arange(TILES) + 0.5) * (CLOSE.x1 - CLOSE.x0) / TILES
     values = score_map(cells, np.zeros((1, 2)), corner[0] + h * at, corner[1] + h * at)
@@ -162,7 +162,7 @@ def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple
 
 @dataclass(frozen=True)
 class _Cell:
-    """What the chosen cell says; eigenvalues and angle as measured, before the floor."""
+    """The statistics of the chosen cell; eigenvalues and angle as measured, before the floor."""
 
     status: str
     count: int

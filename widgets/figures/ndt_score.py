@@ -45,7 +45,7 @@ TOPS = (0.1, 0.2, 0.4, 0.6)
 
 @dataclass(frozen=True)
 class Controls:
-    """The scan's rotation, which every climb keeps; what was measured; and how the map was made of it."""
+    """The scan's rotation, which every climb keeps; what was measured; and how the map is built from it."""
 
     rotation: float = slider(0.0, "Rotation", -45.0, 45.0, 1.0, "°", "Of the scan, from the truth; climbs keep it")
     noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u", "Of both scans")
@@ -57,8 +57,8 @@ class Controls:
 @dataclass(frozen=True, eq=False)
 class State:
     """scan: the source points, turned. field: their score by translation. truth: the score at the truth.
-    path: the climb from the last start, before it is climbed the start alone. ground: the marks of the room that no
-    climb changes. Scores are those of all points and grids divided by their numbers.
+    path: the climb from the last start, or only that start before the climb. ground: the marks of the room that no
+    climb changes. Scores are means over all points and grids.
     """
 
     controls: Controls
@@ -73,12 +73,12 @@ class State:
 
     @property
     def climbed(self) -> bool:
-        """Whether a climb was taken, or tried."""
+        """Whether a climb was made, or tried."""
         return len(self.path.tried) > 1 or self.path.status is not Status.CAPPED
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The map of the target, the field of the turned scan, and where a first climb will begin."""
+    """The map of the target, the field of the turned scan, and the start of a first climb."""
     scene = ndt_room(seed=seed, noise=controls.noise, outliers=controls.outliers)
     cells = build(scene.target[None], controls.size, grids=_grids(controls))
     scan = Pose.from_angle(np.radians(controls.rotation)).apply(scene.source)
@@ -95,7 +95,7 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Climb from the start, from the place picked, or from the truth."""
+    """Climb from the start, from the clicked place, or from the truth."""
     begin = np.array([action.x, action.y]) if action.kind == "click" else np.array(BEGINS[action.name])
     return replace(state, path=climb(state.cells, state.scan, np.clip(begin, -REACH, REACH)))
 
@@ -132,7 +132,7 @@ def _numbers(state: State, detail: int) -> _Numbers:
 
 
 def draw(state: State, detail: int = BANDS) -> Picture:
-    """The field with the climb on it, and the scan over the map where the climb has come to."""
+    """The field with the climb on it, and the scan over the map at the climb's end."""
     stats = _numbers(state, detail)
     return Picture(
         (_map(state, stats, detail), _room(state)),
@@ -159,8 +159,8 @@ def _map(state: State, stats: _Numbers, detail: int) -> Panel:
 
 
 def _steps(path: Climb) -> tuple[Mark, ...]:
-    """Accepted steps as a line through dots; each rejected try as a dashed line to a cross. What leaves the map is cut
-    at its border: beyond it is the scale."""
+    """Accepted steps as a line through dots; each rejected try as a dashed line to a cross. Lines are cut at the map's
+    border, beyond which is the scale."""
     last = np.maximum.accumulate(np.where(path.accepted, np.arange(len(path.tried)), 0))
     origin = path.tried[np.concatenate([[0], last[:-1]])]
     rejected = ~path.accepted
@@ -180,7 +180,7 @@ def _steps(path: Climb) -> tuple[Mark, ...]:
 
 
 def _on_map(places: Array) -> Array:
-    """Those of the places (n, 2) that the map shows."""
+    """The places, of (n, 2), that the map shows."""
     return np.asarray(places[np.abs(places).max(axis=1) <= REACH])
 
 

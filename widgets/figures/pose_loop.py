@@ -1,4 +1,4 @@
-"""Four poses round a loop, joined by what was measured between them: springs to be pulled apart and let settle."""
+"""Four poses round a loop, joined by the measurements between them: springs to pull apart and let settle."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6)
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 TRUTH = Pose.from_angle(np.radians([0.0, 90.0, 180.0, 270.0]), CORNERS * [2.6, 1.7])
 ROOM = CORNERS * [4.7, 3.2]
-SEEN = CORNERS[:, None] * np.array([[-0.6, 3.2], [4.7, 3.2], [4.7, -0.6]])  # a corner, and the walls beyond the middle
-# |x| and |y| of the handles, each in its quarter: least for the loop's and for those of the poses 2, 3 and 4.
+SEEN = CORNERS[:, None] * np.array([[-0.6, 3.2], [4.7, 3.2], [4.7, -0.6]])  # a corner, and its walls to beyond the middle
+# Limits of |x| and |y| of the handles, each in its quarter. LEAST: one for the loop's, then for poses 2, 3 and 4.
 LEAST, MOST = np.array([0.4, 1.05, 1.05, 1.05]), np.array([6.0, 4.2])
 SIGMA = np.array([0.2, 0.2, np.radians(4.0)])  # of every edge: u, u, radians
 INFORMATION = np.diag(SIGMA**-2.0)
 JOINS = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2))
 LOOP, FALSE = 3, 4
-OFF = np.array([-3.4, -2.0])  # u, by which the wrong loop is off
-BESIDE, BELOW = 42.0, 50.0  # px from a handle to words by it: on a phone it covers 25 px about its middle
-CLEAR = 35.0  # px from a handle's middle to that of a number
-GLYPH = 0.34  # u, from the middle of a robot to its nose
+OFF = np.array([-3.4, -2.0])  # u, the error of the wrong loop
+BESIDE, BELOW = 42.0, 50.0  # px from a handle to text beside or below it: on a phone it covers 25 px around its centre
+CLEAR = 35.0  # px from a handle's centre to that of a number
+GLYPH = 0.34  # u, from a robot's centre to its nose
 POSES = ("second", "third", "fourth")
 KERNEL_NAMES = {"none": "None", "huber": "Huber", "cauchy": "Cauchy", "dcs": "Scaling (DCS)"}
 
 
 @dataclass(frozen=True)
 class Controls:
-    """How far the odometry has drifted, whether an edge is false, and what becomes of large errors."""
+    """How far the odometry has drifted, whether an edge is false, and how large errors are treated."""
 
     kernel: str = choice("none", "Kernel on the loops", {name: KERNEL_NAMES[name] for name in KERNELS})
     false: bool = toggle(False, "A wrong loop", "An edge from pose 1 to pose 3 that is wrong by 3.9\u00a0u")
@@ -57,7 +57,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """run: the optimisation as it stands. first: as it began, after the last drag."""
+    """run: the optimisation so far. first: the same at its start, after the last drag."""
 
     controls: Controls
     first: GraphRun
@@ -65,12 +65,12 @@ class State:
 
     @property
     def edges(self) -> Edges:
-        """What was measured."""
+        """The measurements."""
         return self.run.edges
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The drive by odometry alone: the edges along it fit, the loop does not."""
+    """The drive by odometry alone: its edges fit exactly, the loop does not."""
     count = len(JOINS) if controls.false else FALSE
     i, j = np.array(JOINS[:count]).T
     exact = Edges.between(TRUTH, i, j, INFORMATION)
@@ -91,7 +91,7 @@ def _begun(controls: Controls, poses: Pose, edges: Edges) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Step, solve, or put a pose or the loop's measurement elsewhere."""
+    """Step, solve, or move a pose or the loop's measurement."""
     if action.kind == "press":
         run = advance(state.run)
         while action.name == "solve" and not run.done:
@@ -111,12 +111,12 @@ def act(state: State, action: Action) -> State:
 
 
 def _within(xy: Array, node: int) -> Array:
-    """The nearest place to xy in the quarter of the picture that a pose's handle keeps to."""
+    """The place nearest to xy in the quarter of the picture to which a pose's handle is limited."""
     return np.asarray(CORNERS[node] * np.clip(CORNERS[node] * xy, LEAST[node], MOST))
 
 
 def _put(state: State, edge: int) -> Pose:
-    """Where an edge puts its far end, seen from its near one."""
+    """The pose of an edge's far end according to the edge and its near end."""
     return state.run.poses[JOINS[edge][0]].compose(state.edges.relative[edge])
 
 
@@ -170,7 +170,7 @@ def _role(edge: int) -> Role:
 
 
 def _spring(state: State, edge: int) -> tuple[Mark, ...]:
-    """Coils between the two poses; a plain dashed line for one of which the kernel leaves less than half."""
+    """Coils between the two poses; a straight dashed line if the kernel leaves the edge less than half its weight."""
     a, b = state.run.poses.t[list(JOINS[edge])]
     along = b - a
     length = max(float(np.hypot(*along)), 1e-9)
@@ -184,7 +184,7 @@ def _spring(state: State, edge: int) -> tuple[Mark, ...]:
 
 
 def _number(at: Array, node: int, knobs: Array) -> Label:
-    """A pose's, towards the outside, or the nearest place beside the pose that no handle covers, within the panel."""
+    """A pose's number beside it, outwards if possible, else at the next place within the panel that no handle covers."""
     at = np.clip(at, [-6.0, -4.3], [6.0, 4.3])
     across, up = CORNERS[node]
     ways = BESIDE * np.array([(across, 0.0), (across, -up), (0.0, -up), (-across, 0.0), (across, up), (0.0, up)])
@@ -196,7 +196,7 @@ def _number(at: Array, node: int, knobs: Array) -> Label:
 
 
 def _loop_name(at: Array, pose: Array) -> Label:
-    """Under the loop's handle; above it where there is no room, and left of it where it stands above the pose."""
+    """The loop's name below its handle; above it if there is no room, and left of it if the handle is above the pose."""
     if at[1] > pose[1] + 0.5 and at[0] > -4.6:
         return Label(at, "loop", "accent", "end", dx=-BESIDE + 10.0, dy=6.0)
     at = np.clip(at, [-5.7, -4.3], [5.7, 4.3])
@@ -204,7 +204,7 @@ def _loop_name(at: Array, pose: Array) -> Label:
 
 
 def _chi2(state: State, edge: int) -> Label:
-    """Beside the middle of the edge: odometry's outside the loop, within the panel; those of loops inside."""
+    """An edge's χ² beside its middle, within the panel: outside the loop for odometry, inside for loop edges."""
     a, b = state.run.poses.t[list(JOINS[edge])]
     middle = np.clip((a + b) / 2, [-5.0, -3.8], [4.4, 3.8])
     text = f"χ² {number(float(state.run.chi2[edge]), 1)}"

@@ -1,1 +1,1 @@
-"""The figure `landscape`: the objective as a map."""
+"""The figure `landscape`: an objective as terrain."""

@@ -21,11 +21,11 @@ from widgets.parts.room import BRINGS, SETTINGS
 REACH = 2.5
 WINDOW = (-REACH, REACH, -REACH, REACH)
 MAP = View(*WINDOW, width=640.0, pad=PAD)
-ROOM = View(-7.6, 7.6, -5.4, 5.4, width=320.0)  # holds the source wherever on the map it is shifted to
+ROOM = View(-7.6, 7.6, -5.4, 5.4, width=320.0)  # large enough for the source at any shift on the map
 BANDS = 4
-SIDE = 7  # starts along each side of the lattice that is launched
-FEW = 5  # starts whose descents are drawn with the coarse map already
-MOST = 250  # starts that are kept
+SIDE = 7  # starts along each side of the lattice of starts
+FEW = 5  # most starts whose descents are already drawn with the coarse map
+MOST = 250  # most starts that are kept
 NEAR = 0.2  # u from the truth that counts as reaching it, as in the race
 LATTICE = np.stack(np.meshgrid(*[(np.arange(SIDE) - SIDE // 2) * 2 * REACH / SIDE] * 2), axis=-1).reshape(-1, 2)
 NAMES = {"mmd": "MMD²", "capped": "Nearest, capped"}
@@ -46,7 +46,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """redraws: how often the frequencies were drawn anew. runs: the descents, in the order they were begun."""
+    """redraws: how often the frequencies were redrawn. runs: the descents, in the order in which they were begun."""
 
     controls: Controls
     seed: int
@@ -60,12 +60,12 @@ class State:
 
     @property
     def count(self) -> int:
-        """How many starts there are."""
+        """The number of starts."""
         return sum(len(run.starts) for run in self.runs)
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The terrain, nothing begun on it."""
+    """The terrain, without descents."""
     scene = room(controls.setting, seed=seed, noise=controls.noise, outliers=controls.outliers / 100.0)
     return State(controls, seed, _terrain(controls, scene, seed))
 
@@ -77,7 +77,7 @@ def _terrain(controls: Controls, scene: Scene, draw: int) -> Terrain:
 
 
 def act(state: State, action: Action) -> State:
-    """Begin at the place picked or on a lattice of places, forget all runs, or draw other frequencies."""
+    """Begin at the clicked place or at a lattice of places, clear all runs, or redraw the frequencies."""
     if action.kind == "click":
         return _begun(state, np.clip([[action.x, action.y]], -REACH, REACH))
     if action.name == "sow":
@@ -97,21 +97,21 @@ def _begun(state: State, starts: Array) -> State:
 
 
 def _unbegun(state: State, starts: Array) -> Array:
-    """Those from which no descent has begun: the same one again would be counted twice."""
+    """The starts from which no descent has begun yet: a repeated one would be counted twice."""
     earlier = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
     return np.asarray(starts[~(starts[:, None] == earlier).all(axis=2).any(axis=1)])
 
 
 def motion(before: State, after: State) -> Trace | None:
-    """Runs that have just begun are seen to descend."""
+    """A trace of the descents that have just begun."""
     (*_, last) = after.runs or (None,)
-    known = last is not None and "path" in last.__dict__  # where what is computed is kept
+    known = last is not None and "path" in last.__dict__  # where cached_property keeps its values
     return Trace("descents", "map") if known and after.count > before.count else None
 
 
 @dataclass(frozen=True)
 class _Numbers:
-    """What is told of a state. ends: (k, 2), None while the coarse map is drawn and there are many."""
+    """The numbers shown for a state. ends: (k, 2); None for many starts while only the coarse map is drawn."""
 
     ends: Array | None
     reached: int
@@ -152,7 +152,7 @@ def _numbers(state: State, detail: int) -> _Numbers:
 
 
 def draw(state: State, detail: int = BANDS) -> Picture:
-    """The terrain with its descents, the scan where the last one ended, and a cut through the terrain there."""
+    """The terrain with its descents, the scan where the last one ended, and a section of the terrain there."""
     stats = _numbers(state, detail)
     return Picture(
         (_map(state, stats, detail), _room(state, stats), _cut(state, stats, detail)),
@@ -164,7 +164,7 @@ def draw(state: State, detail: int = BANDS) -> Picture:
 
 
 def _sown(state: State) -> bool:
-    """Whether the lattice has nothing to begin, or too much to draw."""
+    """Whether the lattice has nothing left to begin, or would exceed the starts that are kept."""
     return not 0 < len(_unbegun(state, LATTICE)) <= MOST - state.count
 
 
@@ -235,7 +235,7 @@ def _room(state: State, stats: _Numbers) -> Panel:
 
 
 def _cut(state: State, stats: _Numbers, detail: int) -> Panel:
-    """Both objectives along x through the end; the other one only when all else is drawn."""
+    """Both objectives along x through the end; the one not chosen only once everything else is drawn."""
     at = _shown(stats)
     x = np.linspace(-REACH, REACH, 121)
     line = np.stack([x, np.full_like(x, at[1])], axis=1)

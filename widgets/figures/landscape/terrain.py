@@ -1,4 +1,4 @@
-"""The two objectives over translations as terrain: fields to draw, and the descents on them from many starts."""
+"""The two objectives over translations as terrain: fields to draw, and descents on them from many starts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOPS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5, 2
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """What is minimised over translations, the source as it lies at the truth. All is computed when first asked for.
+    """What is minimised over translations, with the source turned as at the truth. Everything is computed on first use.
 
     length: ℓ, u. count: D. draw: the seed of the frequencies. cap: τ, u.
     """
@@ -56,7 +56,7 @@ class Terrain:
 
     @property
     def chosen(self) -> MmdField | CappedField:
-        """The objective that is drawn and descended."""
+        """The objective that is drawn and minimised."""
         return self.mmd if self.objective == "mmd" else self.capped
 
     @cached_property
@@ -66,7 +66,7 @@ class Terrain:
 
     @cached_property
     def top(self) -> float:
-        """Where the colour scale ends, which begins at 0: the first round value that the coarse map does not exceed."""
+        """The top of the colour scale, which begins at 0: the first round value that the coarse map does not exceed."""
         highest = float(self.field.values(0).max())
         return next((top for top in TOPS if highest <= top), TOPS[-1])
 
@@ -88,7 +88,7 @@ class Terrain:
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Runs that began together, at starts (k, 2): computed once, when first asked for."""
+    """Runs that began together, at starts (k, 2): computed once, on first use."""
 
     terrain: Terrain
     starts: Array
@@ -100,7 +100,7 @@ class Descent:
 
     @property
     def ends(self) -> Array:
-        """(k, 2), where the runs ended."""
+        """Where the runs ended, (k, 2)."""
         return np.asarray(self.path.points[-1])
 
     def way(self, i: int) -> Array:
@@ -109,7 +109,7 @@ class Descent:
 
 
 def minima(values: Array) -> int:
-    """How many nodes of a lattice lie lower than all eight about them."""
+    """How many nodes of a lattice are lower than all eight around them."""
     middle = values[1:-1, 1:-1]
     rows, columns = values.shape
     low = np.ones(middle.shape, dtype=np.bool_)
@@ -121,7 +121,8 @@ def minima(values: Array) -> int:
 
 
 def places(ends: Array, apart: float) -> int:
-    """How many places the ends (k, 2) are at, one taken for another's when nearer to it than `apart`."""
+    """How many distinct places the ends (k, 2) are at; an end closer than `apart` to an earlier place is not a new one.
+    """
     distinct: list[Array] = []
     for end in ends:
         if all(np.hypot(*(end - other)) >= apart for other in distinct):

@@ -1,1 +1,1 @@
-"""The figure `ndt-climb`: the climb on the NDT score."""
+"""The figure `ndt-climb`: climbing the NDT score."""

@@ -1,4 +1,4 @@
-"""A climb of the NDT score kept step by step: what its figure draws as a path, as marks and as charts."""
+"""A climb of the NDT score, recorded step by step for its figure to draw as paths, marks and charts."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Cap = Literal["", "shift", "turn"]
 
 @dataclass(frozen=True, eq=False)
 class Climb:
-    """A run and its past. states: from the start to the present, each of one problem, k + 1 after k steps.
-    caps: (k + 1) which limit shortened the step that led to each. truth: the score of the true pose on the cells of
-    each level, which only a simulation can know. gaussians: each level's cells as a mark."""
+    """A run with its history. states: from the start to now, each a batch of one, k + 1 after k steps.
+    caps: (k + 1) which limit shortened the step that led to each state. truth: the score of the true pose on the cells
+    of each level, which only a simulation can know. gaussians: each level's cells as a mark."""
 
     batch: Batch[ndt.NdtState]
     states: tuple[ndt.NdtState, ...]
@@ -50,7 +50,7 @@ class Climb:
 
     @property
     def levels(self) -> list[int]:
-        """Of each state: the level whose cells it is scored on."""
+        """The level on whose cells each state is scored."""
         return [int(state.level[0]) for state in self.states]
 
     @property
@@ -61,7 +61,7 @@ class Climb:
 
     @property
     def halved(self) -> list[int]:
-        """Of each state: how often the step that led to it was halved."""
+        """How often the step that led to each state was halved."""
         return [int(state.halved[0]) for state in self.states]
 
     @property
@@ -87,7 +87,7 @@ def _scaled(state: ndt.NdtState) -> tuple[Array, Array]:
 
 
 def start(scene: Scene, pose: Pose, options: ndt.NdtOptions, max_steps: int) -> Climb:
-    """The run from `pose`, no step taken."""
+    """The run from `pose`, before its first step."""
     batch = begin(ndt.NDT, problem(scene, pose), options, max_steps)
     state = batch.state()
     truth = tuple(score(state, level, scene.truth) for level in range(len(state.maps)))
@@ -95,13 +95,13 @@ def start(scene: Scene, pose: Pose, options: ndt.NdtOptions, max_steps: int) -> 
 
 
 def restart(run: Climb, scene: Scene, pose: Pose) -> Climb:
-    """The same run from another start: what does not depend on the start stays as it was drawn."""
+    """The same run from another start, keeping what does not depend on the start."""
     batch = begin(ndt.NDT, problem(scene, pose), run.now.options, run.batch.max_steps)
     return replace(run, batch=batch, states=(batch.state(),), caps=("",))
 
 
 def _gaussians(cells: NdtMap) -> Ellipses:
-    """Of the first grid, at two standard deviations."""
+    """The Gaussians of the first grid, at two standard deviations."""
     first = cells.kept[0] & (cells.grid[0] == 0)
     return Ellipses(cells.mean[0, first], floored(cells.covariance[0, first]), "target", sigmas=2.0, filled=True)
 
@@ -113,7 +113,7 @@ def score(state: ndt.NdtState, level: int, pose: Pose) -> float:
 
 
 def step(run: Climb) -> Climb:
-    """One step further; a run that has ended is returned as it is."""
+    """The run after one more step; a run that has ended is returned as it is."""
     if run.batch.done:
         return run
     batch = advance(run.batch)
@@ -121,7 +121,7 @@ def step(run: Climb) -> Climb:
 
 
 def cap(state: ndt.NdtState) -> Cap:
-    """Which limit shortens the step that the solver proposes at a state; of two, the one that shortens it more."""
+    """Which limit shortens the step that the solver proposes at a state; if both do, the one that shortens it more."""
     free, _ = ndt.newton_step(state.at.gradient, state.at.hessian, state.radius, np.full(1, np.inf), np.inf)
     shift = float(np.linalg.norm(free[0, :2])) / float(state.max_shift[0])
     turn = abs(float(free[0, 2])) / state.options.max_turn

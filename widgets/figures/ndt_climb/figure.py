@@ -1,4 +1,4 @@
-"""Chapter 4c: three parameters climb the NDT score, at one cell size and from coarse cells to fine, from one start."""
+"""Chapter 4c: a three-parameter pose climbs the NDT score from one start, at one cell size and from coarse to fine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from widgets.parts.placing import HANDLES, Placing, written
 
 VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
 PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.8, panel="one")
-START_DIRECTION = np.array([0.83205, -0.5547])  # the way the scene's own start lies
+START_DIRECTION = np.array([0.83205, -0.5547])  # the direction of the scene's own start
 TRACED = np.array([(-3.0, -2.6), (4.6, 2.6), (-2.0, 2.6)])  # the ends of the scanned walls and a corner between them
 COARSER = (4.0, 2.0, 1.0)  # the levels of the second run, in cell sizes of the first
 MAX_STEPS = 45
@@ -59,7 +59,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """placed: the start of both runs. one: at the cell size alone. fine: from four times that size to it."""
+    """placed: the start of both runs. one: the run at the cell size only. fine: the run from four times that size down.
+    """
 
     controls: Controls
     scene: Scene
@@ -69,7 +70,7 @@ class State:
 
     @property
     def anchor(self) -> Array:
-        """Of the scan, in its own coordinates: its centroid."""
+        """The scan's centroid, in its own coordinates."""
         return np.asarray(self.scene.source.mean(axis=0))
 
     @property
@@ -78,7 +79,7 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """Both runs at the start that the sliders name."""
+    """Both runs at the start that the sliders give."""
     scene = ndt_room(seed=seed, noise=controls.noise)
     pose = Pose.from_angle(np.radians(controls.turn), controls.shift * START_DIRECTION)
     one, fine = (climb.start(scene, pose, _options(controls, name), MAX_STEPS) for name in NAMES)
@@ -100,7 +101,7 @@ def _options(controls: Controls, name: str) -> NdtOptions:
 
 
 def act(state: State, action: Action) -> State:
-    """A step of both runs; a drag puts the start elsewhere, and both begin anew."""
+    """Step both runs; a drag moves the start, and both begin again."""
     if action.kind == "press":
         return replace(state, one=climb.step(state.one), fine=climb.step(state.fine))
     placed = PLACING.act(state.placed, state.anchor, action)
@@ -143,7 +144,7 @@ def _map(state: State, name: str) -> Panel:
 
 
 def _traces(run: Climb, role: Role) -> list[Mark]:
-    """Where three points of the scan went: a dot for a step, with a diamond, a cross, a ring for what was special."""
+    """The paths of three points of the scan: a dot per step, with a diamond, cross or ring at special steps."""
     ways = np.stack([state.pose[0].apply(TRACED) for state in run.states])  # (k + 1, 3, 2)
     dashed = role == ROLES["one"]
     marks: list[Mark] = [Path(ways[:, i], role, dashed=dashed) for i in range(len(TRACED))]
@@ -200,13 +201,13 @@ def _chart(state: State, name: str, y: Axis, values: dict[str, Array]) -> Panel:
 
 
 def _reached(state: State) -> dict[str, float]:
-    """The scores on the cells of size h, whichever level the second run is on: only those compare."""
+    """The scores on the cells of size h, whichever level the second run is on: only those are comparable."""
     last = {name: len(run.truth) - 1 for name, run in state.runs.items()}
     return {name: climb.score(run.now, last[name], run.pose) for name, run in state.runs.items()}
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
-    """In rows of three: what to compare with, the one run, the other."""
+    """The readouts in rows of three: a reference, then the two runs."""
     truth, cells = state.scene.truth, state.one.now.maps[0]
     score, poses = _reached(state), {name: run.pose for name, run in state.runs.items()}
     stop = {name: f"{run.status.label}, {run.steps}" for name, run in state.runs.items()}

@@ -1,7 +1,6 @@
-"""A reader's own clouds: what was read from files or drawn, laid into the plane, thinned, and put into the figure's
-window.
+"""A reader's own clouds, read from files or drawn: projected onto the plane, thinned and fitted to the figure's window.
 
-The figure draws in units of its window; the clouds and the pose keep those of their files. `Fit` goes between.
+The figure draws in units of its window; the clouds and the pose keep those of their files. `Fit` converts.
 """
 
 from __future__ import annotations
@@ -22,17 +21,17 @@ from widgets.drawing.picture import Array
 from widgets.parts.drive_table import table
 from widgets.parts.room import VIEW
 
-LARGEST, LEAST = 1e15, 1e-9  # of a coordinate, of a cloud's width: a readout has nine decimals, a float64 16 digits
-ROUNDING = 1e-12  # of the largest coordinate: places that are no farther apart are one
-FINEST = 1e-15  # in the files' unit: as above, however small the coordinates
+LARGEST, LEAST = 1e15, 1e-9  # of a coordinate, of a cloud's width: readouts have nine decimals, a float64 16 digits
+ROUNDING = 1e-12  # of the largest coordinate: places at most this far apart count as one
+FINEST = 1e-15  # in the files' unit: the least such distance, however small the coordinates
 EXAMPLES = {"room": "Room", "part": "Partly seen", "hall": "Hall in 3-D", "drive": "Real scans"}
-SCANS = 225  # of the recorded drive
-FARTHEST = 30.0  # m: echoes from beyond lie so far apart that a wall has no normal
+SCANS = 225  # in the recorded drive
+FARTHEST = 30.0  # m: farther echoes are too sparse to give a wall a normal
 
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """One cloud that a reader brought. name: of its file, or nothing where it was drawn, in units of the window."""
+    """One cloud that a reader supplied. name: its file's, or "" if it was drawn, in units of the window."""
 
     name: str
     text: CloudText
@@ -44,7 +43,7 @@ class Given:
 
     @property
     def words(self) -> str:
-        """What it is, in a line."""
+        """A one-line description."""
         n, d = self.points.shape
         if not self.name:
             return f"Drawn by hand: {amount(n, 'point')}."
@@ -53,9 +52,9 @@ class Given:
 
 
 def reads(name: str, data: bytes) -> Given:
-    """A cloud from the name and the bytes of its file.
+    """Read a cloud from the name and the bytes of its file.
 
-    Raises ValueError with the line of what is wrong, and for coordinates in a unit that the figure cannot show.
+    Raises ValueError that names the faulty line, and for coordinates in a unit that the figure cannot show.
     """
     text = read(data)
     largest, width = float(np.abs(text.points).max()), float(np.ptp(text.points, axis=0).max())
@@ -68,9 +67,9 @@ def reads(name: str, data: bytes) -> Given:
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """Both clouds as they came, (n, 2) or (n, 3), either of which may be missing. names: what a script reads them
-    from; drawn: nothing came from a file or an example. wheels, graph: of two scans of the drive, each in its robot's
-    coordinates, the pose by odometry, and the one by which the drive's closed graph has them."""
+    """Both clouds as supplied, (n, 2) or (n, 3); either may be missing. names: the files that a script reads them from;
+    drawn: whether neither came from a file or an example. wheels, graph: for two scans of the drive, each in its
+    robot's coordinates, the pose by odometry and that in the drive's closed graph."""
 
     source: Array | None
     target: Array | None
@@ -106,7 +105,7 @@ def driven(scan: int, onto: int) -> Raw:
 
 @lru_cache(maxsize=4)
 def brought(source: Given | None, target: Given | None) -> Raw:
-    """What a reader brought, one of the two or both."""
+    """The clouds that a reader supplied: both, one or none."""
     clouds = [cloud for cloud in (source, target) if cloud is not None]
     return Raw(
         None if source is None else source.points,
@@ -118,22 +117,23 @@ def brought(source: Given | None, target: Given | None) -> Raw:
 
 @dataclass(frozen=True)
 class Fit:
-    """The window's place in the clouds' plane: F(p) = scale · (p − centre), window units from the files' units."""
+    """The map from the clouds' plane to the window: F(p) = scale · (p − centre), from the files' units to window units.
+    """
 
     centre: tuple[float, float] = (0.0, 0.0)
     scale: float = 1.0
 
     def put(self, points: Array) -> Array:
-        """Points (n, 2) of the clouds' plane in the window."""
+        """Points (n, 2) of the clouds' plane in window coordinates."""
         return np.asarray(self.scale * (points - np.array(self.centre)))
 
     def seen(self, pose: Pose) -> Pose:
-        """The pose between clouds as the one between what is seen of them: F ∘ T ∘ F⁻¹."""
+        """A pose of the clouds in window coordinates: F ∘ T ∘ F⁻¹."""
         centre = np.array(self.centre)
         return Pose(pose.R, self.scale * (pose.scale * (pose.R @ centre) + pose.t - centre), pose.scale)
 
     def meant(self, pose: Pose) -> Pose:
-        """The rigid pose between the clouds that is seen as `pose`: F⁻¹ ∘ T ∘ F."""
+        """The rigid pose of the clouds that is `pose` in window coordinates: F⁻¹ ∘ T ∘ F."""
         centre = np.array(self.centre)
         return Pose(pose.R, pose.t / self.scale - pose.R @ centre + centre)
 
@@ -142,9 +142,9 @@ class Fit:
 class Clouds:
     """Both clouds as they are registered: source (m, 2) and target (n, 2), in the files' unit, either possibly empty.
 
-    raw: what they came from. slice: the heights between which a cloud in space is seen, or None for all of it.
-    seen: how many points there were before the thinning. spacing: of the target, or 0. anchor: (2,) the source's
-    centroid. fit: the window about both, at the pose `first`.
+    raw: what they were made from. slice: the heights between which 3-D clouds are used, or None for all of them.
+    seen: the numbers of points before thinning. first: the start pose. spacing: the target's, or 0. anchor: (2,) the
+    source's centroid. fit: the map to a window around both, with the source at `first`.
     """
 
     raw: Raw
@@ -164,12 +164,13 @@ class Clouds:
 
     @property
     def unit(self) -> str:
-        """Of lengths: the drive's scans are known to be in metres, a file's unit is anybody's guess."""
+        """The unit of lengths: the drive's scans are in metres; the unit of a file is unknown."""
         return "u" if self.raw.wheels is None else "m"
 
     @property
     def area(self) -> float:
-        """Of the target's bounding box, squared units; of one place, of the window's unit: never 0."""
+        """The area of the target's bounding box, squared units; never 0: the window's scale replaces the width of a
+        single place."""
         width, height = np.ptp(self.target, axis=0).tolist()
         longest = max(width, height)
         if longest <= _blur(self.target):
@@ -178,16 +179,16 @@ class Clouds:
 
     @property
     def decimals(self) -> int:
-        """How many decimals tell lengths to a hundredth of the spacing, or of the window's thousandth."""
+        """How many decimals give lengths to a hundredth of the spacing, or else of a hundredth of a window unit."""
         least = self.spacing or 1e-2 / self.fit.scale
         return int(np.clip(2 - np.floor(np.log10(least) + 1e-9), 0, 9))
 
 
 @lru_cache(maxsize=4)
 def prepared(raw: Raw, height: float, thickness: float, points: int, start: str) -> Clouds:
-    """The clouds seen from above, at most `points` of each. height, thickness: of the slice, fractions of the height of
-    both together; a thickness of 1 is all. start: 'as' they lie, 'centred' on each other, or by the 'wheels' where
-    there are any."""
+    """The clouds seen from above, at most `points` of each. height, thickness: those of the slice, as fractions of the
+    height of both clouds together; a thickness of 1 keeps everything. start: 'as' they lie, 'centred' on each other, or
+    by the 'wheels' if there is odometry."""
     solid = [p[:, 2] for p in (raw.source, raw.target) if p is not None and p.shape[1] == 3]
     heights = np.concatenate([np.zeros(0), *solid])
     cut = None
@@ -211,12 +212,12 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, start: str)
 
 
 def _steady(length: float) -> float:
-    """To nine digits: a cosine's last one differs between processors, and lengths stand in the script."""
+    """The length to nine digits: a cosine's last one differs between processors, and the script contains lengths."""
     return float(f"{length:.9g}")
 
 
 def _blur(points: Array) -> float:
-    """How far apart places may be and still be one."""
+    """How far apart places may be and still count as one."""
     return max(ROUNDING * float(np.abs(points).max()), FINEST)
 
 
@@ -229,7 +230,7 @@ def _above(points: Array | None, cut: tuple[float, float] | None) -> Array:
 
 
 def about(points: Array) -> Fit:
-    """The window with a border round the points, so that handles and turned clouds have room."""
+    """The fit that leaves a border around the points, so that handles and turned clouds have room."""
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low, 0.0).tolist()
     room_x, room_y = 0.82 * (VIEW.x1 - VIEW.x0), 0.82 * (VIEW.y1 - VIEW.y0)

@@ -1,4 +1,4 @@
-"""What a reader takes away: the pose as JSON and CSV, and the script that finds it again from the same files."""
+"""What a reader can download: the pose as JSON and CSV, and a script that finds it again from the same files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from widgets.engine.script import called, literal, named
 from widgets.figures.own_clouds.clouds import FARTHEST, Clouds, Raw
 from widgets.figures.own_clouds.run import Run
 
-# How the examples are made, for a script that has no files.
+# How the examples are made, for a script without files.
 _EXAMPLES = {
     "room": ["from solvers.scenes import room"],
     "part": ["from solvers.scenes import room"],
@@ -23,8 +23,8 @@ _EXAMPLES = {
 
 
 def in_space(pose: Pose) -> Array:
-    """The pose of the plane as a homogeneous matrix of space, (4, 4): about z, heights as they are (with a scale, they
-    are scaled as well)."""
+    """The pose of the plane as a homogeneous matrix of space, (4, 4): a turn about z that keeps heights, or scales them
+    if the pose has a scale."""
     matrix = np.eye(4)
     matrix[:2, :2] = float(pose.scale) * pose.R
     matrix[2, 2] = float(pose.scale)
@@ -37,12 +37,12 @@ def _heading(pose: Pose) -> float:
 
 
 def steady(value: float) -> float:
-    """The number to 13 digits: the last ones differ between processors, and files shall not."""
+    """The number to 13 digits: the last ones differ between processors, and files must not."""
     return float(f"{value:.13g}") + 0.0
 
 
 def _told(value: Any) -> Any:
-    """Plain data with every number steady."""
+    """Plain data with every float made `steady`."""
     if isinstance(value, dict):
         return {key: _told(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -51,7 +51,7 @@ def _told(value: Any) -> Any:
 
 
 def pose_json(run: Run) -> str:
-    """The pose with what it came from."""
+    """The pose as JSON, with what it was computed from."""
     raw, signs = run.clouds.raw, run.evidence
     document: dict[str, Any] = {
         "takes": "source to target: target = scale * R * source + translation",
@@ -81,13 +81,13 @@ def pose_json(run: Run) -> str:
 
 
 def pose_csv(run: Run) -> str:
-    """The 4 × 4 matrix, a row a line."""
+    """The 4 × 4 matrix as CSV."""
     return "".join(",".join(repr(steady(float(v))) for v in row) + "\n" for row in in_space(run.pose))
 
 
 def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
-    """Python that makes the same run from the same files, or from the example or the drawn points. scans: which of the
-    drive's, where the example is that."""
+    """A script that makes the same run from the same files, or from the example or the drawn points. scans: those of
+    the drive, if that is the example."""
     c = run.clouds
     turn = steady(float(np.arctan2(run.began.R[1, 0], run.began.R[0, 0])))
     x, y = (steady(v) for v in run.began.t.tolist())
@@ -136,7 +136,7 @@ def _printed() -> list[str]:
 
 
 def _made(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str]:
-    """Lines that make `source` and `target` as they came."""
+    """The lines that make the original `source` and `target`."""
     if example == "drive":
         calls = ", ".join(f"drive.points({k}, {FARTHEST!r})" for k in scans)
         return ["drive = telecom_loop()", f"source, target = {calls}"]
@@ -161,7 +161,7 @@ def _cloud(place: str, name: str, points: Array | None) -> list[str]:
 
 
 def _above(place: str, points: Array | None, clouds: Clouds) -> list[str]:
-    """Lines that lay a cloud in space into the plane."""
+    """The lines that project a 3-D cloud onto the plane."""
     if points is None or points.shape[1] == 2:
         return []
     if clouds.slice is None:

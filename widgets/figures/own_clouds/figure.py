@@ -1,4 +1,4 @@
-"""A reader's own clouds: any method that finds its own pairs, from any start, judged where no truth is known."""
+"""A reader's own clouds: any method that finds its own pairs, from any start, judged without a known truth."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from widgets.parts.room import PLACING
 
 TEN = 10
 _METHODS: dict[str, dict[str, Value]] = {name: own.brings() for name, own in OWN.items()}
-# Two scans of the drive bring what its chain of scans is made with; its gate of 0.5 m is some four spacings.
+# Two scans of the drive set what its chain of scans is made with; that gate of 0.5 m is some four spacings.
 _CLOUDS: dict[str, dict[str, Value]] = {
     **{name: {"start": "as"} for name in (*EXAMPLES, "own")},
     "drive": {"start": "wheels", "method": "point-to-plane", "length": 4.0, "share": 0.0, "points": 400.0},
@@ -44,7 +44,7 @@ _CLOUDS: dict[str, dict[str, Value]] = {
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A method brings the length and the share that suit it."""
+    """The reader's settings. A method sets the length and the share that suit it."""
 
     clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"}, "", "nothing", _CLOUDS)
     method: str = choice("icp", "Method", {name: own.label for name, own in OWN.items()}, "", "pose", _METHODS)
@@ -78,12 +78,12 @@ class State:
 
     @property
     def clouds(self) -> Clouds:
-        """What is registered."""
+        """The clouds that are registered."""
         return self.run.clouds
 
 
 def start(controls: Controls, seed: int, given: Mapping[str, Given]) -> State:
-    """The clouds as they lie, or centroid on centroid."""
+    """The clouds at the start that the controls give."""
     c = controls
     clouds = prepared(_raw(c, seed, given), c.height / 100.0, c.thickness / 100.0, round(c.points), c.start)
     return State(c, begun(c.method, clouds, c.length, c.share / 100.0, seed, clouds.first))
@@ -96,7 +96,7 @@ def _raw(c: Controls, seed: int, given: Mapping[str, Given]) -> Raw:
 
 
 def act(state: State, action: Action) -> State:
-    """One step, ten, or another start."""
+    """Take one step or several, or begin from another start."""
     run, c = state.run, state.controls
     if action.kind == "drag":
         pose = dragged(run, action.name, action.x, action.y)
@@ -115,7 +115,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def draw(state: State) -> Picture:
-    """Both clouds, the objective's course, the pose and its signs."""
+    """Both clouds, the objective over the steps, the pose and its signs."""
     run = state.run
     return Picture(
         (clouds_panel(run), objective_chart(run)),
@@ -154,7 +154,7 @@ def _rms(run: Run) -> tuple[str, str]:
 
 
 def _from_graph(run: Run) -> tuple[Readout, ...]:
-    """How far the pose is from the one that the closed graph of the drive has: no truth, but what 55 loops agree on."""
+    """How far the pose is from that in the drive's closed graph: not the truth, but what 55 loops agree on."""
     reference, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
     if reference is not None:
         shift = number(float(np.linalg.norm(run.pose.t - reference.t)), run.clouds.decimals), run.clouds.unit
@@ -226,13 +226,13 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same run from the same files."""
+    """A script that makes the same run from the same files."""
     c = state.controls
     return script(state.run, c.clouds, round(c.points), (round(c.scan), round(c.onto)))
 
 
 def files(state: State) -> dict[str, str]:
-    """The pose; the script is every figure's to take."""
+    """The pose as files; the script is offered by every figure anyway."""
     if not state.clouds.whole:
         return {}
     return {"pose.json": pose_json(state.run), "pose.csv": pose_csv(state.run)}

@@ -1,4 +1,4 @@
-"""How a reader's clouds are drawn: the two clouds in their window with a bar for scale, and the course of a run."""
+"""The marks of a reader's clouds: the two clouds in their window with a scale bar, and the course of a run."""
 
 from __future__ import annotations
 
@@ -28,11 +28,12 @@ from widgets.parts.placing import place
 from widgets.parts.room import PLACING, VIEW
 from widgets.parts.scale_bar import scale_bar
 
-ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # of the window, however large a scan is
+ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # window units, however large a scan is
 
 
 def plain(value: float, decimals: int = 3, most: float = 1e6, digits: int = 2) -> str:
-    """A number of any size: fixed decimals up to `most`, one digit before the point and a power of ten outside."""
+    """A number of any size: fixed decimals from 0.001 up to `most`, otherwise one digit before the point and a power of
+    ten."""
     if value == 0.0 or 1e-3 <= abs(value) < most:
         return number(value, decimals)
     mantissa, exponent = f"{value * (1 + 1e-9):.{digits}e}".split("e")
@@ -40,18 +41,18 @@ def plain(value: float, decimals: int = 3, most: float = 1e6, digits: int = 2) -
 
 
 def tick(value: float) -> str:
-    """The same in the six characters that the padding of a chart has room for, and a minus sign."""
+    """The same within the six characters, plus a minus sign, for which a chart's padding has room."""
     decimals = next((places for places, most in ((3, 1e2), (2, 1e3), (1, 1e4)) if abs(value) < most), 0)
     return plain(value, decimals, 1e5, 0)
 
 
 def moved(clouds: Clouds, pose: Pose) -> Array:
-    """The source at a pose, in the window."""
+    """The source at a pose, in window coordinates."""
     return clouds.fit.put(pose.apply(clouds.source))
 
 
 def robot(clouds: Clouds, pose: Pose, role: Role) -> tuple[Mark, ...]:
-    """Where the robot of a scan of the drive stood, and which way it faced; of other clouds nobody knows."""
+    """The robot that took a scan of the drive, at its place and heading; nothing for other clouds."""
     if clouds.raw.wheels is None:
         return ()
     outline = clouds.fit.put(pose.t[None]) + ROBOT @ pose.R.T
@@ -79,14 +80,14 @@ def clouds_panel(run: Run) -> Panel:
 
 
 def _held(pose: Pose, anchor: Array) -> Pose:
-    """Where the handles stand: at the window's edge for a cloud that a run took out of it."""
+    """The pose of the handles: at the window's edge if a run took the cloud out of it."""
     centre, heading = place(pose, anchor)
     rotation = Pose.from_angle(heading)
     return Pose(rotation.R, np.clip(centre, np.negative(PLACING.limit), PLACING.limit) - rotation.R @ anchor)
 
 
 def handles(run: Run) -> tuple[Handle, ...]:
-    """The source's two, their places told in the files' unit."""
+    """The source's two handles, with their values in the files' unit."""
     c = run.clouds
     if not c.whole:
         return ()
@@ -97,13 +98,13 @@ def handles(run: Run) -> tuple[Handle, ...]:
 
 
 def dragged(run: Run, name: str, x: float, y: float) -> Pose:
-    """The pose between the clouds after a drag of a handle to a place in the window."""
+    """The pose of the clouds after a handle is dragged to a place in the window."""
     c = run.clouds
     return c.fit.meant(PLACING.act(c.fit.seen(run.pose), c.fit.put(c.anchor), Action("drag", name, x, y)))
 
 
 def objective_chart(run: Run) -> Panel:
-    """What the method minimises, over the steps taken; its scale is from the lowest value to the highest."""
+    """What the method minimises, over the steps taken; its axis runs from the lowest value to the highest."""
     values = np.array([v for v in run.objective if np.isfinite(v)])
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     span = high - low if high > low else 1.0

@@ -1,4 +1,4 @@
-"""The methods that a reader's own clouds can be run through, and what one length and one share mean to each of them."""
+"""The methods for a reader's own clouds, and what the length scale and the share mean to each of them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 
 from widgets.engine.controls import Value
 
-OPEN = 40.0  # spacings: a gate that is as wide as its slider goes stands open
+OPEN = 40.0  # spacings: the slider's maximum, at which there is no gate
 
 
 @dataclass(frozen=True)
 class Own:
-    """One method. label: its button's. length: what the length scale is to it, or nothing; spacings: its usual size, in
-    spacings of the target. share: what the share without a partner is to it, or nothing. options(length, share, area):
-    the solver's own, from world units, a fraction and the area that the target fills, squared world units. points: of a
-    cloud, at most, to begin with: a step of a network takes its time."""
+    """One method. label: its name as shown. length: what the length scale means to it, or ""; spacings: the scale's
+    usual size, in spacings of the target. share: what the share without a partner means to it, or "". options(length,
+    share, area): the solver's options, from world units, a fraction and the area that the target fills, squared world
+    units. points: the initial limit of points per cloud: a network's steps are slow."""
 
     label: str
     length: str
@@ -28,11 +28,11 @@ class Own:
 
     @property
     def opens(self) -> bool:
-        """Whether its length may stand open."""
+        """Whether its length may be infinite."""
         return self.length in ("", "gate")
 
     def brings(self) -> dict[str, Value]:
-        """What choosing the method puts the sliders to."""
+        """The slider values that choosing the method sets."""
         return {
             "length": self.spacings,
             "share": 20.0 if self.share in ("trim by count", "clutter") else 0.0,
@@ -91,10 +91,10 @@ OWN: Mapping[str, Own] = MappingProxyType({
     "flow": Own("Learned flow", "", OPEN, "", _one_sample, points=150.0),
     "flow-from-source": Own("Flow from the source", "", OPEN, "", _one_sample, points=150.0),
 })  # fmt: skip
-"""Method → what it is here, in the order of the ladder but for ICP, which comes first."""
+"""The methods by name, in the order of the ladder except for ICP, which comes first."""
 
 
 def options(method: str, length: float, share: float, area: float) -> dict[str, Any]:
-    """The options of a method at a length scale (world units, infinite where it stands open), a share in [0, 1) and the
+    """The options of a method for a length scale (world units; infinite for no gate), a share in [0, 1) and the
     target's area, squared world units."""
     return OWN[method].options(length, share, area)

@@ -1,4 +1,4 @@
-"""A run of any method on a reader's clouds, and the signs by which its pose is judged where no truth is known."""
+"""A run of any method on a reader's clouds, and the signs by which its pose is judged without a known truth."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from widgets.parts.room import alone, single
 class Run:
     """One method on one pair of clouds.
 
-    length: world units, infinite where it stands open. share: in [0, 1), expected without a partner. began: the start.
-    batch: None until the first step. pose: where it has the source. objective: after 0, 1, … steps. refused: why the
-    method does not begin, or nothing.
+    length: world units, infinite for no gate. share: in [0, 1), expected to have no partner. began: the start. batch:
+    None until the first step. pose: the source's current one. objective: after 0, 1, … steps. refused: why the method
+    cannot begin, or "".
     """
 
     method: str
@@ -39,45 +39,45 @@ class Run:
 
     @cached_property
     def options(self) -> dict[str, Any]:
-        """The solver's own."""
+        """The solver's options."""
         return options(self.method, self.length, self.share, self.clouds.area)
 
     @property
     def steps(self) -> int:
-        """How many were taken."""
+        """The number of steps taken so far."""
         return max(0, len(self.objective) - 1)
 
     @property
     def done(self) -> bool:
-        """Whether no step is left to take."""
+        """Whether no steps are left to take."""
         return not self.clouds.whole or bool(self.refused) or (self.batch is not None and self.batch.done)
 
     @property
     def status(self) -> str:
-        """How it stands, in a word."""
+        """The status in a word or a few."""
         if not self.clouds.whole or self.refused:
             return "not begun"
         return "at the start" if self.batch is None else Status(int(self.batch.state().status[0])).label
 
     @property
     def reason(self) -> str:
-        """Why it stopped, in words, or nothing."""
+        """Why the run stopped, in words, or ""."""
         return self.refused or ("" if self.batch is None else str(self.batch.state().reason[0]))
 
     @property
     def reach(self) -> float:
-        """World units within which a source point counts as explained."""
+        """The distance, in world units, within which a source point counts as explained."""
         return SPACINGS * (self.clouds.spacing or 1.0 / self.clouds.fit.scale)
 
     @cached_property
     def evidence(self) -> Evidence | None:
-        """What the clouds say of the pose; None where one is missing."""
+        """The clouds' evidence for the pose; None if one is missing."""
         if not self.clouds.whole:
             return None
         return evidence(self.clouds.source, self.clouds.target, self.pose, self.reach)
 
     def step(self) -> Run:
-        """The run after one step more; one that has stopped is handed back as it is."""
+        """The run after one more step; a run that has stopped is returned as it is."""
         if self.done:
             return self
         batch, course = self.batch, self.objective
@@ -95,8 +95,8 @@ class Run:
 
 
 def begun(method: str, clouds: Clouds, spacings: float, share: float, seed: int, start: Pose) -> Run:
-    """A run from `start`, no step taken. spacings: the length scale, in spacings of the target. The start is rounded
-    to an angle and a shift that a script can write down and find the same, on any processor: ten digits."""
+    """A run from `start`, before its first step. spacings: the length scale, in spacings of the target. The start's
+    angle and shift are rounded (the shift to ten digits), so that a script can reproduce them on any processor."""
     unit = clouds.spacing or 1.0 / clouds.fit.scale
     length = float("inf") if spacings >= OPEN and OWN[method].opens else spacings * unit
     theta = round(float(np.arctan2(start.R[1, 0], start.R[0, 0])), 12) + 0.0

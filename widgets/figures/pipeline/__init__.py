@@ -1,1 +1,1 @@
-"""The figure `pipeline`: proposal, refinement, verdict."""
+"""The figure `pipeline`: a registration in stages: proposal, refinement, verdict."""

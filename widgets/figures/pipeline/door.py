@@ -1,5 +1,5 @@
-"""A door in the hall, drawn as on a plan. It is shut, flush with its wall, so no scan tells it from wall; a reader sees
-by it which end of the hall is which."""
+"""A door in the hall, drawn as on a plan. It is shut and flush with its wall, so scans cannot see it; it shows the
+reader which end of the hall is which."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _SWING = np.linspace(0.5 * np.pi, np.pi, 19)
 
 
 def _plan() -> Array:
-    """The leaf standing open into the hall, and the way its edge takes back to the wall, as one line (k, 2)."""
+    """The leaf, open into the hall, and the arc of its edge back to the wall, as one line (k, 2)."""
     edge = HINGE + WIDE * np.stack([np.cos(_SWING), np.sin(_SWING)], axis=1)
     return np.vstack([edge, HINGE])
 
 
 def door(scene: Scene, pose: Pose, role: Role) -> tuple[Mark, ...]:
-    """Where a pose puts the door; scenes other than the hall have none."""
+    """The door at a pose; scenes other than the hall have none."""
     if scene.name != "hall":
         return ()
     return (Path(pose.apply(_plan()), role, thick=True),)

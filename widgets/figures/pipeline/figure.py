@@ -54,7 +54,7 @@ SIGNS = View(0.0, 1.0, 0.0, 5.0, 320.0, 360.0, (12.0, 10.0, 14.0, 0.0))
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A scene brings its noise and outliers."""
+    """The reader's settings. A scene sets its noise and outliers."""
 
     scene: str = choice("combo", "Scene", SCENES, sets=BROUGHT, keeps="pose")
     turn: float = slider(150.0, "Prediction: turn", -180.0, 180.0, 1.0, "°", "Also the start", "nothing")
@@ -71,14 +71,14 @@ class Controls:
 
     @property
     def plan(self) -> tuple[str, ...]:
-        """The stages that are not left out, in their order."""
+        """The stages that are not skipped, in order."""
         return (*(["propose"] if self.draws > 0 else []), *(["refine"] if self.refine != "none" else []), "verify")
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """stages: those done, the start first. verdict: whether the last stage, the judgement, has been asked for.
-    judgement: the signs at the present pose."""
+    """stages: those done, the start first. verdict: whether the last stage, the judgement, has been requested.
+    judgement: the signs at the current pose."""
 
     controls: Controls
     scene: Scene
@@ -89,12 +89,12 @@ class State:
 
     @property
     def pose(self) -> Pose:
-        """Where the source lies."""
+        """The source's current pose."""
         return self.stages[-1].pose
 
     @property
     def accepted(self) -> bool:
-        """What is decided here; by the stop flag, whether the last search says that it has converged."""
+        """Whether the pose is accepted: by its signs, or by the stop flag, that is if the last search converged."""
         if self.controls.accept == "flag":
             return self.stages[-1].stop.startswith("converged")
         return not self.judgement.failed
@@ -114,7 +114,7 @@ def _at(c: Controls, scene: Scene, backdrop: tuple[Mark, ...], stages: tuple[Sta
 
 
 def act(state: State, action: Action) -> State:
-    """The next stage, all that are left, or another predicted pose."""
+    """Run the next stage or all that are left, or begin from another predicted pose."""
     c, scene = state.controls, state.scene
     if action.kind == "drag":
         pose = PLACING.act(state.pose, ANCHOR, action)
@@ -142,7 +142,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def draw(state: State) -> Picture:
-    """The scene as the present stage leaves it, and the signs there."""
+    """The scene after the last stage done, and the signs there."""
     scene, evidence = state.scene, state.judgement.evidence
     moved, group = state.pose.apply(scene.source), source(scene, state.pose, evidence.explained)
     marks: tuple[Mark, ...] = (
@@ -171,7 +171,7 @@ def _heading(state: State) -> Label:
 
 
 def _signs(state: State) -> Panel:
-    """A scale for each sign: the part of it that is good, the value, and whether it will do."""
+    """A scale for each sign: its good part, the value, and whether the sign is met."""
     marks: list[Mark] = []
     for row, sign in enumerate(state.judgement.signs):
         y = 4.25 - row

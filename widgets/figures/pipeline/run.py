@@ -1,4 +1,4 @@
-"""A registration in stages as its figure shows it: a proposal, its refinement, and the signs by which it is judged."""
+"""A registration in stages, as its figure shows it: a proposal, its refinement, and the signs that judge the result."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ SCENES: dict[str, str] = {
     "clean": "Clean room", "striped": "Striped", "combo": "Combo", "hall": "Hall", "corridor": "Corridor",
 }  # fmt: skip
 METHODS_OF = {"point": "icp", "plane": "point-to-plane", "gicp": "gicp"}
-REACH = 0.3  # u: a source point is explained where a target point is as near as this
+REACH = 0.3  # u: a source point is explained if a target point is at least this close
 LEAST_HELD = 0.02
 LARGEST_RMS = 0.18  # u
 FARTHEST_HALVES = 0.2  # u
-SEARCH: dict[str, Any] = {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32}  # u, the proposal's, as in the race
+SEARCH: dict[str, Any] = {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32}  # u, for the proposal, as in the race
 CALLS = dict.fromkeys(SCENES, "room") | {"hall": "hall", "corridor": "corridor"}
 
 
 @lru_cache(maxsize=16)
 def scene_of(name: str, seed: int, noise: float, outliers: float, overlap: float) -> Scene:
-    """One of SCENES; outliers: the fraction of each cloud; overlap: that of a room's outline which the target sees."""
+    """One of SCENES; outliers: the fraction of each cloud; overlap: the fraction of a room's outline that the target
+    sees."""
     if name in ROOM_SETTINGS:
         return room(name, seed=seed, noise=noise, outliers=outliers, overlap=overlap)
     return {"hall": hall, "corridor": corridor}[name](seed=seed, noise=noise, outliers=outliers)
@@ -40,7 +41,7 @@ def scene_of(name: str, seed: int, noise: float, outliers: float, overlap: float
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One stage done. name: 'start', 'propose' or 'refine'. stop: how it stopped, in words."""
+    """A stage that is done. name: 'start', 'propose' or 'refine'. stop: how it stopped, in words."""
 
     name: str
     pose: Pose
@@ -49,23 +50,23 @@ class Stage:
 
 @lru_cache(maxsize=16)
 def proposed(scene: Scene, steps: int) -> Stage:
-    """The pose that RANSAC finds in `steps` steps of 32 hypotheses. No start plays a part in it, so that a figure may
-    be dragged about without another search."""
+    """The pose that RANSAC finds in `steps` steps of 32 hypotheses. It does not depend on the start, so dragging the
+    source needs no further search."""
     result = register(scene.source, scene.target, "ransac-congruent", seed=scene.seed, max_steps=steps, **SEARCH)
     return Stage("propose", result.pose, f"{result.status}, step {result.steps}")
 
 
 @lru_cache(maxsize=16)
 def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
-    """The pose at which ICP with a residual stops, from that of the stage before."""
+    """The pose at which ICP with this residual stops, starting from that of the stage before."""
     result = register(scene.source, scene.target, METHODS_OF[residual], start=stage.pose, gate=gate)
     return Stage("refine", result.pose, f"{result.status}, step {result.steps}")
 
 
 @dataclass(frozen=True)
 class Sign:
-    """One sign: its value as text, what is asked of it, whether it is met. at, limit: both in [0, 1] along its scale,
-    `at` None where there is no value yet; more: whether it is the larger value that is good."""
+    """One sign. said: its value as text. asked: the requirement. met: whether it is met. at, limit: both in [0, 1] along
+    its scale, `at` None if there is no value yet. more: whether larger values are better."""
 
     name: str
     said: str
@@ -78,8 +79,8 @@ class Sign:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The clouds' evidence at a pose, how far two halves end apart (u; None at the start, where nothing has run), by
-    how many degrees the predicted turn is missed, and the five signs in their order."""
+    """The clouds' evidence at a pose, how far apart two halves end (u; None at the start, before any run), by how many
+    degrees the predicted turn is missed, and the five signs in order."""
 
     evidence: Evidence
     apart: float | None
@@ -105,12 +106,12 @@ def _parted(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
 def judged(
     scene: Scene, stages: tuple[Stage, ...], residual: str, gate: float, least: float, trust: float
 ) -> Judgement:
-    """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
-    the first stage, the prediction, may be missed, 180 where it is not required."""
+    """The signs at the last stage's pose. least: the fraction that must be explained; trust: by how many degrees the
+    turn of the first stage, the prediction, may be missed; 180 if it is not used."""
     pose, predicted = stages[-1].pose, stages[0].pose
     measures = _seen(scene, stages[-1])
     share, rms, weakest = float(measures.share), float(measures.rms), float(measures.weakest)
-    some = share > 0.0  # where nothing is explained there is no residual, and nothing to hold the pose
+    some = share > 0.0  # if nothing is explained, there are no residuals, and nothing constrains the pose
     apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
     share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
@@ -137,16 +138,16 @@ def _small(name: str, value: float | None, limit: float, full: float, unit: str,
 
 
 def ratio(value: float) -> str:
-    """A ratio as text, as small as the scale of decades is long."""
+    """A ratio as text, with decimals down to the least value of the logarithmic scale."""
     return number(value, 3 if value >= 0.01 else 4)
 
 
 def _decades(value: float) -> float:
-    """Where a ratio stands between a ten-thousandth, 0, and one, 1, by its logarithm."""
+    """A ratio's place on a logarithmic scale from 0, at a ten-thousandth, to 1, at one."""
     return float(np.clip(1.0 + np.log10(max(value, 1e-4)) / 4.0, 0.0, 1.0))
 
 
 def right(scene: Scene, pose: Pose) -> bool:
-    """Whether both are below the benchmark's limits."""
+    """Whether both errors of a pose are below the benchmark's limits."""
     turn, shift = errors(pose, scene.truth)
     return turn < CLOSE_DEGREES and shift < CLOSE_DISTANCE

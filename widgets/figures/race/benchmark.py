@@ -34,7 +34,7 @@ PAD = (104.0, 28.0, 12.0, 40.0)
 
 
 class Settings(Protocol):
-    """The race's controls, as far as the benchmark asks."""
+    """The race's controls that the benchmark needs."""
 
     @property
     def setting(self) -> str: ...
@@ -44,19 +44,19 @@ class Settings(Protocol):
 
 
 def work(controls: Settings, seed: int) -> Iterator[Progress]:
-    """Every contestant in one batch over all seeds, a step at a time. The seeds are the benchmark's own, not `seed`."""
+    """Run each contestant on all seeds in one batch, step by step. The seeds are the benchmark's own, not `seed`."""
     race = controls.race()
     problem, truth = race_problem(race)
     entries, lines = field(controls.ninth), list[Line]()
     for entry in entries:
-        METHODS[entry.contestant.method]  # what a page lacks of a method it lacks before anything has begun
+        METHODS[entry.contestant.method]  # so that the page loads whatever a method lacks before the first run
     for k, entry in enumerate(entries):
         label, seconds, steps = entry.contestant.label, 0.0, 0
         start = perf_counter()
         batch = entry.contestant.begin(problem)
         seconds += perf_counter() - start
         while not batch.done:
-            # How many have stopped is the best that can be told of how far it is.
+            # The share of runs that have stopped is the best available measure of progress.
             share = 1 - batch.rows.size / batch.steps.size
             yield Progress((k + share) / len(entries), f"{label}, step {steps}")
             start = perf_counter()
@@ -69,7 +69,7 @@ def work(controls: Settings, seed: int) -> Iterator[Progress]:
 
 
 def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], lines: Sequence[Line]) -> Result:
-    """The table and the strips of what has been run so far."""
+    """The table and the strips of all runs so far."""
     rows = tuple(
         Row(
             one.contestant.method, one.contestant.label,
@@ -86,7 +86,7 @@ def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], 
 
 
 def caption(race: racing.Controls) -> str:
-    """On what it was run."""
+    """A caption that says what was run."""
     noise, outliers = race.noise or 0.0, 100 * (race.outliers or 0.0)
     return (
         f"{len(SEEDS)} seeds, {SEEDS[0]} to {SEEDS[-1]}: {SETTINGS[race.setting].lower()}, start {race.degrees:g}° and"
@@ -99,9 +99,9 @@ def strips(
     name: str, quantity: tuple[str, str], entries: Sequence[Entry],
     errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]], span: tuple[float, float], close: float,
 ) -> Panel:  # fmt: skip
-    """A strip a solver with a dot for every seed, on an axis of decades; a bar at the median, a line at the threshold.
+    """A strip per solver with a dot for every seed, on a logarithmic axis; a bar at the median, a line at the threshold.
 
-    quantity: what the errors are of, and their unit. What lies outside `span` is drawn at its end.
+    quantity: the name of the error and its unit. Errors outside `span` are drawn at its end.
     """
     what, unit = quantity
     low, high = (float(np.log10(v)) for v in span)
@@ -113,13 +113,13 @@ def strips(
     )
     marks += [Label([x, -9.0], f"{10.0**x:g}", "guide", "middle", dy=15) for x in exponents]
     label = f"{what} error of every seed, {unit.strip()}"
-    marks += axis_names(view, "", f"{what} error, {unit.strip()}")  # beside the key there is no room for more
+    marks += axis_names(view, "", f"{what} error, {unit.strip()}")  # there is no room beside the key for more
     marks.append(Label([high, 0.0], f"bar: median; dashed: {close:g}{unit}", "guide", "end", dy=-ABOVE))
     marks.append(Segments([np.log10(close), 0.0], [np.log10(close), -9.0], "truth", dashed=True))
     for k, (entry, error) in enumerate(zip(entries, errors, strict=True)):
         middle = -0.5 - k
         place = np.log10(np.clip(error, *span))
-        # Seeds beside each other, so that equal errors do not hide one another: five rows, in the order of the seeds.
+        # Five rows, in the order of the seeds, so that equal errors do not hide each other.
         beside = middle + 0.13 * (np.arange(len(place)) * 2 % 5 - 2)
         marks.append(Points(np.stack([place, beside], axis=1), entry.role, radius=2.5, weight=[0.65] * len(place)))
         median = float(np.median(place))
@@ -129,7 +129,7 @@ def strips(
 
 
 def python(race: racing.Controls, ninth: str) -> str:
-    """The call that finds the same table."""
+    """A script that computes the same table."""
     lines = ["from solvers.benchmark import benchmark, table", "from solvers.race import Controls", ""]
     more = ""
     if ninth != STAND_IN:

@@ -1,4 +1,4 @@
-"""The race's field: what each contestant's panel says of it, and one contestant's run, step by step on one problem."""
+"""The race's field: what each contestant's panel says, and one contestant's run, step by step on one problem."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from widgets.drawing.picture import Panel, Role, worded
 from widgets.parts.room import errors, single
 
 NINTH = "ninth"
-STAND_IN = "hypothesis-mixture"  # whose panel another contestant may take
+STAND_IN = "hypothesis-mixture"  # another contestant may take its panel
 
 
 @dataclass(frozen=True)
 class Entry:
     """A contestant as the race shows it.
 
-    short: its name in the chart. role, dashed, dotted: its line, here and in every chart of the race. note: what it is,
-    and what it is not.
+    short: its name in the chart. role, dashed, dotted: its line, here and in every chart of the race. note: what it is
+    and is not.
     """
 
     contestant: Contestant
@@ -84,7 +84,7 @@ ENTRIES: Mapping[str, Entry] = MappingProxyType(
         if method == one.method
     }
 )
-"""Method → its entry; the nine first, in the order of their panels."""
+"""Method → its entry; first the nine, in the order of their panels."""
 
 
 def field(ninth: str = STAND_IN) -> tuple[Entry, ...]:
@@ -96,8 +96,8 @@ def field(ninth: str = STAND_IN) -> tuple[Entry, ...]:
 class Run:
     """One contestant on one problem.
 
-    batch: None until the first step. pose: where it has the source. rotation, translation: the errors after 0, 1, …
-    steps, in degrees and u. panel: its drawing, the same object for as long as nothing in it changes.
+    batch: None until the first step. pose: the source's current one. rotation, translation: the errors after 0, 1, …
+    steps, in degrees and u. panel: its drawing, the same object as long as nothing in it changes.
     """
 
     entry: Entry
@@ -111,12 +111,12 @@ class Run:
 
     @cached_property
     def first(self) -> Batch[Any]:
-        """Its batch at the start, begun when first asked for: normals, maps and candidate pairs are half of a step."""
+        """Its batch at the start, begun on first use: normals, maps and candidate pairs take as long as half a step."""
         return self.entry.contestant.begin(self.problem)
 
     @property
     def ready(self) -> bool:
-        """Whether the next step has nothing to begin."""
+        """Whether the run has begun, so that its next step needs no preparation."""
         return self.batch is not None or "first" in self.__dict__
 
     @property
@@ -126,12 +126,12 @@ class Run:
 
     @property
     def seat(self) -> str:
-        """The panel that it has: the last one's name does not tell who is in it."""
+        """The name of its panel; that of the last panel does not depend on who is in it."""
         return NINTH if self.method == STAND_IN or self.entry.contestant in EXTRAS else self.method
 
     @property
     def steps(self) -> int:
-        """How many it has taken."""
+        """The number of steps taken so far."""
         return len(self.rotation) - 1
 
     @property
@@ -141,12 +141,12 @@ class Run:
 
     @property
     def status(self) -> Status:
-        """How it stands."""
+        """The solver's status."""
         return Status.RUNNING if self.batch is None else Status(int(self.batch.state().status[0]))
 
     @property
     def reason(self) -> str:
-        """Why it stopped, in words, or nothing."""
+        """Why it stopped, in words, or ""."""
         return "" if self.batch is None else worded(str(self.batch.state().reason[0]))
 
     @property
@@ -161,18 +161,18 @@ class Run:
 
 
 def waiting(entry: Entry, problem: Problem, truth: Pose) -> Run:
-    """A contestant at the start, which has not looked at the clouds yet."""
+    """A contestant at the start, which has not processed the clouds yet."""
     pose = single(problem.start)
     turn, shift = errors(pose, truth)
     return Run(entry, problem, truth, pose, (turn,), (shift,))
 
 
 def stepped(run: Run) -> Run:
-    """The run after one step more; one that has stopped is handed back as it is."""
+    """The run after one more step; a run that has stopped is returned as it is."""
     if run.done:
         return run
     batch = run.first if run.batch is None else run.batch
-    if batch.done:  # at once: the clouds do not determine a pose for it
+    if batch.done:  # it stopped at once, since the clouds do not determine a pose for it
         return replace(run, batch=batch, panel=None)
     batch = advance(batch)
     pose = single(batch.pose())

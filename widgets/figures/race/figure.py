@@ -1,4 +1,4 @@
-"""The race: nine solvers on one pair of scans from one start, step by step, and what their errors do."""
+"""The race: nine solvers on one pair of scans from one start, step by step, and a chart of their errors."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from widgets.figures.race.panels import PLACING, Stage, chart, drawn, handles, p
 from widgets.parts.placing import HANDLES, written
 from widgets.parts.room import ANCHOR, BRINGS, SETTINGS, problem
 
-AHEAD = 3  # of the nine begin while nobody asks for anything, at each level of detail
-LEVELS = 4  # of detail: the picture is the same in all
+AHEAD = 3  # contestants begun in idle time at each level of detail
+LEVELS = 4  # of detail, all with the same picture
 NINTH = {STAND_IN: ENTRIES[STAND_IN].contestant.label} | {c.method: c.label for c in EXTRAS}
 
 
 @dataclass(frozen=True)
 class Controls:
-    """What the race is set to. A setting brings its noise and outliers, which the sliders then change."""
+    """The race's settings. A room sets its noise and outliers, which the sliders can then change."""
 
     setting: str = choice("combo", "Room", SETTINGS, sets=BRINGS, keeps="pose")
     turn: float = slider(45.0, "Start: turned by", -180.0, 180.0, 1.0, "°", keeps="nothing")
@@ -47,8 +47,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """placed: whether the start was put by hand. runs: the nine, in the order of their panels. steps: pressed since the
-    start; a contestant that has stopped has taken fewer. followed: the method whose line stands out, or none."""
+    """placed: whether the start was set by a drag. runs: the nine, in the order of their panels. steps: taken since the
+    start; a contestant that has stopped took fewer. followed: the method whose line is highlighted, or ""."""
 
     controls: Controls
     scene: Scene
@@ -66,9 +66,9 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """All nine at the start that the sliders say."""
+    """All nine at the start that the sliders give."""
     for entry in field(controls.ninth):
-        METHODS.get(entry.contestant.method)  # imports its module now, not when the first step is asked for
+        METHODS.get(entry.contestant.method)  # imports its module now rather than at the first step
     scene = controls.race().scene(seed)
     return _begun(controls, scene, scenery(scene), room_start(controls.turn, controls.offset), False, "")
 
@@ -82,7 +82,7 @@ def _begun(
 
 
 def act(state: State, action: Action) -> State:
-    """A step of all that still run, all their steps, another start, or a line to follow."""
+    """Step all that still run, once or to the end, begin from another start, or follow a line."""
     if action.kind == "click":
         method = picked(state.runs, action.x, action.y)
         return replace(state, followed="" if method == state.followed else method)
@@ -99,7 +99,8 @@ def act(state: State, action: Action) -> State:
 
 
 def draw(state: State, detail: int = LEVELS - 1) -> Picture:
-    """Nine panels and the chart. What is finer of a later level is the next step's time: its contestants have begun."""
+    """Nine panels and the chart. A finer level looks the same, but begins more contestants, so the next step is faster.
+    """
     for run in state.runs[: detail * AHEAD]:
         if not run.ready:
             _ = run.first
@@ -115,7 +116,7 @@ def draw(state: State, detail: int = LEVELS - 1) -> Picture:
 
 
 def known(state: State) -> int:
-    """The level of detail up to which the contestants are ready."""
+    """The level of detail whose contestants are all ready."""
     ready = next((k for k, run in enumerate(state.runs) if not run.ready), len(state.runs))
     return ready // AHEAD
 
@@ -135,7 +136,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
 
 
 def _running(state: State) -> str:
-    """How many have not stopped; before the first step none has started."""
+    """How many have not stopped, as text; a dash before the first step."""
     return str(sum(not run.done for run in state.runs)) if state.steps else "–"
 
 

@@ -1,4 +1,4 @@
-"""How the race is drawn: a small panel for each contestant, and one chart with the errors of all of them."""
+"""The race's panels: a small one for each contestant, and one chart with the errors of all."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from widgets.parts.room import ANCHOR
 VIEW = View(-6.4, 6.4, -4.4, 4.4, width=300.0)
 PLACING = Placing(VIEW, limit=(3.6, 1.8), reach=3.4, least=2.5)
 BORDER = np.array([(-6.35, -4.35), (6.35, -4.35), (6.35, 4.35), (-6.35, 4.35)])
-KEY = np.array([(-6.1, 4.0), (-4.6, 4.0)])  # a sample of its line, in the corner of a contestant's panel
+KEY = np.array([(-6.1, 4.0), (-4.6, 4.0)])  # a sample of a contestant's line, in the corner of its panel
 
 SAMPLES = {name: Path(KEY, one.role, dashed=one.dashed, dotted=one.dotted, thick=True) for name, one in ENTRIES.items()}
 
 LOW, HIGH = 0.01, 180.0  # degrees
-NAMES = 75.0  # on the chart's axis of steps: where the names begin
+NAMES = 75.0  # steps, on the chart's x axis: where the names begin
 HEIGHT = 286.0
 CHART = View(0.0, 96.0, float(np.log10(LOW)), float(np.log10(HIGH)), 480.0, HEIGHT, (40.0, 28.0, 6.0, 40.0))
 LINE = 18.0  # px between two names
@@ -51,12 +51,12 @@ FRAME: tuple[Mark, ...] = (
     Segments([0.0, _CLOSE], [float(MAX_STEPS), _CLOSE], "truth", dashed=True),
     Label([0.0, _CLOSE], "5°", "truth", "start", dx=5, dy=14),
 )
-"""The chart's axes up to the most steps there are, and the threshold; the names stand to the right of them."""
+"""The chart's axes, up to the greatest number of steps, and the threshold; the names are to the right."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """What all panels of one start share, drawn once: the outline at the start and at the truth, and the target."""
+    """What all panels of one start share, rendered once: the outline at the start and at the truth, and both clouds."""
 
     scene: Scene
     behind: tuple[Mark, ...]
@@ -70,7 +70,7 @@ class Stage:
 
 
 def scenery(scene: Scene) -> tuple[Mark, ...]:
-    """What no start changes."""
+    """The marks that do not depend on the start: the outline at the truth, and the target."""
     return (
         *(Path(scene.truth.apply(line), "truth", thick=True) for line in scene.outline),
         Points(scene.target, "target", "square", radius=2.5),
@@ -82,7 +82,7 @@ def _cloud(scene: Scene, pose: Pose) -> Points:
 
 
 def drawn(run: Run, stage: Stage) -> Run:
-    """The run with its panel, made where it has none."""
+    """The run with its panel, which is made if it has none."""
     if run.panel is not None:
         return run
     entry = run.entry
@@ -94,7 +94,7 @@ def drawn(run: Run, stage: Stage) -> Run:
 
 
 def verdict(run: Run) -> tuple[Mark, ...]:
-    """A frame and a word round a panel whose run has stopped: whether it is within the two limits of the truth."""
+    """A frame round the panel of a run that has stopped, and a word: whether it is within both limits of the truth."""
     if not run.done:
         return ()
     role: Role = "truth" if run.close else "outlier"
@@ -103,12 +103,12 @@ def verdict(run: Run) -> tuple[Mark, ...]:
 
 
 def errors(run: Run) -> str:
-    """Both errors of a run, as its panel tells them."""
+    """Both errors of a run, as its panel shows them."""
     return f"{number(run.rotation[-1], 1)}° · {number(run.translation[-1])} u"
 
 
 def standing(run: Run) -> str:
-    """How a run stands: 'not started', 'step 7', 'converged after 25 steps'."""
+    """A run's status: 'not started', 'step 7', 'converged after 25 steps'."""
     if run.batch is None:
         return "not started"
     if not run.done:
@@ -117,19 +117,19 @@ def standing(run: Run) -> str:
 
 
 def handles(start: Pose, runs: Sequence[Run]) -> tuple[Handle, ...]:
-    """The two grips of the start, which can be taken in every panel; the keyboard finds them in the first."""
+    """The two handles of the start, which can be dragged in every panel; the keyboard reaches them in the first."""
     first, *others = (run.seat for run in runs)
     return tuple(replace(one, panel=first, also=tuple(others)) for one in PLACING.handles(start, ANCHOR))
 
 
 def chart(runs: Sequence[Run], followed: str = "") -> Panel:
-    """The rotation error of every run over its steps, in decades; where one is followed, the others are faint."""
+    """The rotation error of every run over its steps, on a logarithmic axis; if one is followed, the others are faint."""
     marks: list[Mark] = [*FRAME]
     lines = [course(run) for run in runs]
     ends = np.stack([line[-1] for line in lines])
     heights = apart(CHART.px(ends)[:, 1].tolist())
     sides = [(NAMES - 1.0, _world_y(height)) for height in heights]
-    if any(len(line) > 1 for line in lines):  # from one start to nine names, leaders would look like courses
+    if any(len(line) > 1 for line in lines):  # before the first step, leaders from one start to nine names would look like courses
         marks.append(Segments(ends, sides, "guide", weight=[0.3] * len(lines)))
     for run, line, side in zip(runs, lines, sides, strict=True):
         one, faint = run.entry, bool(followed) and followed != run.method
@@ -143,13 +143,13 @@ def chart(runs: Sequence[Run], followed: str = "") -> Panel:
 
 
 def course(run: Run) -> Array:
-    """The run's line in the chart's world (k + 1, 2): steps, and the decimal logarithm of the error."""
+    """The run's line in chart coordinates (k + 1, 2): steps, and the decimal logarithm of the error."""
     error = np.clip(np.asarray(run.rotation), LOW, HIGH)
     return np.stack([np.arange(len(error), dtype=float), np.log10(error)], axis=1)
 
 
 def apart(heights: Sequence[float]) -> list[float]:
-    """Where names stand that would stand at these heights, px: in the same order, a line apart, within the window."""
+    """These heights of names, px, spread to at least a line apart, in the same order and within the window."""
     top, bottom = CHART.pad[1] + 4.0, HEIGHT - CHART.pad[3] - 2.0
     order = sorted(range(len(heights)), key=lambda i: (round(heights[i], 6), i))
     spread = list(heights)
@@ -182,12 +182,12 @@ def picked(runs: Sequence[Run], x: float, y: float) -> str:
 
 
 def _distance(line: Array, x: float, y: float) -> float:
-    """From a place of the chart to the nearest of a line's points, px, with the line drawn every fifth of a step."""
+    """The distance from a place in the chart to the nearest point of a line, px, sampled every fifth of a step."""
     along = np.linspace(0.0, line[-1, 0], 5 * len(line) + 1)
     dense = CHART.px(np.stack([along, np.interp(along, line[:, 0], line[:, 1])], axis=1))
     return float(np.hypot(*(dense - CHART.px([[x, y]])).T).min())
 
 
 def turned(pose: Pose) -> str:
-    """The start in words: how far turned, how far moved."""
+    """The start in words: its turn and its shift."""
     return f"{degrees(float(pose.angle))}° and {number(float(np.hypot(*pose.t)))} u"

@@ -1,1 +1,1 @@
-"""The figure `ransac`: corrupted pairs."""
+"""The figure `ransac`: registration with corrupted pairs."""

@@ -1,4 +1,4 @@
-"""How many trials a sampler needs, as a curve over the fraction of right pairs, with the place of one run on it."""
+"""A chart of the trials that a sampler needs, over the fraction of right pairs, with one run marked on the curve."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SHARES = np.linspace(0.02, 1.0, 50)
 
 @lru_cache(maxsize=64)
 def budget_chart(confidence: float, sample: int, cap: int, share: float | None) -> Panel:
-    """N over w at one confidence, for `sample` pairs a trial, the cap, and the point of a run's estimate `share`.
+    """N over w at one confidence, for `sample` pairs per trial, the cap, and the point of a run's estimate `share`.
 
-    Remembered, since few of these differ and a panel that stays the same object is not turned into markup again.
+    Cached, since few of these differ and the host does not render the same object again.
     """
     panel = chart(
         "budget",
@@ -39,7 +39,7 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
     here = np.array([share, np.log10(min(max(budget, 1.0), TOP))])
     marks: list[Mark] = [Points(here, "inlier", "diamond", radius=6.0)]
     if budget < TOP:
-        # Above the curve, or, near its right end, under it; where it has come down to the axis, above it again.
+        # The name is above the curve, below it near its right end, and above again where the curve reaches the axis.
         high, name = share < 0.78, f"N = {whole(budget)}"
         dx, dy = (10.0, -9.0) if high else (-18.0, 4.0) if budget > 1.0 else (-8.0, -26.0)
         marks.append(Label(here, name, "inlier", "start" if high else "end", dx=dx, dy=dy))
@@ -47,12 +47,12 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
 
 
 def whole(count: float) -> str:
-    """A whole number with commas between thousands, as everywhere."""
+    """A whole number with commas between thousands."""
     return f"{count:,.0f}"
 
 
 def curve(confidence: float, sample: int) -> Array:
-    """The quotient itself at SHARES, not rounded up to whole trials, at least one."""
+    """The exact number of trials at SHARES, at least one and not rounded up."""
     with np.errstate(divide="ignore"):
         exact = np.log1p(-confidence) / np.log1p(-(SHARES**sample))
     return np.asarray(np.maximum(exact, 1.0))

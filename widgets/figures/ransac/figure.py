@@ -23,10 +23,10 @@ from widgets.engine.script import called
 from widgets.figures.ransac.budget_chart import budget_chart, whole
 from widgets.figures.ransac.match_view import HANDLE, PULLED, Shown, match_handle, match_panel, pulled_to
 
-MOST = 300  # trials at most
-SEPARATION = 0.7  # u, at least, between the two points of a trial in both views
+MOST = 300  # most trials
+SEPARATION = 0.7  # u, the least distance between the two points of a trial in both views
 STEPS = 500  # more than any run takes
-BLOCK = 64  # trials at once, where all are asked for
+BLOCK = 64  # trials at once, when all are requested
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,9 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """steps: trials and refits that the reader asked for; None is all that there are.
+    """steps: the trials and refits that the reader has requested; None for all.
 
-    pulled: where the reader has put one partner, (2,) in target coordinates, or None where it was measured.
+    pulled: where the reader has dragged one partner, (2,) in target coordinates; None if it is where it was measured.
     """
 
     controls: Controls
@@ -66,7 +66,7 @@ class State:
 
     @property
     def target(self) -> Array:
-        """The target points (40, 2), the pulled one where it was put."""
+        """The target points (40, 2), with the pulled one where it was dragged."""
         points = self.scene.target.copy()
         if self.pulled is not None:
             points[PULLED] = self.pulled
@@ -74,23 +74,23 @@ class State:
 
     @property
     def wrong(self) -> BoolArray:
-        """Which pairs are wrong, (40,), the pulled one among them."""
+        """Which pairs are wrong, (40,), including the pulled one."""
         wrong = self.scene.target_outlier.copy()
         wrong[PULLED] |= self.pulled is not None
         return wrong
 
     @cached_property
     def run(self) -> Run:
-        """What the solver does in these steps."""
+        """The solver's run of these steps."""
         return _run(self)
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The solver after the steps that were asked for.
+    """The solver after the requested steps.
 
     now: its state. searched: its state after the last trial, None while trials are still due. before: its state before
-    the refit just made, None where none was.
+    the last refit, None if the last step was not one.
     """
 
     now: RansacState
@@ -99,12 +99,12 @@ class Run:
 
     @property
     def found(self) -> bool:
-        """Whether some trial had a consensus."""
+        """Whether any trial found a consensus."""
         return bool(self.now.found[0])
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing left to do."""
+        """Whether the run has stopped."""
         return bool(self.now.status[0] != Status.RUNNING)
 
     @property
@@ -114,12 +114,12 @@ class Run:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """Forty pairs, no trial made."""
+    """Forty pairs, before any trial."""
     return State(controls, facade_scene(controls.scene, seed=seed, noise=controls.noise, outliers=controls.outliers))
 
 
 def act(state: State, action: Action) -> State:
-    """One step more, all the rest, or another place for one partner, which all trials so far then meet."""
+    """Take one more step or all the rest, or move one partner; all trials so far are then repeated with it."""
     if action.kind == "drag":
         return replace(state, pulled=pulled_to(action.x, action.y))
     if action.name == "finish" or state.steps is None:
@@ -128,7 +128,7 @@ def act(state: State, action: Action) -> State:
 
 
 def _run(state: State) -> Run:
-    """The solver from its start: trials in one block or a few, since the size of a block changes nothing."""
+    """Run the solver from its start, with trials in one block or a few, since the block size changes nothing."""
     c, scene = state.controls, state.scene
     steps = STEPS if state.steps is None else state.steps
     block = BLOCK if state.steps is None else max(1, min(steps, MOST))
@@ -148,7 +148,7 @@ def _run(state: State) -> Run:
 
 
 def draw(state: State) -> Picture:
-    """The matches between the two views, the trials needed over the fraction of right pairs, and the words."""
+    """The matches between the two views, a chart of the trials needed over the fraction of right pairs, and the words."""
     c, ran = state.controls, state.run
     now = ran.now
     shown = Shown(
@@ -230,7 +230,7 @@ def _note(state: State, ran: Run) -> str:
     sums = f"capped sum {number(float(old.objective[0]), 2)} → {number(float(now.objective[0]), 2)} u²"
     fell = " (the count may fall)" if count < was else ""
     ends = " Capped short of N." if now.status[0] == Status.CAPPED else " Stable." * ran.over
-    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"  # two lines on a phone at most
+    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"  # must fit two lines on a phone
 
 
 def _description(state: State, ran: Run) -> str:

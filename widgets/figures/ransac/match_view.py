@@ -1,4 +1,4 @@
-"""Two views laid side by side with their proposed matches between them, as one would lay two photographs."""
+"""Two views side by side, like two photographs, with their proposed matches between them."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from widgets.drawing.picture import (
 VIEW = View(-6.5, 7.5, -3.3, 3.3)
 LEFT, RIGHT = np.array([-3.4, -0.1]), np.array([2.75, 0.15])  # where each view's origin is drawn
 HANDLE = "partner"
-PULLED = 18  # the pair whose partner the reader may pull: the top right corner of the lower right window
-LOW, HIGH = (-6.1, -2.9), (7.1, 2.9)  # where it may be put
+PULLED = 18  # the pair whose partner the reader can drag: the top right corner of the lower right window
+LOW, HIGH = (-6.1, -2.9), (7.1, 2.9)  # where it can be put
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
     """What is drawn over the two views.
 
-    target: (n, 2) as measured, or pulled. wrong, inliers: (n,). pose: the best so far, None before one. ghost: the
-    least-squares pose of all pairs. trial: rows (2,) and pose of the trial just made, or None. epsilon: u.
+    target: (n, 2) as measured or dragged. wrong, inliers: (n,). pose: the best so far, or None. ghost: the
+    least-squares pose of all pairs. trial: rows (2,) and pose of the last trial, or None. epsilon: u.
     """
 
     scene: Scene
@@ -51,11 +51,11 @@ class Shown:
 
 
 def match_panel(shown: Shown) -> Panel:
-    """Both views, a line a match, ε round every target point, the poses as outlines of the front."""
+    """Both views, a line per match, ε round every target point, the poses as outlines of the façade."""
     scene, q = shown.scene, shown.target + RIGHT
     p = scene.source + LEFT
     front, known = scene.outline[0], shown.pose is not None
-    faint = min(1.0, 0.3 / shown.epsilon)  # wide rings lie over one another, and leave the façade to be seen
+    faint = min(1.0, 0.3 / shown.epsilon)  # wide rings overlap, and must not hide the façade
     chosen, left = shown.inliers & known, ~shown.inliers & known
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
     if known:
@@ -80,7 +80,7 @@ def match_panel(shown: Shown) -> Panel:
             Path(shown.pose.apply(front) + RIGHT, "source", thick=True),
             Points(shown.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
         ]
-    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count; its pose, by what it took
+    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count, a pose by the pairs that it admitted and lost
         admitted, lost = chosen & shown.wrong, left & ~shown.wrong
         marks += [Points(q[admitted], "outlier", "ring", radius=8.0), Points(q[lost], "truth", "ring", radius=8.0)]
     if shown.trial is not None:
@@ -105,12 +105,12 @@ def _name(x: float, text: str, role: Role) -> Label:
 
 
 def match_handle(target: Array) -> Handle:
-    """One partner, to be pulled away."""
+    """The handle on one partner, to drag it away."""
     x, y = (target[PULLED] + RIGHT).tolist()
     value = f"partner at ({number(x - RIGHT[0], 1)}, {number(y - RIGHT[1], 1)}) u in the target view"
     return Handle(HANDLE, "Partner of one pair", (x, y), value, move_keys(x, y, 0.1, 0.5))
 
 
 def pulled_to(x: float, y: float) -> Array:
-    """A place in the panel, kept inside it, in target coordinates."""
+    """A place in the panel, clipped to its inside, in target coordinates."""
     return np.asarray(np.clip([x, y], LOW, HIGH) - RIGHT)
