@@ -272,7 +272,7 @@ def _description(state: State, count: int | None, some: int | None) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     return "\n".join([*_clouds_in_python(state), *_run_in_python(state), *_printed_in_python(state)]) + "\n"
 
 

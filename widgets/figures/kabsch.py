@@ -277,7 +277,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, s = state.controls, state.scene
     lines = [
         "import numpy as np",

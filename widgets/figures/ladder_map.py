@@ -163,7 +163,7 @@ def _description(state: State, courses: tuple[Course, ...] | None, rings: Mappin
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     seed, nearest = state.dials[0].seed, RUNGS["nearest"].length
     lines = f"""import numpy as np
 from solvers import Pose, register

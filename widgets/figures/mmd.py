@@ -268,7 +268,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, scene = state.controls, state.scene
     return "\n".join(
         [

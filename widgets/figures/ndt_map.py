@@ -257,7 +257,7 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c = state.controls
     stuck = f"points = np.vstack([points, np.tile({SPOT!r}, ({STUCK}, 1))])\n" if c.stuck else ""
     return f"""import numpy as np

@@ -250,7 +250,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c = state.controls
     x, y = (repr(float(v)) for v in state.path.tried[0])
     return f"""import numpy as np

@@ -31,7 +31,7 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6)
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 TRUTH = Pose.from_angle(np.radians([0.0, 90.0, 180.0, 270.0]), CORNERS * [2.6, 1.7])
 ROOM = CORNERS * [4.7, 3.2]
-SEEN = CORNERS[:, None] * np.array([[-0.6, 3.2], [4.7, 3.2], [4.7, -0.6]])  # a corner, and its walls to beyond the middle
+SEEN = CORNERS[:, None] * np.array([[-0.6, 3.2], [4.7, 3.2], [4.7, -0.6]])  # a corner, and its walls past the middle
 # Limits of |x| and |y| of the handles, each in its quarter. LEAST: one for the loop's, then for poses 2, 3 and 4.
 LEAST, MOST = np.array([0.4, 1.05, 1.05, 1.05]), np.array([6.0, 4.2])
 SIGMA = np.array([0.2, 0.2, np.radians(4.0)])  # of every edge: u, u, radians
@@ -184,7 +184,7 @@ def _spring(state: State, edge: int) -> tuple[Mark, ...]:
 
 
 def _number(at: Array, node: int, knobs: Array) -> Label:
-    """A pose's number beside it, outwards if possible, else at the next place within the panel that no handle covers."""
+    """A pose's number beside it, outwards if possible, else at the next place in the panel that no handle covers."""
     at = np.clip(at, [-6.0, -4.3], [6.0, 4.3])
     across, up = CORNERS[node]
     ways = BESIDE * np.array([(across, 0.0), (across, -up), (0.0, -up), (-across, 0.0), (across, up), (0.0, up)])
@@ -196,7 +196,7 @@ def _number(at: Array, node: int, knobs: Array) -> Label:
 
 
 def _loop_name(at: Array, pose: Array) -> Label:
-    """The loop's name below its handle; above it if there is no room, and left of it if the handle is above the pose."""
+    """The loop's name below its handle; above it if there is no room, left of it if the handle is above the pose."""
     if at[1] > pose[1] + 0.5 and at[0] > -4.6:
         return Label(at, "loop", "accent", "end", dx=-BESIDE + 10.0, dy=6.0)
     at = np.clip(at, [-5.7, -4.3], [5.7, 4.3])
@@ -277,7 +277,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     first, edges, run = state.first, state.edges, state.run
     i, j = (list(map(int, ends)) for ends in (edges.i, edges.j))
     lines = [

@@ -1,4 +1,4 @@
-"""Chapter 11: one place scanned again and again, and where the registrations end, beside what closed forms expect."""
+"""Chapter 11: one place scanned again and again: where the registrations end, and what closed forms expect."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ from widgets.parts.field import within
 PLAN = View(-6.4, 6.4, -2.75, 2.75, width=480.0)
 WINDOW = (-1.0, 1.0, -0.43, 0.43)
 CLOSE = View(*WINDOW, width=480.0)
-FINE = 0.01  # u: half the width of the close view is a multiple of it, as the closed forms' ellipses need
-NEEDLE = np.array([2.1, 0.14])  # u: the same for a needle, which is drawn shorter so that it fits, and still lies flat
-SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # times those ellipses, across and upwards: the dots reach farther
+FINE = 0.01  # u: half the close view's width is the multiple of it that the closed forms' ellipses need
+NEEDLE = np.array([2.1, 0.14])  # u: half sizes for a needle, which is drawn shorter so that it fits, but still flat
+SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # factors on those ellipses, across and upwards: the dots reach farther
 BARS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # u
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
 DRAWS, PRESS = 200, 40
 NOSE = 0.34
-WALLS = (2.0, 6.0, 0.2)  # u, between which the end walls may be, by steps of which
-FAR_OUT = 5.0  # u, how far a direction that is free is drawn
+WALLS = (2.0, 6.0, 0.2)  # u: least and greatest distance of the end walls, and its step
+FAR_OUT = 5.0  # u, how far a free direction is drawn
 PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
 METHODS = {"plane": "Point to plane", "point": "Point to point"}
 SOLVERS = {"plane": "point-to-plane", "point": "icp"}
@@ -53,7 +53,7 @@ SOLVERS = {"plane": "point-to-plane", "point": "icp"}
 
 @dataclass(frozen=True)
 class Controls:
-    """Where the robot stands, how it measures, and how well it knows its start."""
+    """Where the robot is, how it measures, and how well it knows its start."""
 
     scene: str = choice(
         "room", "Place", PLACES,
@@ -74,7 +74,7 @@ class Controls:
 
 @dataclass(frozen=True)
 class Ask:
-    """All that the draws follow from."""
+    """Everything that determines the draws."""
 
     place: str
     end: float
@@ -87,7 +87,7 @@ class Ask:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Some draws: their end poses, and whose own region holds the truth."""
+    """Some draws: their end poses, and whether each closed form's region contains the truth."""
 
     poses: Pose
     hessian: BoolArray
@@ -96,7 +96,7 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """drawn: how many draws there are, a multiple of `PRESS`."""
+    """drawn: the number of draws so far, a multiple of `PRESS`."""
 
     controls: Controls
     ask: Ask
@@ -104,13 +104,13 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """One pair of scans, and nothing drawn again."""
+    """One pair of scans, before any draw."""
     c = controls
     return State(c, Ask(c.scene, c.wall, SOLVERS[c.method], c.heading, c.shift, c.noise, seed))
 
 
 def act(state: State, action: Action) -> State:
-    """More draws, up to all."""
+    """Make more draws, or all."""
     return replace(state, drawn=DRAWS if action.name == "finish" else min(state.drawn + PRESS, DRAWS))
 
 
@@ -121,7 +121,7 @@ def _scans(ask: Ask, count: int) -> tuple[Redrawn, Pose]:
 
 
 def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
-    """The draws from `first` to before `last`, of `count` that are made."""
+    """The draws from `first` up to `last`, exclusive, of `count` in all."""
     scans, start_poses = _scans(ask, count)
     part = slice(first, last)
     some = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
@@ -138,7 +138,7 @@ def _block(ask: Ask, k: int) -> Block:
 
 @lru_cache(maxsize=16)
 def _expected(ask: Ask) -> tuple[Covariance, Covariance]:
-    """What the closed forms make of the first pair of scans, laid about the truth."""
+    """The closed forms' covariances for the first pair of scans, centred on the truth."""
     draws = _runs(ask, 0, 1, 1)
     truth = draws.scans.truth
     hessian, censi = (
@@ -149,7 +149,7 @@ def _expected(ask: Ask) -> tuple[Covariance, Covariance]:
 
 @lru_cache(maxsize=16)
 def _ends(ask: Ask, count: int) -> tuple[Spread, int, int]:
-    """The spread of the ends, and in how many draws the two closed forms' regions hold the truth."""
+    """The spread of the ends, and in how many draws each closed form's region contains the truth."""
     blocks = [_block(ask, k) for k in range(count // PRESS)]
     poses = Pose(np.concatenate([b.poses.R for b in blocks]), np.concatenate([b.poses.t for b in blocks]))
     draws = _runs(ask, 0, 1, 1)
@@ -171,13 +171,13 @@ def draw(state: State) -> Picture:
 
 
 def _handle(wall: float) -> Handle:
-    """The end wall on the right, which takes the other one along."""
+    """The handle on the right end wall, which moves the other one too."""
     keys, where = slide_keys(wall, 0.0, *WALLS), f"{number(wall, 1)} u from the middle"
     return Handle("wall", "Move the end walls", (wall, 0.0), where, keys, "push", "plan", sets="wall")
 
 
 def _places(pose: Pose, stand: Pose) -> Array:
-    """Where the scanner stood at the source scan, in room coordinates, (n, 2)."""
+    """The scanner's places at the source scans, in room coordinates, (n, 2)."""
     return np.asarray(stand.apply(pose.t.reshape(-1, 2)))
 
 
@@ -216,7 +216,7 @@ def _true_mode(spread: Spread, truth: Pose) -> int:
 
 
 def _close(state: State) -> Panel:
-    """As much about the true position as the closed forms' ellipses need; a needle at a smaller scale along it."""
+    """A window around the true position as large as the closed forms' ellipses need; needles are drawn shorter."""
     true, stand = (STANDS[state.ask.place][k] for k in (0, 1))
     expected = [stand.apply(one.ellipse(reach=FAR_OUT)) for one in _expected(state.ask)]
     needle, reach = state.controls.wall > SEEN, np.abs(np.concatenate(expected) - true.t).max(axis=0)
@@ -252,7 +252,7 @@ def _close(state: State) -> Panel:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """places: largest and smallest σ of the ends' places in the true cluster. claimed: the closed forms’, as text."""
+    """widest, narrowest: σ of the ends' places in the first cluster. claimed: the closed forms' widest, as text."""
 
     widest: float
     narrowest: float
@@ -328,7 +328,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     a = state.ask
     arguments = (
         f'"{a.place}", "{a.method}", {{count}}, seed={a.seed}, end={a.end!r}, noise={a.noise!r},'

@@ -1,4 +1,4 @@
-"""Rung 3½: pairs that know surfaces. One residual and one weight at a time, what each pair pulls, what none holds."""
+"""Rung 3½: pairs that know surfaces. One residual and one weight at a time: what each pair pulls, what none holds."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from widgets.parts.surface_run import (
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. A start brings its two numbers; residual and weight are changed under the same presses."""
+    """The reader's settings. A start sets its turn and offset; a change of residual or weight keeps the presses."""
 
     scene: str = choice("room", "Scene", SCENES, sets={name: {"noise": 0.02, "outliers": 0.0} for name in SCENES})
     residual: str = choice("plane", "Residual", RESIDUALS, keeps="log")
@@ -58,7 +58,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls, the run that they began, and the marks that stay as they are."""
+    """The controls, the run that they began, and the marks that do not change."""
 
     controls: Controls
     run: Run
@@ -66,7 +66,7 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The scene from the start that the two numbers give."""
+    """The scene, with a run from the start that the two sliders give."""
     c = controls
     scene = scene_of(c.scene, seed, c.noise, c.outliers / 100.0)
     run = kept(Ask(c.residual, c.weight, c.trim / 100.0), scene)
@@ -74,7 +74,7 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """One step, all steps to the stop, or another start."""
+    """Take one step, take all remaining steps, or begin from another start."""
     run = state.run
     if action.kind == "drag":
         return replace(state, run=anew(run, PLACING.act(run.pose, ANCHOR, action)))
@@ -89,7 +89,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def draw(state: State) -> Picture:
-    """The scene with the residuals of the present pose, the weight function, and the course of the errors."""
+    """The scene with the residuals at the current pose, the weight function, and the errors over the steps."""
     run = state.run
     marks = (
         *ghost(run),
@@ -178,7 +178,7 @@ def _description(c: Controls, run: Run) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, run = state.controls, state.run
     call = CALLS[c.scene]
     lines = [

@@ -1,4 +1,4 @@
-"""Point, plane and covariance from one start, a step at a time side by side: where each is after as many steps."""
+"""Point, plane and covariance residuals side by side, from one start and step by step."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, 
 from widgets.parts.surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 
 NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
-FIRST = "point"  # at a start, the others carry what it carries
+FIRST = "point"  # at a start, the others draw its moving marks
 ROLES: dict[str, Role] = {"point": "source", "plane": "normal", "gicp": "ink"}
 VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
 PLACINGS = {name: Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6, panel=name) for name in NAMES}
 ARRIVED = 0.1  # u
 HIGHEST, LOWEST = 10.0, 0.001
-KEY = (-2.3, -2.56, -2.82)  # the heights of the names in the chart, log10 u
+KEY = (-2.3, -2.56, -2.82)  # heights of the names in the chart, log10 u
 
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets, the same for all three."""
+    """The reader's settings, the same for all three."""
 
     scene: str = choice("room", "Scene", SCENES, sets={name: {"noise": 0.02, "outliers": 0.0} for name in SCENES})
     weight: str = choice("none", "Weight", WEIGHTS, keeps="log")
@@ -44,7 +44,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls, the three runs that they began, by residual, and the marks of each that stay as they are."""
+    """The controls, the three runs that they began, by residual, and the marks of each that do not change."""
 
     controls: Controls
     runs: dict[str, Run]
@@ -52,7 +52,7 @@ class State:
 
     @property
     def steps(self) -> int:
-        """The most that one of them has taken."""
+        """The greatest number of steps taken by any."""
         return max(run.steps for run in self.runs.values())
 
     @property
@@ -76,7 +76,7 @@ def _from(runs: dict[str, Run], pose: Pose) -> dict[str, Run]:
 
 
 def act(state: State, action: Action) -> State:
-    """One step of each, all steps to the stops, or another start for all."""
+    """Take one step of each, take all remaining steps, or begin all from another start."""
     if action.kind == "drag":
         name, handle = action.name.split("-")
         run = state.runs[name]
@@ -87,7 +87,7 @@ def act(state: State, action: Action) -> State:
 
 
 def motion(before: State, after: State) -> tuple[Motion, ...]:
-    """The move of one step, of each that has taken it."""
+    """The move of one step, for each run that took one."""
     return tuple(
         PLACINGS[name].motion(before.runs[name].pose, run.pose, ANCHOR)
         for name, run in after.runs.items()
@@ -96,7 +96,7 @@ def motion(before: State, after: State) -> tuple[Motion, ...]:
 
 
 def draw(state: State) -> Picture:
-    """The three, and below them how far each is from the truth after as many steps."""
+    """The three runs, and a chart of how far each is from the truth over the steps."""
     apart = state.runs if state.steps else {FIRST: state.runs[FIRST]}
     grips = {name: PLACINGS[name].handles(run.pose, ANCHOR) for name, run in apart.items()}
     carries = {name: carried(run, PLACINGS[name]) for name, run in apart.items()}
@@ -130,7 +130,7 @@ def _handles(name: str, both: tuple[Handle, ...]) -> tuple[Handle, ...]:
 
 
 def _key() -> list[Mark]:
-    """The names of the lines in a corner that they hardly ever reach: at their ends they would lie on each other."""
+    """The names of the lines, in a corner that lines hardly ever reach: at the lines' ends, names would overlap."""
     marks: list[Mark] = []
     for y, (name, label) in zip(KEY, NAMES.items(), strict=True):
         marks.append(Segments([28.6, y], [30.4, y], ROLES[name], dashed=name == "gicp"))
@@ -204,7 +204,7 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, one = state.controls, state.runs["point"]
     call = CALLS[c.scene]
     lines = [

@@ -33,15 +33,15 @@ from widgets.parts.placing import HANDLES, Placing, place, written
 WORLD = View(-5.2, 5.2, -3.5, 3.5, width=480.0)
 ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)
 PLACING = Placing(ROBOT, limit=(4.5, 3.0), reach=3.2, least=2.0, panel="robot")
-ROBOT_ITSELF = np.zeros(2)  # the origin of its own coordinates: a scan is taken hold of by the robot in it
-GLYPH = 0.42  # u, from the middle of the robot to its nose
-ICP: Final = "capped-icp"  # each scan sees walls that the other does not: what has no partner nearby must not pull
+ROBOT_ITSELF = np.zeros(2)  # the origin of the robot's coordinates, where its scan is held
+GLYPH = 0.42  # u, from the robot's centre to its nose
+ICP: Final = "capped-icp"  # each scan sees walls that the other does not: points without a close partner must not pull
 FOUND = 3.0, 0.1  # degrees and u from the truth within which the scans are aligned
 
 
 @dataclass(frozen=True)
 class Controls:
-    """How the robot went, and how well it measures."""
+    """How the robot moved, and how well it measures."""
 
     turn: float = slider(50.0, "Turn between the poses", -180.0, 180.0, 5.0, "°")
     distance: float = slider(2.0, "Distance between them", 0.0, 3.5, 0.1, "u")
@@ -50,8 +50,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """world: the panel that no action changes. pose: where the source scan lies. by_hand: where the reader had put it
-    when `shown` was asked for: "answer", or "icp" for where that stops."""
+    """world: the panel that no action changes. pose: the source scan's. by_hand: where the reader had put it before
+    pressing a button. shown: "icp" for where that stops, "answer", or "" for the reader's own pose."""
 
     controls: Controls
     seed: int
@@ -63,7 +63,7 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """Both scans as the robot has them: each with itself at the origin."""
+    """Both scans in the robot's own coordinates, with the robot at the origin."""
     scans = two_scans(seed=seed, noise=controls.noise, turn=controls.turn, distance=controls.distance)
     return State(controls, seed, scans, _world(scans), Pose.identity())
 
@@ -90,14 +90,14 @@ def _idle(state: State) -> frozenset[str]:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """From the reader's place to where ICP stops or to the answer, about the source's robot."""
+    """The motion from the last pose to where ICP stops, or to the answer, about the source's robot."""
     if before.shown == after.shown or not after.shown:
         return None
     return PLACING.motion(before.pose, after.pose, ROBOT_ITSELF)
 
 
 def nearest(state: State) -> float:
-    """RMS distance in u from a moved source point to the target point nearest to it."""
+    """The RMS distance of the moved source points to their nearest target points, u."""
     apart = np.linalg.norm(state.pose.apply(state.scans.source)[:, None] - state.scans.target, axis=2)
     return float(np.sqrt((apart.min(axis=1) ** 2).mean()))
 
@@ -187,7 +187,7 @@ def _robot(state: State) -> tuple[Mark, ...]:
 
 
 def _glyph(pose: Pose, role: Role) -> tuple[Mark, ...]:
-    """A robot from above: a disc that points ahead."""
+    """A robot from above: a disc with a nose."""
     turn = np.linspace(0.7, 2 * np.pi - 0.7, 25)
     rim = 0.6 * GLYPH * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     outline = np.concatenate([[(GLYPH, 0.0)], rim])
@@ -210,7 +210,7 @@ def _description(state: State, near: float, turn: float, shift: float) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c = state.controls
     names, lines = "Pose", f"pose = {written(state.pose)}  # where the cloud has been put"
     if state.shown == "icp" and state.by_hand:

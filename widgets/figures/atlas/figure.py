@@ -260,7 +260,7 @@ SAID = (
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, atlas, (row, column) = state.controls, state.atlas, state.tile
     call = ("source", "scene.target", f'"{c.method}"')
     options = named(atlas.ask.options)

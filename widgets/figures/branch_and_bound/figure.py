@@ -269,7 +269,7 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, scene = state.controls, state.scene
     call = f"hall(seed={scene.seed})" if c.scene == "hall" else f'room("{c.scene}", seed={scene.seed})'
     lines = [

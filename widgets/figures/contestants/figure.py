@@ -172,7 +172,7 @@ def _description(state: State, links: dict[str, Linked]) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c = state.controls
     instance = problem(state.scene, state.pose)
     (icp,) = (one for one in CONTESTANTS if one.method == FIRST)

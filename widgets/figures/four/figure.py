@@ -23,7 +23,7 @@ SHORT = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "Flow"}
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets."""
+    """The reader's settings."""
 
     scene: str = choice("clean", "Scene", {name: name.capitalize() for name in FISH_SETTINGS}, keeps="pose")
     turn: float = slider(START_DEGREES, "Start: turned by", -180.0, 180.0, 5.0, "°", keeps="nothing")
@@ -152,7 +152,7 @@ def _description(state: State, panels: tuple[Panel, ...]) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, walk = state.controls, state.walk
     steps = {look.track.name: look.steps for look in walk.looks()}
     return "\n".join(

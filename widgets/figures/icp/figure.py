@@ -261,7 +261,7 @@ def _promise(active: Rule) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, run = state.controls, state.run
     lines = [
         "import numpy as np",

@@ -329,7 +329,7 @@ def _description(state: State, stats: _Numbers) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, count = state.controls, round(state.controls.count)
     mmd, side = c.objective == "mmd", state.terrain.field.side
     maker = "mmd_field" if mmd else "capped_field"

@@ -280,7 +280,7 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, s = state.controls, state.scene
     options = named({"grids": 4 if c.four else 1, "max_shift": c.max_shift, "max_turn": c.max_turn})
     lines = [

@@ -267,7 +267,7 @@ def _told(sign: Sign) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, seed = state.controls, state.scene.seed
     name = f'"{c.scene}", ' if CALLS[c.scene] == "room" else ""
     overlap = f", overlap={c.overlap / 100!r}" if name else ""

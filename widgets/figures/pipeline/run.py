@@ -65,8 +65,8 @@ def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
 
 @dataclass(frozen=True)
 class Sign:
-    """One sign. said: its value as text. asked: the requirement. met: whether it is met. at, limit: both in [0, 1] along
-    its scale, `at` None if there is no value yet. more: whether larger values are better."""
+    """One sign. said: its value as text. asked: the requirement. met: whether it is met. at, limit: both in [0, 1]
+    along its scale, `at` None if there is no value yet. more: whether larger values are better."""
 
     name: str
     said: str

@@ -49,7 +49,7 @@ def work(controls: Settings, seed: int) -> Iterator[Progress]:
     problem, truth = race_problem(race)
     entries, lines = field(controls.ninth), list[Line]()
     for entry in entries:
-        METHODS[entry.contestant.method]  # so that the page loads whatever a method lacks before the first run
+        METHODS[entry.contestant.method]  # imported now, so that a file that a page cannot load fails before any run
     for k, entry in enumerate(entries):
         label, seconds, steps = entry.contestant.label, 0.0, 0
         start = perf_counter()
@@ -99,7 +99,7 @@ def strips(
     name: str, quantity: tuple[str, str], entries: Sequence[Entry],
     errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]], span: tuple[float, float], close: float,
 ) -> Panel:  # fmt: skip
-    """A strip per solver with a dot for every seed, on a logarithmic axis; a bar at the median, a line at the threshold.
+    """A strip per solver with a dot per seed, on a logarithmic axis; a bar at the median, a line at the threshold.
 
     quantity: the name of the error and its unit. Errors outside `span` are drawn at its end.
     """

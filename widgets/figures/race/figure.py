@@ -175,7 +175,7 @@ def _told(run: Run) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, s = state.controls, state.scene
     race = {
         "degrees": c.turn, "distance": c.offset, "setting": c.setting, "noise": c.noise, "outliers": c.outliers / 100,

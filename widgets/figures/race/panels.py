@@ -123,13 +123,13 @@ def handles(start: Pose, runs: Sequence[Run]) -> tuple[Handle, ...]:
 
 
 def chart(runs: Sequence[Run], followed: str = "") -> Panel:
-    """The rotation error of every run over its steps, on a logarithmic axis; if one is followed, the others are faint."""
+    """The rotation error of every run over its steps, on a logarithmic axis; if one is followed, others are faint."""
     marks: list[Mark] = [*FRAME]
     lines = [course(run) for run in runs]
     ends = np.stack([line[-1] for line in lines])
     heights = apart(CHART.px(ends)[:, 1].tolist())
     sides = [(NAMES - 1.0, _world_y(height)) for height in heights]
-    if any(len(line) > 1 for line in lines):  # before the first step, leaders from one start to nine names would look like courses
+    if any(len(line) > 1 for line in lines):  # leaders from one start to nine names would look like courses
         marks.append(Segments(ends, sides, "guide", weight=[0.3] * len(lines)))
     for run, line, side in zip(runs, lines, sides, strict=True):
         one, faint = run.entry, bool(followed) and followed != run.method

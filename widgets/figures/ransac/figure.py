@@ -31,7 +31,7 @@ BLOCK = 64  # trials at once, when all are requested
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets."""
+    """The reader's settings."""
 
     scene: str = choice(
         "occluded",
@@ -148,7 +148,7 @@ def _run(state: State) -> Run:
 
 
 def draw(state: State) -> Picture:
-    """The matches between the two views, a chart of the trials needed over the fraction of right pairs, and the words."""
+    """The matches between the two views, the trials needed over the fraction of right pairs, and the words."""
     c, ran = state.controls, state.run
     now = ran.now
     shown = Shown(
@@ -262,7 +262,7 @@ def _description(state: State, ran: Run) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, s = state.controls, state.scene
     ran = state.run
     steps = int(ran.now.trials[0] + ran.now.refits[0])

@@ -80,7 +80,7 @@ def match_panel(shown: Shown) -> Panel:
             Path(shown.pose.apply(front) + RIGHT, "source", thick=True),
             Points(shown.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
         ]
-    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count, a pose by the pairs that it admitted and lost
+    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count, a pose by its pairs
         admitted, lost = chosen & shown.wrong, left & ~shown.wrong
         marks += [Points(q[admitted], "outlier", "ring", radius=8.0), Points(q[lost], "truth", "ring", radius=8.0)]
     if shown.trial is not None:

@@ -1,1 +1,1 @@
-"""The figure `soft-family`: soft assignment."""
+"""The figure `soft-family`: registration by soft assignment."""

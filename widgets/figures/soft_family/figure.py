@@ -1,4 +1,4 @@
-"""Rung 5a: what stands in for matches is a probability. CPD, FilterReg and GMMReg on one scene, thread by thread."""
+"""Rung 5a: probabilities take the place of matches. CPD, FilterReg and GMMReg on one scene, thread by thread."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ VIEW = View(-5.4, 5.4, -3.7, 3.7)
 PLACING = Placing(VIEW, limit=(3.7, 2.1), reach=3.2, least=1.5)
 ANCHOR = SHAPE.mean(axis=0)
 STEPS = 40
-NATS = (2.5, 4.5)  # of a negative log-likelihood a point in its chart, which goes farther where the run does
-DECADES = 3.0  # of an MMD², below 1
-LEAST = 1e-6  # FilterReg's clutter weight where none is asked for: it takes no zero
+NATS = (2.5, 4.5)  # the chart's range of the negative log-likelihood per point, extended if the run leaves it
+DECADES = 3.0  # range of the MMD² chart, below 1
+LEAST = 1e-6  # FilterReg's clutter weight in place of zero, which it rejects
 
 METHODS = {
     "cpd-rigid": "CPD, rigid",
@@ -50,7 +50,7 @@ METHODS = {
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets. σ is held there, or starts there."""
+    """The reader's settings. σ is held at `sigma`, or starts there."""
 
     method: str = choice("cpd-rigid", "Method", METHODS, keeps="pose")
     width: str = choice(
@@ -74,7 +74,7 @@ class Controls:
 
 
 def rule(c: Controls, scene: Scene) -> Rule:
-    """The method that the controls ask for; the paper's V is the number of observations."""
+    """The method and options for the controls; the paper's V is the number of observations."""
     width = "scheduled" if c.method == "gmmreg" and c.width == "estimated" else c.width
     w = max(c.clutter, LEAST) if c.method == "filterreg" else c.clutter
     volume = AREA if c.density == "area" else float(len(getattr(scene, observed(c.method))))
@@ -82,7 +82,7 @@ def rule(c: Controls, scene: Scene) -> Rule:
 
 
 def observed(method: str) -> str:
-    """Which cloud's points the clutter is among."""
+    """The cloud of the observations, which may be clutter."""
     return "source" if method == "filterreg" else "target"
 
 
@@ -95,14 +95,14 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The scene from the start that the two numbers give."""
+    """The scene, with a run from the start that the two sliders give."""
     c = controls
     scene = bird(seed=seed, noise=c.noise, clutter=round(c.junk))
     return State(c, begun(rule(c, scene), scene, bird_start(c.turn, c.offset), STEPS))
 
 
 def act(state: State, action: Action) -> State:
-    """One step, all steps to the stop, or another start."""
+    """Take one step, take all remaining steps, or begin from another start."""
     run = state.run
     if action.kind == "drag":
         return replace(state, run=begun(run.rule, run.scene, PLACING.act(run.pose, ANCHOR, action), STEPS))
@@ -121,7 +121,7 @@ def motion(before: State, after: State) -> Motion | None:
 
 
 def draw(state: State) -> Picture:
-    """The two clouds with what each point gives to which, and the course of the run."""
+    """The two clouds with the shares between their points, and charts of the run so far."""
     c, run = state.controls, state.run
     linkage = links(run.rule.method, run.now)
     return Picture(
@@ -161,7 +161,7 @@ def _marks(run: Run, linkage: Links) -> tuple[Mark, ...]:
 
 
 def _objective_chart(run: Run) -> Panel:
-    """The negative log-likelihood a point, or the MMD² over three decades."""
+    """The negative log-likelihood per point, or the MMD² over three decades."""
     log = run.rule.method == "gmmreg"
     k = np.arange(len(run.course), dtype=float)
     values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
@@ -291,7 +291,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, run = state.controls, state.run
     r = run.rule
     options = named({name: value for name, value in r.options(r.sigma).items() if name != "sigma"})

@@ -1,4 +1,4 @@
-"""What a soft method shares out between two clouds, as threads, circles and crosses."""
+"""The shares that a soft method distributes between two clouds, as threads, circles and crosses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ LEVELS = 6
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """shares: (m, n), moving points in rows. side: whose components they are. clutter: per observation, moving or
-    fixed, what goes to the clutter; empty where nothing is shared out. partners: in effect, on average an observation.
+    """shares: (m, n), moving points in rows. side: the cloud of the mixture's components. clutter: the clutter's share
+    of each observation, moving or fixed; empty if the method has no shares. partners: the effective number of partners
+    per observation, on average.
     """
 
     shares: Array
@@ -27,7 +28,7 @@ class Links:
 
 
 def links(method: str, state: Any) -> Links:
-    """The links of the one problem of a state."""
+    """The links in a state of one problem."""
     if method == "gmmreg":
         K = gmmreg_overlaps(state)
         return Links(K, "pair", np.zeros(0), float("nan"))
@@ -39,16 +40,16 @@ def links(method: str, state: Any) -> Links:
 
 
 def _partners(P: Array) -> float:
-    """exp of the entropy of each row with the clutter's share as one more, on average: 1 where all is decided."""
+    """The mean over rows of exp(entropy), with the clutter's share as one more entry: 1 if every row is decided."""
     whole = np.column_stack([P, np.maximum(1.0 - P.sum(axis=1), 0.0)])
     entropy = -(whole * np.log(np.maximum(whole, 1e-300))).sum(axis=1)
     return float(np.exp(entropy).mean())
 
 
 def threads(moved: Array, fixed: Array, found: Links) -> Segments:
-    """One thread a pair, from the moved (m, 2) to the fixed points (n, 2), in six weights: above 1/2, 1/4 … 1/64.
+    """One thread per pair, from the moved (m, 2) to the fixed points (n, 2), in six weights: above 1/2, 1/4 … 1/64.
 
-    Overlaps that add up to more than one at a point are told as parts of their sum: wide ones would hide the clouds.
+    Overlaps that add up to more than one at a point are divided by their sum: wide ones would hide the clouds.
     """
     shares = found.shares
     if found.side == "pair":
@@ -59,17 +60,17 @@ def threads(moved: Array, fixed: Array, found: Links) -> Segments:
 
 
 def circles(centres: Array, sigma: float, role: Role, view: View) -> Points:
-    """A circle of radius σ about each component."""
+    """A circle of radius σ around each component."""
     return Points(centres, role, "ring", radius=sigma * view.scale, weight=np.full(len(centres), 0.3))
 
 
 def crosses(points: Array, share: Array) -> Points:
-    """A cross on each observation, as strong as what of it goes to the clutter."""
+    """A cross on each observation, as strong as the clutter's share of it."""
     return Points(points, "outlier", "cross", radius=5.5, weight=share)
 
 
 def targets(moved: Array, state: Any) -> tuple[Mark, ...]:
-    """FilterReg's soft targets, each as strong as its weight, with a line from the point that is drawn to it."""
+    """FilterReg's soft targets, each as strong as its weight, with a line from the point that it attracts."""
     weight, to = state.weights[0], state.targets[0]
     return (
         Segments(moved, to, "accent", weight=weight),

@@ -1,4 +1,4 @@
-"""A run of a soft method as a figure shows it: σ held, estimated or on a schedule, and what may rise meanwhile."""
+"""A run of a soft method as a figure shows it: σ held, estimated or scheduled, and the rises of the objective."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
 from widgets.parts.room import problem, single
 
-RISE = 1e-9  # per point; less is rounding
+RISE = 1e-9  # per point; a smaller rise is rounding error
 SHRINK = 0.9
 LAST = 0.08  # u, where a schedule ends
-REST = 1e-3  # of the RMS radius: a step that moves less is rest
+REST = 1e-3  # of the RMS radius: a run whose step moves less has come to rest
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A method with its options but for σ. width: what becomes of σ: 'held', 'estimated' or 'scheduled'.
+    """A method with its options. width: how σ changes: 'held', 'estimated' or 'scheduled'. sigma: its first value, u.
 
     filter: FilterReg's. clutter: the weight w. volume: V, u².
     """
@@ -35,23 +35,23 @@ class Rule:
 
     @property
     def last(self) -> float:
-        """Where σ ends, u, if it is scheduled."""
+        """The last σ, u, if it is scheduled."""
         return min(self.sigma, LAST)
 
     @property
     def restarts(self) -> bool:
-        """CPD estimates σ and knows no other way: a σ of ours is put in by starting it anew at every step's pose."""
+        """Whether the run restarts at every step's pose: CPD always estimates σ, so only a restart can set it."""
         return self.method.startswith("cpd") and self.width != "estimated"
 
     @property
     def promise(self) -> str:
-        """What can be said of the objective beforehand: 'never rises', 'within a stage' or 'none'."""
+        """What is known of the objective in advance: 'never rises', 'within a stage' or 'none'."""
         if self.method == "gmmreg":
             return "never rises" if self.width == "held" else "within a stage"
         return "never rises" if self.method.startswith("cpd") and self.width != "scheduled" else "none"
 
     def options(self, sigma: float) -> dict[str, Any]:
-        """The solver's own options, from this σ on."""
+        """The solver's options, starting at this σ."""
         if self.method == "gmmreg":
             return {"first": sigma, "last": sigma if self.width == "held" else self.last, "tolerance": REST}
         common = {"clutter": self.clutter, "volume": self.volume}
@@ -65,14 +65,14 @@ class Rule:
         return {"filter": self.filter, **how, "first": sigma, **common, "tolerance": REST}
 
     def after(self, sigma: float) -> float:
-        """The σ of the next step, where this figure puts it in."""
+        """The σ of the next step, if this figure sets it."""
         return max(SHRINK * sigma, self.last) if self.width == "scheduled" else sigma
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One pose of the course. objective: per point, or MMD²; truth: the same at the true pose with this σ. staged: σ
-    has changed, and with it what GMMReg minimises. rotation, translation: errors, degrees and u."""
+    """One pose of the course. objective: per point, or MMD²; truth: the same at the true pose with this σ. staged:
+    whether σ has changed, and with it what GMMReg minimises. rotation, translation: errors, degrees and u."""
 
     objective: float
     truth: float
@@ -85,8 +85,8 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run so far. batch: one problem. course: from the start to now. rest: whether a run that is started anew at
-    every step has come to rest."""
+    """A run so far. batch: one problem. course: from the start to now. rest: whether a run that restarts at every step
+    has come to rest."""
 
     rule: Rule
     scene: Scene
@@ -103,27 +103,27 @@ class Run:
 
     @property
     def pose(self) -> Pose:
-        """Where the source lies."""
+        """The source's current pose."""
         return single(self.batch.pose())
 
     @property
     def sigma(self) -> float:
-        """σ, u."""
+        """The current σ, u."""
         return self.course[-1].sigma
 
     @property
     def steps(self) -> int:
-        """Taken so far."""
+        """The number of steps taken so far."""
         return len(self.course) - 1
 
     @property
     def done(self) -> bool:
-        """Whether it has stopped."""
+        """Whether the run has stopped."""
         return self.rest or self.batch.done or self.steps >= self.most
 
     @property
     def stop(self) -> str:
-        """Why it stopped, in words."""
+        """Why the run stopped, in words."""
         if self.rest:
             return "the pose has come to rest"
         if self.batch.done:
@@ -150,7 +150,7 @@ class Run:
 
 
 def begun(rule: Rule, scene: Scene, start: Pose, most: int) -> Run:
-    """A run of the scene from `start`, no step taken, of at most `most`."""
+    """A run of the scene from `start`, before its first of at most `most` steps."""
     batch = _begun(rule, scene, start, rule.sigma, most)
     return Run(rule, scene, start, batch, (_entry(rule, scene, batch.state(), None),), most)
 
@@ -164,7 +164,7 @@ def _begun(rule: Rule, scene: Scene, start: Pose, sigma: float, most: int) -> Ba
 
 
 def measured(rule: Rule, state: Any) -> float:
-    """The objective as the figure tells it: the negative log-likelihood a point, or the MMD² of two mixtures."""
+    """The objective as the figure shows it: the negative log-likelihood per point, or the MMD² of two mixtures."""
     value = float(state.objective[0])
     if rule.method == "gmmreg":
         return value * 4.0 * np.pi * float(state.sigma[0]) ** 2

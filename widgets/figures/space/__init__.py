@@ -1,1 +1,1 @@
-"""In space: one mug, seen from anywhere, and what pairs of points determine of its pose."""
+"""The figure `space`: one mug, seen from anywhere, and how much of its pose pairs of points determine."""

@@ -1,6 +1,6 @@
-"""Where a scene in space is seen from: its places on the picture and how near each is to the eye.
+"""The eye that sees a scene in space: it projects points onto the picture and tells how near each is.
 
-The projection is orthographic: the eye is far away, and what is nearer is drawn larger and stronger, not elsewhere.
+The projection is orthographic, as if the eye were far away: nearer things are drawn larger and stronger, not elsewhere.
 """
 
 from __future__ import annotations
@@ -13,69 +13,69 @@ import numpy as np
 from widgets.drawing.picture import Array, Handle, View, move_keys, number
 
 VIEW = View(-2.65, 3.15, -2.3, 2.1)
-"""About the mug's middle at the origin; wider on the right, where its handle is at first."""
+"""A window around the mug's centre at the origin; wider on the right, where its handle is at first."""
 REST = (0.25, -1.76)
-"""Where the knob of the view lies at first."""
+"""The first place of the knob that turns the view."""
 LOW, HIGH = (-2.2, -2.06), (2.7, -1.06)
-"""How far it goes: once round, and from 47° above to 43° below."""
+"""The knob's limits: once round, and from 47° above to 43° below."""
 ROUND, OVER = np.radians(180.0) / (HIGH[0] - REST[0]), np.radians(90.0)
-"""A unit of the knob's way, across and down, turns the view by this much."""
+"""Radians by which the view turns per unit that the knob moves across, and down."""
 AZIMUTH, ELEVATION = np.radians(-72.0), np.radians(20.0)
 LEVELS = 5
-"""Of nearness."""
+"""Levels of nearness."""
 DEPTH = 1.9
-"""u before and behind the middle, over which nearness goes from its least to its most."""
+"""u in front of and behind the centre, over which nearness goes from its most to its least."""
 
 
 @dataclass(frozen=True)
 class Eye:
-    """x, y: the place of the knob in the panel. To the right, the front of the scene goes right; down, down."""
+    """x, y: the knob's place in the panel. Moving it right or down moves the front of the scene right or down."""
 
     x: float = REST[0]
     y: float = REST[1]
 
     @property
     def azimuth(self) -> float:
-        """Of the direction to the eye, radians from the x axis."""
+        """The azimuth of the direction to the eye, radians from the x axis."""
         return float(AZIMUTH - ROUND * (self.x - REST[0]))
 
     @property
     def elevation(self) -> float:
-        """Above the horizon, radians."""
+        """The elevation above the horizon, radians."""
         return float(ELEVATION - OVER * (self.y - REST[1]))
 
     @cached_property
     def axes(self) -> Array:
-        """To the right, up, and towards the eye: the rows of a rotation (3, 3)."""
+        """The directions to the right, up, and towards the eye, as the rows of a rotation (3, 3)."""
         (c, s), (e, f) = ((np.cos(a), np.sin(a)) for a in (self.azimuth, self.elevation))
         return np.array([(-s, c, 0.0), (-f * c, -f * s, e), (e * c, e * s, f)])
 
     def seen(self, points: Array) -> Array:
-        """Places (n, 2) of points (n, 3) on the picture."""
+        """The places (n, 2) of points (n, 3) on the picture."""
         return np.asarray(points @ self.axes[:2].T)
 
     def level(self, points: Array) -> Array:
-        """How near each of (n, 3) is: whole numbers from 0, far, to LEVELS − 1."""
+        """How near each point (n, 3) is: whole numbers from 0, far, to LEVELS − 1."""
         near = (points @ self.axes[2]) / (2.0 * DEPTH) + 0.5
         return np.asarray(np.clip(np.floor(near * LEVELS + 1e-6), 0, LEVELS - 1))
 
     def sides(self, turn: Array) -> Array:
-        """Azimuths (2,) in a body's own coordinates at which an upright cylinder's wall is seen edge on, the body
-        turned by (3, 3)."""
+        """The azimuths (2,), in the body's own coordinates, at which the wall of an upright cylinder is seen edge on.
+        turn: the body's rotation (3, 3)."""
         x, y, _ = turn.T @ self.axes[2]
         return np.asarray(np.arctan2(y, x) + np.array([0.5, -0.5]) * np.pi)
 
     def at(self, x: float, y: float) -> Eye:
-        """The eye whose knob is put at a place, or as near to it as it goes."""
+        """The eye with its knob at a place, clipped to the limits."""
         return Eye(float(np.clip(x, LOW[0], HIGH[0])), float(np.clip(y, LOW[1], HIGH[1])))
 
     def handle(self) -> Handle:
-        """The knob."""
+        """The knob as a handle."""
         keys = move_keys(self.x, self.y, leap=0.25)
         return Handle("view", "Turn the view", (self.x, self.y), self.words, keys, "orbit", radius=34.0)
 
     @property
     def words(self) -> str:
-        """Where the eye is."""
+        """The eye's azimuth and elevation as text."""
         around, above = float(np.degrees(self.azimuth)) % 360.0, float(np.degrees(self.elevation))
         return f"{number(around, 0)}° round, {number(above, 0)}° up"

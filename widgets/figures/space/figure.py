@@ -1,4 +1,4 @@
-"""Rung 13: the solvers of the plane in space, on a mug that can be seen from all sides."""
+"""Rung 13: the solvers in three dimensions, on a mug that can be seen from all sides."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from widgets.figures.space.run import OFFSET, OPTIONS, UNKNOWN, Run, begun, scen
 
 TASKS = {"line": "Three in a line", "four": "Four", "icp": "Unknown: ICP", "plane": "Unknown: plane"}
 RADII = (2.0, 2.0, 2.0, 4.0, 4.0)
-"""Of points, px, from far to near."""
+"""Radii of points, px, from far to near."""
 OTHERS = np.radians([90.0, 180.0, 270.0])
-"""How much farther the mug is turned in the outlines of other poses that fit as well."""
+"""Further turns of the mug for the outlines of other poses that fit as well."""
 
 
 @dataclass(frozen=True)
 class Controls:
-    """What the reader sets."""
+    """The reader's settings."""
 
     task: str = choice("line", "Pairs", TASKS, keeps="pose")
     spin: float = slider(0.0, "Turn about the line", -180.0, 180.0, 5.0, "°", "Of three pairs in a line, once solved")
@@ -39,7 +39,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """began: where the source lay at first. eye: where all is seen from; it plays no part in the run."""
+    """began: the source's start. eye: the viewpoint, which does not affect the run."""
 
     controls: Controls
     run: Run
@@ -48,14 +48,14 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The mug beside its place, no step taken."""
+    """The mug beside its true place, before any step."""
     c = controls
     run = begun(c.task, scene_of(c.task, seed, c.noise, c.overlap / 100.0, c.handle), c.turn)
     return State(c, run, run.pose, Eye())
 
 
 def act(state: State, action: Action) -> State:
-    """Another view, a step, or all of them."""
+    """Turn the view, take a step, or take all steps."""
     if action.kind == "drag":
         return replace(state, eye=state.eye.at(action.x, action.y))
     spin = float(np.radians(state.controls.spin))
@@ -66,7 +66,7 @@ def act(state: State, action: Action) -> State:
 
 
 def draw(state: State) -> Picture:
-    """The one picture, the readouts and the words."""
+    """The panel, the readouts and the words."""
     run = state.run
     free = "–" if run.free is None else f"{run.free} of 6"
     readouts = (
@@ -94,10 +94,10 @@ def _stop(run: Run) -> str:
 
 
 def _marks(state: State) -> tuple[Mark, ...]:
-    """Far to near: the lines of both mugs, the links and the points of each level of depth."""
+    """The lines of both mugs, the links and the points of each level of depth, from far to near."""
     run, eye = state.run, state.eye
     scene, moved = run.scene, run.moved
-    here = run.pose.compose(scene.truth.inverse())  # what takes the upright mug to where the source lies
+    here = run.pose.compose(scene.truth.inverse())  # takes the upright mug to the source's place
     lines: tuple[tuple[Role, tuple[Array, Array]], ...] = (
         ("target", _pieces(_lines(scene, Pose.identity(3), eye))),
         ("source", _pieces(_lines(scene, here, eye))),
@@ -124,7 +124,7 @@ def _marks(state: State) -> tuple[Mark, ...]:
 
 
 def _lines(scene: Mug, pose: Pose, eye: Eye) -> list[Array]:
-    """Rim, foot, handle and the two sides of its wall, of the mug that `pose` takes from where it stands upright."""
+    """Rim, foot, handle and the two visible edges of the wall of a mug, which `pose` moves from its upright place."""
     place = pose.compose(scene.truth)
     turn = eye.sides(pose.R)
     ring = RADIUS * np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -134,12 +134,12 @@ def _lines(scene: Mug, pose: Pose, eye: Eye) -> list[Array]:
 
 
 def _pieces(lines: list[Array]) -> tuple[Array, Array]:
-    """Both ends of every straight piece, (k, 3) each."""
+    """Both ends of every straight piece of the lines, (k, 3) each."""
     return np.concatenate([line[:-1] for line in lines]), np.concatenate([line[1:] for line in lines])
 
 
 def _ghosts(state: State) -> list[Mark]:
-    """Where the mug began, or the other poses that fit three pairs in a line as well."""
+    """The mug at its start, or at the other poses that fit three pairs in a line equally well."""
     run, eye = state.run, state.eye
     if not run.done and not run.steps:
         return []
@@ -154,7 +154,7 @@ def _ghosts(state: State) -> list[Mark]:
 
 
 def _hinge(scene: Mug, eye: Eye) -> Mark:
-    """The line on which three of the target's points lie, some way beyond them."""
+    """The line through three collinear target points, extended beyond them."""
     first, *_, last = scene.target
     reach = 0.4 * (last - first)
     return Segments(eye.seen((first - reach)[None]), eye.seen((last + reach)[None]), "guide", dashed=True)
@@ -201,7 +201,7 @@ def _description(state: State) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     c, run = state.controls, state.run
     unknown = run.task in UNKNOWN
     line = "from solvers.collinear import poses_about_line"

@@ -22,13 +22,13 @@ STEPS = 60
 OFFSET = 0.4  # u, of the start
 UNKNOWN: Mapping[str, str] = {"icp": "icp", "plane": "point-to-plane"}
 OPTIONS: Mapping[str, Mapping[str, float]] = {"icp": {}, "plane": {"free_below": 0.05}}
-"""Noise and sampling tilt normals, so that no direction is free to rounding: less than a twentieth of the best is."""
+"""Noise and sampling tilt normals, so no eigenvalue is zero to rounding; below a twentieth of the largest is free."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run so far. partners: (m, 3) the target point of each source point. residual: the RMS of what is minimised over
-    the pairs used, u. free: how many of the six directions of motion the pairs leave open; None where nothing has told.
+    """A run so far. partners: (m, 3) the target point of each source point. residual: the RMS of what is minimised,
+    over the used pairs, u. free: how many of the six directions of motion the pairs leave free; None if unknown.
     """
 
     task: str
@@ -45,21 +45,21 @@ class Run:
 
     @property
     def moved(self) -> Array:
-        """The source points where they lie now, (m, 3)."""
+        """The source points at the current pose, (m, 3)."""
         return self.pose.apply(self.scene.source)
 
     @property
     def rotation(self) -> float:
-        """Error against the truth, degrees."""
+        """The rotation error against the truth, degrees."""
         return float(np.degrees(rre(self.pose, self.scene.truth)))
 
     @property
     def away(self) -> float:
-        """RMS distance of the mug's lines from their true positions, u."""
+        """The RMS distance of the mug's lines from their true positions, u."""
         return float(point_error(self.pose, self.scene.truth, np.concatenate(self.scene.outline)))
 
     def step(self, spin: float) -> Run:
-        """The run after one more step. spin: the turn that pairs in a line leave open, radians."""
+        """The run after one more step. spin: the turn that pairs in a line leave free, radians."""
         if self.done:
             return self
         if self.batch is not None:
@@ -76,7 +76,7 @@ def scene_of(task: str, seed: int, noise: float, overlap: float, handle: bool) -
 
 
 def begun(task: str, scene: Mug, turn: float) -> Run:
-    """No step taken; turn: of the start, degrees."""
+    """A run before its first step; turn: that of the start, degrees."""
     start = mug_start(turn, OFFSET)
     if task not in UNKNOWN:
         return _known(task, scene, start, False)
@@ -87,7 +87,7 @@ def begun(task: str, scene: Mug, turn: float) -> Run:
 
 
 def solved(task: str, scene: Mug, spin: float) -> Pose:
-    """The closed form's pose; of pairs in a line the one that `spin`, in radians, picks."""
+    """The closed form's pose; for pairs in a line, the one that `spin`, in radians, selects."""
     if task == "line":
         return poses_about_line(scene.source, scene.target, spin)
     return fit_rigid(scene.source, scene.target).pose

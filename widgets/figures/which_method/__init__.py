@@ -1,1 +1,1 @@
-"""The figure `which-method`: four questions, and the path up the ladder that they light."""
+"""The figure `which-method`: four questions, and the path up the ladder that their answers light."""

@@ -31,7 +31,7 @@ VIEW = View(0.0, 640.0, 0.0, ROW * len(RUNGS) + TOP, width=640.0)
 LANES, RADIUS, RAILS = (18.0, 47.0, 76.0), 12.0, (102.0, 132.0)
 NUMBERS_AT, NAMES_AT, WORDS_AT, COUNT_AT = 166.0, 176.0, 312.0, 628.0
 ROLES: dict[Verdict, Role] = {"take": "accent", "can": "ink", "not": "ghost", "idle": "ghost"}
-DETAILS = len(RUNGS)  # nothing; the path's runs; then a rung more, of those that are run alone
+DETAILS = len(RUNGS)  # nothing; the path's runs; then one more rung each, of those that are run alone
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """runs: of the path, then of every rung that is run alone, in the ladder's order. tried: whether they are asked
-    for."""
+    """runs: that of the path, then those of every rung that is run alone, in the ladder's order. tried: whether they
+    have been requested."""
 
     answers: Answers
     advice: Advice
@@ -56,20 +56,20 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The advice; nothing is run."""
+    """The advice, before any run."""
     answers = Answers(controls.pairs, controls.start, controls.overlap, controls.surfaces)
     advice = advise(answers)
     return State(answers, advice, tuple(run(path, answers) for path in (advice.path, *alone(advice, answers))))
 
 
 def alone(advice: Advice, answers: Answers) -> list[tuple[str, ...]]:
-    """The rungs beside the path that can be run by themselves: without pairs those for pairs cannot."""
+    """The rungs off the path that can be run by themselves: without pairs, those for pairs cannot."""
     for_pairs = () if answers.pairs != "none" else ("kabsch", "ransac")
     return [(name,) for name in advice.of("can", "not") if name not in for_pairs]
 
 
 def act(state: State, action: Action) -> State:
-    """The advice is tried."""
+    """Try the advice."""
     return replace(state, tried=True)
 
 
@@ -80,7 +80,7 @@ def known(state: State) -> int:
 
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
-    """The ladder with its lit path, and how often what was tried has found the truth."""
+    """The ladder with its lit path, and how often each run found the truth."""
     runs = state.runs[:detail] if state.tried else ()
     counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(runs)}
     return Picture(
@@ -118,14 +118,14 @@ def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
 
 
 def _band(y: float) -> Path:
-    """What lights a row."""
+    """The band that lights a row."""
     top, bottom, left, right = y + ROW / 2 - 1, y - ROW / 2 + 1, RAILS[0], VIEW.x1 - 4.0
     return Path([(left, bottom), (right, bottom), (right, top), (left, top)], "accent", closed=True, filled=True,
                 weight=0.17)  # fmt: skip
 
 
 def _sign(verdict: Verdict, y: float) -> tuple[Mark, ...]:
-    """What tells the verdicts apart besides their colour."""
+    """The sign that distinguishes a verdict without colour."""
     middle = [((RAILS[0] + RAILS[1]) / 2, y)]
     if verdict == "can":
         return (Points(middle, "ink", "ring", radius=5.0),)
@@ -133,7 +133,7 @@ def _sign(verdict: Verdict, y: float) -> tuple[Mark, ...]:
 
 
 def _way(heights: Sequence[float]) -> list[Mark]:
-    """The stages of the path, numbered, each in a lane of its own, with what leads from one to the next."""
+    """The numbered stages of the path, each in a lane of its own, with lines from one to the next."""
     marks: list[Mark] = []
     lanes = LANES[-len(heights) :]
     for k, (x, y) in enumerate(zip(lanes, heights, strict=True)):
@@ -172,7 +172,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def _sentence(advice: Advice) -> str:
-    """The recommendation, in a line."""
+    """The recommendation in one line."""
     first, *rest = (RUNGS[name].title for name in advice.path)
     text = ", then ".join([first, *rest])
     return f"{text[0].upper()}{text[1:]}."
@@ -194,11 +194,11 @@ def _description(state: State, counts: dict[str, int]) -> str:
 
 
 def python(state: State) -> str:
-    """The same numbers from the solvers package alone."""
+    """A script that computes the same numbers with the solvers package alone."""
     return script(state.runs[0].path, state.answers, state.tried)
 
 
-# Recorded with their runs: every answer where there are no pairs, and both kinds of pairs.
+# Recorded with their runs: all answers without pairs, and both kinds of pairs.
 _TAPED = [{"start": s, "overlap": o, "surfaces": f} for s in STARTS for o in QUESTIONS["overlap"]
           for f in QUESTIONS["surfaces"]] + [{"pairs": "right"}, {"pairs": "some"}]  # fmt: skip
 

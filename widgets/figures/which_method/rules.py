@@ -1,4 +1,4 @@
-"""Which method: four answers lead to a path of rungs and to a word for every other rung. Tables, and no runs."""
+"""Which method: tables from four answers to a path of rungs and a verdict on every other rung. Nothing is run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ QUESTIONS: Mapping[str, Mapping[str, str]] = {
     "overlap": {"most": "Most", "half": "About half"},
     "surfaces": {"walls": "Walls", "points": "Scattered points"},
 }
-"""Each question with its answers, as they are named here and as a reader sees them."""
+"""Each question's answers: the name here → the text that a reader sees."""
 
 
 @dataclass(frozen=True)
 class Rung:
     """A rung as the figure's ladder shows it.
 
-    method: its name in `solvers.METHODS`, "" for the rung that judges. title: what it is called in a sentence.
+    method: its name in `solvers.METHODS`, "" for the rung that judges. title: its name in a sentence.
     """
 
     number: str
@@ -49,7 +49,7 @@ RUNGS: Mapping[str, Rung] = {
 
 @dataclass(frozen=True)
 class Answers:
-    """One answer to each question, of QUESTIONS."""
+    """One answer to each of QUESTIONS."""
 
     pairs: str = "none"
     start: str = "rough"
@@ -59,7 +59,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Advice:
-    """path: the rungs to take, in order. why: of every rung what is said of it, and in which words."""
+    """path: the rungs to take, in order. why: the verdict on every rung, and its reason in words."""
 
     path: tuple[str, ...]
     why: Mapping[str, tuple[Verdict, str]]
@@ -69,7 +69,7 @@ class Advice:
         return tuple(name for name, (verdict, _) in self.why.items() if verdict in verdicts)
 
 
-Row = tuple[Mapping[str, str], Of]  # answers, where they matter, and what they lead to
+Row = tuple[Mapping[str, str], Of]  # the answers that matter, and what they lead to
 
 PATHS: tuple[Row[tuple[str, ...]], ...] = (
     ({"pairs": "right"}, ("kabsch", "judge")),
@@ -81,10 +81,10 @@ PATHS: tuple[Row[tuple[str, ...]], ...] = (
     ({"surfaces": "points"}, ("soft", "refine", "judge")),
     ({}, ("refine", "judge")),
 )
-"""The path is that of the first row that fits."""
+"""The paths; the first row that fits applies."""
 
 REFINE = {"walls": "gicp", "points": "icp"}
-"""What refines, by the answer on surfaces."""
+"""The method that refines, by the answer on surfaces."""
 
 TAKES: Mapping[str, str] = {
     "kabsch": "the best motion, at once",
@@ -96,7 +96,7 @@ TAKES: Mapping[str, str] = {
     "judge": "may still refuse it",
     "search": "scores every pose of a grid",
 }
-"""What a rung is for where the path takes it."""
+"""What each rung does on a path."""
 
 _FAR: tuple[Row[tuple[Verdict, str]], ...] = (
     ({"start": "none"}, ("not", "alone, it needs a start")),
@@ -119,13 +119,13 @@ OTHERS: Mapping[str, tuple[Row[tuple[Verdict, str]], ...]] = {
     "propose": (({}, ("can", "needs no start")),),
     "search": (({}, ("idle", "not needed: there is a start")),),
 }
-"""For each rung that is not on the path the first row that fits: whether it would do alone, and a word why."""
+"""For each rung off the path, whether it would do alone, and why; the first row that fits applies."""
 
 UNUSED = "leaves the pairs unused"
 
 
 def advise(answers: Answers) -> Advice:
-    """The path for four answers, and a word on every rung."""
+    """The path for four answers, and a verdict on every rung."""
     path = tuple(REFINE[answers.surfaces] if name == "refine" else name for name in _first(PATHS, answers))
     why: dict[str, tuple[Verdict, str]] = {}
     for name in RUNGS:
@@ -139,10 +139,10 @@ def advise(answers: Answers) -> Advice:
 
 
 def _first(table: Sequence[Row[Of]], answers: Answers) -> Of:
-    """What the first row leads to whose answers are given."""
+    """The result of the first row that fits the answers."""
     return next(of for when, of in table if all(getattr(answers, name) == value for name, value in when.items()))
 
 
 def every() -> tuple[Answers, ...]:
-    """All that can be answered."""
+    """All possible answers."""
     return tuple(Answers(*each) for each in product(*QUESTIONS.values()))

@@ -1,4 +1,4 @@
-"""The Python that a reader gets for a path: its scenes, its runs, its numbers, on numpy and solvers alone."""
+"""The Python script for a path: its scenes, its runs and its numbers, with numpy and solvers alone."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ print("rotation_error", np.median(turn))
 
 
 def script(path: Sequence[str], a: Answers, tried: bool) -> str:
-    """The scenes and the start, and where the path was tried its runs."""
+    """The scenes and the start, and the path's runs if it was tried."""
     degrees, distance = STARTS[a.start]
     lines = HEAD.format(scene="kabsch_scene" if a.pairs != "none" else "room", of=OF) + _scenes(a)
     lines += f"start = room_start({degrees}, {distance}).compose(truth)\n"

@@ -1,4 +1,4 @@
-"""What is advised, tried: on 25 scenes with the properties that were answered, from one start, against the truth."""
+"""The advice put to the test: on 25 scenes with the properties in the answers, from one start, against the truth."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from widgets.drawing.picture import Array
 from widgets.figures.which_method.rules import RUNGS, Answers
 
 STARTS: Mapping[str, tuple[float, float]] = {"near": (10.0, 0.3), "rough": (45.0, 1.43), "none": (150.0, 1.43)}
-SEEN: Mapping[str, float] = {"most": 1.0, "half": 0.6}  # of what the source saw, by the target
+SEEN: Mapping[str, float] = {"most": 1.0, "half": 0.6}  # the fraction of what the source sees that the target sees too
 WRONG: Mapping[str, int] = {"right": 0, "some": 4}  # of 13 pairs
-GATE, WIDE = 0.5, 2.6  # u: that of a refinement, and that of a run that begins far off
+GATE, WIDE = 0.5, 2.6  # u: the gate of a refinement, and that of a run that begins far off
 OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "ransac": {"inlier": 0.25},
     "propose": {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32},
@@ -40,15 +40,15 @@ Clouds = tuple[Array, Array, Pose]
 
 
 def options(name: str, near: bool) -> dict[str, Any]:
-    """A rung's options; near: whether it begins where a narrow gate is safe."""
+    """A rung's options; near: whether it begins close enough for a narrow gate."""
     gate = {"gate": GATE if near else WIDE} if name in ("icp", "gicp") else {}
     return {**gate, **OPTIONS.get(name, {})}
 
 
 def grove(seed: int, seen: float) -> tuple[Array, Array]:
-    """Two clouds of scattered points, the trunks of a grove: the source has all, the target those of the left.
+    """Two clouds of scattered points, the trunks of a grove: the source has all, the target the leftmost ones.
 
-    seen: the target's part.
+    seen: the fraction that the target sees, as in `SEEN`.
     """
     rng = np.random.default_rng(seed)
     trunks = np.empty((0, 2))
@@ -60,7 +60,7 @@ def grove(seed: int, seen: float) -> tuple[Array, Array]:
 
 
 def kept(seen: float) -> int:
-    """How many trunks a target has."""
+    """The number of trunks in a target."""
     return round(0.9 * seen * TREES)
 
 
@@ -84,7 +84,7 @@ def _clouds(pairs: str, overlap: str, surfaces: str) -> Clouds:
 
 @lru_cache(maxsize=256)
 def _ends(path: tuple[str, ...], answers: Answers) -> Pose:
-    """Where the 25 runs of a path end; each rung of it begins where the one before has ended."""
+    """Where the 25 runs of a path end; each rung begins where the one before ended."""
     source, target, truth = clouds_of(answers)
     if not path:
         return room_start(*STARTS[answers.start]).compose(truth)
@@ -102,13 +102,13 @@ class Run:
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:
-        """Of rotation, in degrees, and of translation, in u."""
+        """The rotation errors in degrees, and the translation errors in u."""
         pose, (_, _, truth) = _ends(self.path, self.answers), clouds_of(self.answers)
         return np.degrees(rre(pose, truth)), rte(pose, truth)
 
     @property
     def found(self) -> int:
-        """On how many it ends within 5° and 0.2 u of the truth."""
+        """The number of scenes on which it ends within 5° and 0.2 u of the truth."""
         turn, shift = self.errors
         return int(np.count_nonzero((turn < CLOSE_DEGREES) & (shift < CLOSE_DISTANCE)))
 
@@ -119,7 +119,7 @@ class Run:
 
 
 def run(path: tuple[str, ...], answers: Answers) -> Run:
-    """The run of a path, the same one wherever only answers that do not concern it differ."""
+    """The run of a path; answers that do not affect it are normalised, so that equal runs are shared."""
     runs = tuple(name for name in path if RUNGS[name].method)
     if answers.pairs != "none":
         answers = Answers(answers.pairs)
