@@ -147,8 +147,8 @@ class Host:
         """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
 
         do: "begin", which also does the first slice, "go on" or "stop". The answer gives the fraction done from 0 to 1,
-        its progress in words, whether it is done, and the result, or null if there is no new one (widgets.engine.jobs);
-        to "stop" it is null. Raises ValueError for an invalid record, an unknown job, and one that is not running.
+        its progress in words, whether it is done, and the new result, null without one (widgets.engine.jobs); the
+        answer to "stop" is null. Raises ValueError for an invalid record, an unknown job, and one that is not running.
         """
         query = _read(request)
         widget, record = self._asked(query["record"])

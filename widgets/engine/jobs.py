@@ -1,5 +1,5 @@
-"""Long work that a figure offers beside its frames, done in slices so that the page stays responsive; the result is a
-table.
+"""Long work that a figure offers beside its frames: done in slices, so that the page stays responsive, with a table as
+its result.
 
 A job is a generator that yields after every small piece of work. The page requests slice after slice; other requests
 are answered in between, and to stop a job the page need only stop asking. Only plain data is exchanged with the page.

@@ -58,7 +58,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """pose: that at which the source is drawn. start: that before the last Solve, or the current one if unsolved.
+    """pose: that of the source as drawn. start: that before the last Solve, or the current one if unsolved.
 
     free: the fit over all orthogonal matrices. starts and solutions: one of each for every Solve so far.
     spread: the largest distance, in u, between the places that two solutions give the same point.

@@ -26,7 +26,7 @@ DETAILS = 3  # the coarse rings; the ends; the full rings
 
 @dataclass(frozen=True)
 class Controls:
-    """The only setting."""
+    """The only control."""
 
     turn: float = slider(60.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
 

@@ -196,7 +196,7 @@ def _number(at: Array, node: int, knobs: Array) -> Label:
 
 
 def _loop_name(at: Array, pose: Array) -> Label:
-    """The loop's name below its handle; above it if there is no room, left of it if the handle is above the pose."""
+    """The loop's name below its handle; above it at the panel's bottom, left of it if the handle is above the pose."""
     if at[1] > pose[1] + 0.5 and at[0] > -4.6:
         return Label(at, "loop", "accent", "end", dx=-BESIDE + 10.0, dy=6.0)
     at = np.clip(at, [-5.7, -4.3], [5.7, 4.3])

@@ -252,7 +252,7 @@ def _close(state: State) -> Panel:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """widest, narrowest: σ of the ends' places in the first cluster. claimed: the closed forms' widest, as text."""
+    """widest, narrowest: σ of the ends' places in the largest cluster. claimed: the closed forms' widest, as text."""
 
     widest: float
     narrowest: float

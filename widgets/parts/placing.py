@@ -1,5 +1,4 @@
-"""Placing a cloud by hand: a handle at its anchor moves it, one on a stalk along its heading turns it about the anchor.
-"""
+"""Placing a cloud by hand: a handle at its anchor moves it, one on a stalk along its heading turns it about that."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 The starts lie at the centres of ROWS × COLUMNS tiles, the turn along the columns and the offset along the rows. Level 0
 runs every fourth row and column; the later levels first add every second, then all, a few rows at a time. A tile whose
-own start has not been run shows the end of a start of the coarser lattice nearby, so every level shows ends of the full
+own start has not been run shows the end of a nearby start of a coarser lattice, so every level shows ends of the full
 map. Results are kept, and no start is run twice.
 """
 

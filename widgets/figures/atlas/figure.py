@@ -1,4 +1,4 @@
-"""Chapter 3: where the run from every start ends, as a map like one of countries; one run replayed in the room."""
+"""Chapter 3: where the run from every start ends, as a map with the ends as countries; one run replayed in the room."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from widgets.figures.atlas import basins
 from widgets.figures.atlas.basins import Ask, Atlas, Count, Ends, Track
 from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, errors, outline, still
 
-OPEN = 3.0  # u: the slider's maximum, at which there is no gate
+OPEN = 3.0  # u: the slider's maximum, which turns the gate off
 MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 36.0, 24.0, 58.0))
 ROOM = View(-7.5, 7.5, -5.9, 6.3, width=320.0)
 FIRST = basins.tile_at(-50.0, 2.2)  # lost without a gate, saved by one of 1 u, lost again by one of 0.5 u

@@ -151,8 +151,7 @@ def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
 
 
 def field(now: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
-    """The open places of the source's centre, strongest where the floor is lowest; dots where the last box was removed.
-    """
+    """The open places of the source's centre, strongest where the floor is lowest; dots where the last box went."""
     half = float(root.half[0, 1])
     (x, y), tile = root.middle[0, 1:] - half, 2.0 * half / TILES
     across, up = x + (np.arange(TILES) + 0.5) * tile, y + (np.arange(TILES) + 0.5) * tile

@@ -1,1 +1,1 @@
-"""The figure `four`: four kinds of state."""
+"""The figure `four`: four methods, which keep four kinds of state."""

@@ -175,8 +175,7 @@ class Shown:
 
 @lru_cache(maxsize=4)
 def fixed(scene: Scene) -> tuple[Mark, ...]:
-    """The outline at the true pose, and the fixed cloud: the same objects for a scene, so that they are rendered once.
-    """
+    """The outline at the true pose, and the fixed cloud: the same objects for a scene, so they are rendered once."""
     return (*where(scene), Points(scene.target, "target", "square", radius=2.5))
 
 

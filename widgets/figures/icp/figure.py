@@ -34,7 +34,7 @@ from widgets.parts.room import (
 )
 
 STEPS = 40
-OPEN = 3.0  # u: the slider's maximum, at which there is no gate
+OPEN = 3.0  # u: the slider's maximum, which turns the gate off
 TOPS = (0.25, 0.5, 0.75, 1.25, 2.5, 5.0, 10.0)  # u: the RMS chart ends at the first of these that is large enough
 SPANS = (8, 16, STEPS)  # steps: the RMS chart ends at the first of these that suffices: the first falls are large
 

@@ -17,14 +17,14 @@ from widgets.figures.landscape.contours import contours
 from widgets.parts.field import STRIDE, Field
 
 Objective = Literal["mmd", "capped"]
-SQUARES = 2**11  # of the capped field: made in a tenth of a frame, and queries hardly longer
+SQUARES = 2**11  # of the capped field: few enough to make in a tenth of a frame, and queries are hardly slower
 LINES = 8  # intervals between contour lines over the colour scale
 TOPS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """What is minimised over translations, with the source turned as at the truth. Everything is computed on first use.
+    """What is minimised over translations, with the source's rotation true. Everything is computed on first use.
 
     length: ℓ, u. count: D. draw: the seed of the frequencies. cap: τ, u.
     """
@@ -121,8 +121,7 @@ def minima(values: Array) -> int:
 
 
 def places(ends: Array, apart: float) -> int:
-    """How many distinct places the ends (k, 2) are at; an end closer than `apart` to an earlier place is not a new one.
-    """
+    """How many distinct places the ends (k, 2) are at; an end closer than `apart` to an earlier place is not new."""
     distinct: list[Array] = []
     for end in ends:
         if all(np.hypot(*(end - other)) >= apart for other in distinct):

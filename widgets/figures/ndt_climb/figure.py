@@ -59,8 +59,7 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """placed: the start of both runs. one: the run at the cell size only. fine: the run from four times that size down.
-    """
+    """placed: the start of both runs. one: the run at the cell size only. fine: that from four times the size down."""
 
     controls: Controls
     scene: Scene

@@ -117,8 +117,7 @@ def brought(source: Given | None, target: Given | None) -> Raw:
 
 @dataclass(frozen=True)
 class Fit:
-    """The map from the clouds' plane to the window: F(p) = scale · (p − centre), from the files' units to window units.
-    """
+    """The map from the clouds' plane to the window: F(p) = scale · (p − centre), from file units to window units."""
 
     centre: tuple[float, float] = (0.0, 0.0)
     scale: float = 1.0
@@ -169,8 +168,8 @@ class Clouds:
 
     @property
     def area(self) -> float:
-        """The area of the target's bounding box, squared units; never 0: the window's scale replaces the width of a
-        single place."""
+        """The area of the target's bounding box, squared units; never 0: for a single place, it depends on the unit of
+        the window."""
         width, height = np.ptp(self.target, axis=0).tolist()
         longest = max(width, height)
         if longest <= _blur(self.target):

@@ -9,7 +9,7 @@ from typing import Any
 
 from widgets.engine.controls import Value
 
-OPEN = 40.0  # spacings: the slider's maximum, at which there is no gate
+OPEN = 40.0  # spacings: the slider's maximum, which turns the gate off
 
 
 @dataclass(frozen=True)

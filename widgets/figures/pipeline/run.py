@@ -22,7 +22,7 @@ SCENES: dict[str, str] = {
     "clean": "Clean room", "striped": "Striped", "combo": "Combo", "hall": "Hall", "corridor": "Corridor",
 }  # fmt: skip
 METHODS_OF = {"point": "icp", "plane": "point-to-plane", "gicp": "gicp"}
-REACH = 0.3  # u: a source point is explained if a target point is at least this close
+REACH = 0.3  # u: a source point is explained if a target point is within this distance
 LEAST_HELD = 0.02
 LARGEST_RMS = 0.18  # u
 FARTHEST_HALVES = 0.2  # u
@@ -66,7 +66,7 @@ def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
 @dataclass(frozen=True)
 class Sign:
     """One sign. said: its value as text. asked: the requirement. met: whether it is met. at, limit: both in [0, 1]
-    along its scale, `at` None if there is no value yet. more: whether larger values are better."""
+    along its scale, `at` None before there is a value. more: whether larger values are better."""
 
     name: str
     said: str

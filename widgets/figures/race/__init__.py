@@ -1,1 +1,1 @@
-"""The figure `race`: the race."""
+"""The figure `race`: nine solvers race from one start."""

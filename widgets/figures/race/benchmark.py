@@ -113,7 +113,7 @@ def strips(
     )
     marks += [Label([x, -9.0], f"{10.0**x:g}", "guide", "middle", dy=15) for x in exponents]
     label = f"{what} error of every seed, {unit.strip()}"
-    marks += axis_names(view, "", f"{what} error, {unit.strip()}")  # there is no room beside the key for more
+    marks += axis_names(view, "", f"{what} error, {unit.strip()}")  # more would not fit beside the key
     marks.append(Label([high, 0.0], f"bar: median; dashed: {close:g}{unit}", "guide", "end", dy=-ABOVE))
     marks.append(Segments([np.log10(close), 0.0], [np.log10(close), -9.0], "truth", dashed=True))
     for k, (entry, error) in enumerate(zip(entries, errors, strict=True)):

@@ -99,8 +99,7 @@ def act(state: State, action: Action) -> State:
 
 
 def draw(state: State, detail: int = LEVELS - 1) -> Picture:
-    """Nine panels and the chart. A finer level looks the same, but begins more contestants, so the next step is faster.
-    """
+    """Nine panels and the chart. A finer level looks the same, but begins more contestants: the next step is faster."""
     for run in state.runs[: detail * AHEAD]:
         if not run.ready:
             _ = run.first

@@ -307,7 +307,7 @@ def python(state: State) -> str:
         f"pose = {written(run.began)}",
     ]
     call = "scene.source", "scene.target", f'"{r.method}"', "start=pose"
-    if r.restarts:  # a width of ours is put in anew at every step
+    if r.restarts:  # to set σ, the script restarts at every step
         after = f"max(0.9 * sigma, {r.last!r})" if r.width == "scheduled" else "sigma"
         lines += [
             f"sigma = {r.sigma!r}",
