@@ -1,4 +1,4 @@
-"""Every method, a room a family; none imports another family's."""
+"""Every registration method, one package per family; no family imports another."""
 
 from solvers.core.registry import METHODS
 

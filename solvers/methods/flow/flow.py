@@ -1,32 +1,27 @@
-"""A learned flow, small and honest.
+"""A small learned flow.
 
-A network says where every point of both clouds belongs, over and over.
+A network predicts, step after step, where every point of both clouds belongs.
 
-`flow` follows the structure of Register Any Point [1]_ at toy size. It starts from
-noise and generates the coordinates of *both* views in a common frame. With the present
-coordinates x_t at time t the network predicts the endpoint; each view's part of it is
-projected onto a rigid motion of the view itself (Procrustes against its condition, the
-cloud as it was given), and the coordinates are noised again by the same draw,
-`x_t' = (1 − t') x_0 + t' x̂_1`: an Euler step of the straight flow towards the
-projected endpoint. Of several samples the one with the smallest rigidity residual is
-kept, and the pose is read out as `A_target⁻¹ ∘ A_source`, A_v the fit of view v.
+`flow` follows the structure of Register Any Point [1]_ at toy size. It starts from noise and generates the coordinates
+of *both* views in a common frame. From the current coordinates x_t at time t the network predicts the endpoint. Each
+view's part of it is projected onto a rigid motion of the view itself (Procrustes against its condition, the cloud as
+given), and the coordinates are noised again with the same draw, `x_t' = (1 − t') x_0 + t' x̂_1`: an Euler step of the
+straight flow towards the projected endpoint. Of several samples, the one with the smallest rigidity residual is kept,
+and the pose is read out as `A_target⁻¹ ∘ A_source`, with A_v the fit of view v.
 
-`flow-from-source` is its simpler variant: it starts at the source's own
-coordinates, which the target's join as they are, moves the source alone, and reads its
-pose off a rigid fit between its first and last coordinates.
+`flow-from-source` is a simpler variant: it starts at the source's own coordinates, keeps the target's fixed, moves
+only the source, and reads the pose from a rigid fit between the source's first and last coordinates.
 
-Neither objective nor stop is evidence of alignment: the rigidity residual says that the
-generated coordinates are a rigid copy of each view, and a run ends when its time does.
-It is then *finished* and not converged: it has no test of rest, and its last step moves
-the points, too.
+Neither the objective nor the stop is evidence of alignment: the rigidity residual measures only how nearly the
+generated coordinates are a rigid copy of each view, and a run ends when its time is up. It is then *finished*, not
+converged: there is no test for rest, and even the last step moves the points.
 
-Attention weighs every point of both clouds against every other: some 105 (m + n)² bytes
-of memory, so that clouds of more than 3000 points together are refused.
+Attention compares every point of both clouds with every other, which takes about 105 (m + n)² bytes of memory. Clouds
+of more than 3000 points together are therefore refused.
 
-The networks were trained in minutes on synthetic curves (`flow.scenes`); this
-is an analogy to the papers and says nothing about them. `flow` needs no starting pose,
-but it is not equivariant either: how the clouds are turned when they are given to it
-matters, so a start, where there is one, is applied to the source first.
+The networks were trained in minutes on synthetic curves (`flow.scenes`); this is an analogy to the papers and says
+nothing about them. `flow` needs no starting pose, but it is not equivariant: the orientation of the input clouds
+matters, so a start, if given, is applied to the source first.
 
 References
 ----------
@@ -53,7 +48,7 @@ from solvers.methods.flow.network import Params
 from solvers.methods.flow.weights import FOLDER, params
 
 TINY = float(np.finfo(np.float64).tiny)
-FAR = 10.0  # RMS radii: the network sees what lies farther out here, so that its sums stay finite
+FAR = 10.0  # RMS radii: coordinates are clipped here for the network, so that its sums stay finite
 MOST = 3000  # points of both clouds together: 0.95 GB
 WIDE = 1e9  # one cloud's RMS radius over the other's: beyond it the smaller one is a point to the network
 
@@ -67,11 +62,9 @@ class FlowOptions:
     steps : int, default 10
         Euler steps from time 0 to 1.
     samples : int, default 4
-        Draws of noise, of which the one with the smallest rigidity residual is read
-        out.
+        The number of noise draws; the one with the smallest rigidity residual is read out.
     project : bool, default True
-        Whether each view's endpoint is replaced by the nearest rigid motion of the
-        view.
+        Whether to replace each view's endpoint by the nearest rigid motion of the view.
 
     Raises
     ------
@@ -101,17 +94,14 @@ class FlowOptions:
 class FlowState:
     """A pose read out of generated coordinates.
 
-    Lengths are in units of the target's RMS radius, coordinates about the target's
-    centroid: the frame of the network. radius: (b,) that unit in u. middle: (b, 2) the
-    target's centroid, home: (b, 2) the source's at the start pose, u. tokens: (b, m +
-    n, w) the encoded clouds. noise: (b, S, m + n, 2) what each of S samples starts
-    from. given: (b, m + n, 2) both clouds as the network gets them, source first, each
-    about its own centroid. time: (b,) in [0, 1]. present: (b, S, m + n, 2) at that
-    time. predicted: the endpoint that the last step was given, projected: the same with
-    each view made rigid, views: (b, S) of them the poses (source, target) of the two
-    views. rigidity: (b, S) mean squared distance between predicted and its rigid
-    version. chosen: (b,) the sample read out. taken: (b,) steps so far. The objective
-    is the rigidity residual of the chosen sample, in u².
+    Lengths are in units of the target's RMS radius, coordinates about the target's centroid: the frame of the network.
+    radius: (b,) that unit in u. middle: (b, 2) the target's centroid, home: (b, 2) the source's at the start pose, u.
+    tokens: (b, m + n, w) the encoded clouds. noise: (b, S, m + n, 2) the starting coordinates of each of S samples.
+    given: (b, m + n, 2) both clouds as the network's input, source first, each about its own centroid. time: (b,) in
+    [0, 1]. present: (b, S, m + n, 2) the coordinates at that time. predicted: the endpoint predicted in the last step,
+    projected: the same with each view made rigid, views: the poses (b, S) of the two views (source, target). rigidity:
+    (b, S) mean squared distance between predicted and its rigid version. chosen: (b,) the sample read out. taken: (b,)
+    steps so far. The objective is the rigidity residual of the chosen sample, in u².
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -191,8 +181,8 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
 
 
 def _radius(points: FloatArray) -> FloatArray:
-    """The root mean square (b,) of the centred points (b, n, 2)."""
-    # Divided by powers of two, which rounds nothing: no square overflows or vanishes.
+    """The RMS radius (b,) of the centred points (b, n, 2)."""
+    # Dividing by powers of two is exact and keeps squares from overflowing or vanishing.
     power = np.frexp(np.abs(points).max(axis=(1, 2)))[1]
     squares = np.ldexp(points, -power[:, None, None]) ** 2
     return np.asarray(np.ldexp(np.sqrt(squares.sum(axis=-1).mean(axis=-1)), power))
@@ -203,8 +193,8 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     m = problem.source.shape[1]
     with np.errstate(under="ignore"):
         present = state.present.clip(-FAR, FAR)
-        # Problem by problem and sample by sample, so that what attention weighs stays in
-        # the processor's cache, and of its matrices there are those of one at a time.
+        # Problem by problem and sample by sample, so that attention's matrices exist for only one at a time and stay
+        # in the processor's cache.
         each = zip(state.tokens, present, state.time, strict=True)
         predicted = np.stack(
             [np.stack([network.endpoint(weights, tokens, one, time) for one in own]) for tokens, own, time in each]
@@ -260,9 +250,7 @@ _METHODS = {
 
 
 def flow_method(name: str, folder: str = FOLDER) -> Method[FlowState]:
-    """The method `flow` or `flow-from-source` with the weights that lie in `folder`,
-    read when a run begins.
-    """
+    """The method `flow` or `flow-from-source` with the weights in `folder`, which are read when a run begins."""
     anchored = name == "flow-from-source"
     summary, source = _METHODS[name]
     return Method(

@@ -1,14 +1,12 @@
-"""The small network of the learned flow: from two clouds and a noisy placing of their
-points to where each belongs.
+"""The small network of the learned flow, which maps two clouds and a noisy placement of their points to where each
+point belongs.
 
-Every point of both clouds is a token. The encoder sees the clouds alone: each point's
-coordinates and a description of how the rest of its own cloud lies round it, which no
-rotation changes; attention lets all tokens read all. The decoder sees the encoded
-tokens, the present coordinates and the time, and gives each point's endpoint.
+Every point of both clouds is a token. The encoder sees only the clouds: each point's coordinates and a
+rotation-invariant description of how the rest of its own cloud lies around it; attention lets every token read every
+other. The decoder sees the encoded tokens, the current coordinates and the time, and predicts each point's endpoint.
 
-One forward pass, written in what numpy and PyTorch have in common (`xp` is either
-module): the training runs the same lines as the page. Everything is in units of the
-target's RMS radius, each cloud about its own centroid.
+The forward pass uses only what numpy and PyTorch have in common (`xp` is either module), so training runs the same
+code as the page. Everything is in units of the target's RMS radius, each cloud about its own centroid.
 
 In the manner of Register Any Point (Pan et al. 2025) and Rectified Point Flow (Sun et
 al. 2025), at a size that a page can carry; no part of either is used.
@@ -27,8 +25,8 @@ HEADS = 4
 ENCODER = 3
 DECODER = 2
 BINS = 12
-REACH = 2.75  # of the last distance bin, in RMS radii
-WAVES = (0.5, 1.0, 2.0)  # of coordinates, in turns a radius over 2π
+REACH = 2.75  # the end of the last distance bin, in RMS radii
+WAVES = (0.5, 1.0, 2.0)  # of the coordinates' waves, in half turns per RMS radius
 GIVEN = 3 * BINS + 2 + 4 * len(WAVES) + 1
 PRESENT = 2 + 4 * len(WAVES) + 3
 
@@ -37,9 +35,7 @@ Params = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Shape:
-    """One array of the network by name; arrays are stored one after the other in this
-    order.
-    """
+    """The name and shape of one array of the network."""
 
     name: str
     size: tuple[int, ...]
@@ -50,7 +46,7 @@ class Shape:
 
 
 def shapes() -> list[Shape]:
-    """Every array of the network."""
+    """Every array of the network, in the order in which they are stored."""
     w = WIDTH
     arrays = [Shape("given.w", (GIVEN, w)), Shape("given.b", (w,))]
     for i in range(ENCODER + DECODER):
@@ -69,11 +65,10 @@ def shapes() -> list[Shape]:
 
 
 def invariants(points: Any, xp: Any = np) -> Any:
-    """How the rest of a cloud lies round each of its points (…, n, 2): (…, n, 3·BINS),
-    the same after any rotation.
+    """A rotation-invariant description of how the rest of a cloud lies around each of its points (…, n, 2): (…, n,
+    3·BINS).
 
-    Over soft bins of distance: how many lie there, how far outwards and how far to the
-    left they lie.
+    For each soft distance bin: how many points lie there, how far outwards, and how far to the left.
     """
     apart = points[..., None, :, :] - points[..., :, None, :]
     distance = (apart**2).sum(-1) ** 0.5
@@ -97,9 +92,7 @@ def waves(points: Any, xp: Any = np) -> Any:
 
 
 def given(points: Any, view: float, xp: Any = np) -> Any:
-    """What the encoder is given of one cloud (…, n, 2): view is 0 for the source, 1 for
-    the target.
-    """
+    """The encoder's input for one cloud (…, n, 2); view is 0 for the source, 1 for the target."""
     flag = points[..., :1] * 0.0 + view
     return xp.concatenate([invariants(points, xp), waves(points, xp), flag], -1)
 
@@ -116,8 +109,8 @@ def encode(params: Params, source: Any, target: Any, xp: Any = np) -> Any:
 
 
 def endpoint(params: Params, tokens: Any, present: Any, time: Any, xp: Any = np) -> Any:
-    """Where each point belongs (…, m + n, 2), seen from the present coordinates (…, m +
-    n, 2) at time (…, 1, 1).
+    """The predicted endpoint of each point (…, m + n, 2), given the current coordinates (…, m + n, 2) at time (…, 1,
+    1).
     """
     clock = present[..., :1] * 0.0 + time
     features = xp.concatenate([waves(present, xp), clock, xp.sin(np.pi * clock), xp.cos(np.pi * clock)], -1)
@@ -150,5 +143,5 @@ def _largest(score: Any) -> Any:
 
 
 def _normed(h: Any, gain: Any) -> Any:
-    """Scaled to root mean square 1."""
+    """h scaled to root mean square 1, times the gain."""
     return h * ((h * h).mean(-1)[..., None] + 1e-5) ** -0.5 * gain

@@ -1,6 +1,4 @@
-"""The synthetic scenes that the learned flow is trained on, and those held out to see
-where it fails.
-"""
+"""The synthetic scenes that the learned flow is trained on, and held-out scenes that show where it fails."""
 
 from __future__ import annotations
 
@@ -18,9 +16,8 @@ class Kind:
     """A family of scenes. turn: the range of |rotation| in degrees. noise: the range of
     σ in RMS radii.
 
-    clutter: the range of the share of each cloud replaced by junk. scale: of the moving
-    cloud. shape: "waves" (closed curves of random harmonics, the training's) or
-    "corners" (closed polygons).
+    clutter: the range of the share of each cloud replaced by junk. scale: of the moving cloud. shape: "waves" (closed
+    curves of random harmonics, as in training) or "corners" (closed polygons).
     """
 
     name: str
@@ -56,16 +53,13 @@ class Draw:
 
 
 def draw(kind: Kind, count: int, points: int, seed: int) -> Draw:
-    """`count` scenes of `points` points per cloud; both clouds are sampled from the curve
-    independently.
-    """
+    """Draw `count` scenes of `points` points per cloud, both clouds sampled from the curve independently."""
     random = np.random.default_rng(seed)
     curve = _waves if kind.shape == "waves" else _corners
     outline = curve(random, count)  # (b, K, 2), dense and closed
     outline = outline - outline.mean(axis=1, keepdims=True)
     outline /= np.sqrt((outline**2).sum(-1).mean(-1))[:, None, None]
-    # any orientation to begin with: the target's frame is the scanner's, not the
-    # shape's
+    # start from a random orientation: the target's frame is the scanner's, not the shape's
     outline = outline @ _turn(random.uniform(-np.pi, np.pi, count))
     clouds = []
     sigma = random.uniform(*kind.noise, size=count)
@@ -89,7 +83,7 @@ def draw(kind: Kind, count: int, points: int, seed: int) -> Draw:
 
 
 def _turn(angle: FloatArray) -> FloatArray:
-    """(b, 2, 2) such that rows @ it turns them back by the angle: rows of R⁻¹ p."""
+    """Matrices M (b, 2, 2) such that `rows @ M` turns row vectors back by the angle, giving rows of R⁻¹ p."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
 
@@ -120,8 +114,8 @@ def _corners(random: np.random.Generator, count: int, dense: int = 240) -> Float
 
 
 def _along(outline: FloatArray, share: FloatArray) -> FloatArray:
-    """Places at shares (b, n) of the outline's samples (b, K, 2), between neighbours
-    linearly.
+    """Points at fractions `share` (b, n) of the way along the outline (b, K, 2), interpolated linearly between its
+    samples.
     """
     dense = outline.shape[1]
     at = share * dense

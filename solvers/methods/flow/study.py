@@ -1,6 +1,4 @@
-"""The held-out study of the learned flows: how often they are right on scenes like the
-training's, and on others.
-"""
+"""The held-out study of the learned flows: how often they are right on scenes like those of training and on others."""
 
 from __future__ import annotations
 
@@ -20,7 +18,7 @@ from solvers.methods.flow.weights import FOLDER
 from solvers.metrics import rre
 
 POINTS = 40
-SEED = 99  # of the scenes; the training's seeds are all larger
+SEED = 99  # of the scenes; training uses only larger seeds
 DEGREES = 5.0
 LENGTH = 0.1  # RMS radii of the shape
 
@@ -34,7 +32,7 @@ VARIANTS = {
 
 @dataclass(frozen=True)
 class StudyLine:
-    """A variant on one kind of scene.
+    """The results of a variant on one kind of scene.
 
     degrees, length: the median errors of rotation, and of translation in RMS radii of
     the shape. turned: how many of `count` scenes have a rotation error below 5°.
@@ -57,9 +55,7 @@ def study(
     seed: int = SEED,
     folder: str = FOLDER,
 ) -> list[StudyLine]:
-    """Every variant on `count` scenes of every kind, of unit RMS radius, with the
-    weights in `folder`.
-    """
+    """Run every variant on `count` scenes of every kind, of unit RMS radius, with the weights in `folder`."""
     lines = []
     for kind in kinds:
         scenes = draw(kind, count, POINTS, seed)
@@ -69,8 +65,7 @@ def study(
 
 
 def errors(scenes: Draw, variant: str, folder: str = FOLDER, block: int = 50) -> tuple[FloatArray, FloatArray]:
-    """Rotation errors in degrees and translation errors in u of a variant on scenes,
-    (b,) each.
+    """The rotation errors in degrees and translation errors in u of a variant on scenes, (b,) each.
 
     The translation is compared at the source's centroid, where a wrong rotation does
     not add to it.
@@ -110,8 +105,6 @@ def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> 
 
 
 def by_turn(edges: Sequence[float], variant: str, count: int = 100, seed: int = SEED) -> list[StudyLine]:
-    """A variant on scenes like the training's, but turned by the degrees between
-    neighbouring `edges`.
-    """
+    """Run a variant on scenes like those of training, turned by angles between neighbouring `edges`, in degrees."""
     kinds = [replace(HELD_OUT[0], name=f"{low:g}–{high:g}°", turn=(low, high)) for low, high in pairwise(edges)]
     return study(kinds, [variant], count, seed)

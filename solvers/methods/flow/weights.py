@@ -1,9 +1,7 @@
-"""The trained numbers of the learned flows: a byte each, in a small file beside this
-module.
+"""The trained weights of the learned flows, one byte each, in small files beside this module.
 
-Each column of an array is stored as whole numbers from −127 to 127 and one float32
-factor. `pack` and `unpack` are the format; `params` reads the file of a method.
-`python3 build.py train` writes it.
+Each column of an array is stored as whole numbers from −127 to 127 and one float32 factor. `pack` and `unpack` define
+the format; `params` reads a method's file, which `python3 build.py train` writes.
 """
 
 from __future__ import annotations
@@ -21,8 +19,8 @@ LEVELS = 127
 
 
 def pack(arrays: dict[str, FloatArray]) -> bytes:
-    """The network's arrays in the order of `flow_network.shapes`: the factors of an
-    array's columns, its numbers.
+    """The network's arrays as bytes, in the order of `network.shapes`: for each, the factors of its columns, then its
+    numbers.
     """
     parts = []
     for shape in shapes():
@@ -34,9 +32,7 @@ def pack(arrays: dict[str, FloatArray]) -> bytes:
 
 
 def unpack(data: bytes) -> dict[str, FloatArray]:
-    """The arrays of a packed network. Raises ValueError where the length is another
-    one's.
-    """
+    """The arrays of a packed network. Raises ValueError if the length does not match the network."""
     expected = sum(4 * shape.size[-1] + shape.count for shape in shapes())
     if len(data) != expected:
         raise ValueError(f"weights: {len(data)} bytes, and the network needs {expected}")
@@ -52,6 +48,6 @@ def unpack(data: bytes) -> dict[str, FloatArray]:
 
 @cache
 def params(name: str, folder: str = FOLDER) -> dict[str, FloatArray]:
-    """The arrays of the network of method `name`, read once."""
+    """The network's arrays for the method `name`, read once."""
     with open(os.path.join(folder, f"{name}.int8"), "rb") as file:
         return unpack(file.read())

@@ -1,1 +1,1 @@
-"""Nearest points: ICP and its kin, with points, planes and covariances."""
+"""Nearest-point methods: ICP and its variants, with points, planes and covariances."""

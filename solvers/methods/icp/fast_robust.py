@@ -2,21 +2,19 @@
 
 Welsch's loss with a threshold that shrinks in stages, and Anderson-accelerated steps.
 
-For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance
-of moved point i to its nearest target point, is lowered by majorisation: pair with the
-nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`. It converges slowly, so
-each step also proposes a point extrapolated from the last `history` steps,
+For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance of moved point i to its nearest
+target point, is lowered by majorisation: pair with the nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`.
+It converges slowly, so each step also proposes a pose extrapolated from the last `history` steps,
 
     f_k = G(x_k) − x_k,   θ = argmin ‖f_k − Σ_j θ_j (f_{k−j+1} − f_{k−j})‖,
     x = G(x_k) − Σ_j θ_j (G(x_{k−j+1}) − G(x_{k−j})),
 
-which is kept only if its energy lies below that of x_k; else `G(x_k)` is, whose energy
-never lies above. After such a refusal the differences gathered so far are dropped; in
-the code that the authors of [1]_ published they stay, and the next proposal is made from
-them: `forget=False`. In the race's rooms that took more steps and found no more poses.
-The pose's coordinates x are a rotation vector times the source's RMS
-radius and the place of its moved centroid, both relative to `G(x_k)`: lengths of one
-kind, independent of unit and origin, and far from any wrap-around.
+which is kept only if its energy lies below that of x_k; otherwise the step is `G(x_k)`, whose energy never lies above.
+After such a refusal the differences gathered so far are dropped. In the code that the authors of [1]_ published they
+stay, and the next proposal is made from them: `forget=False`. In the race's rooms that took more steps and found no
+more poses. The pose's coordinates x are a rotation vector times the source's RMS radius and the position of its moved
+centroid, both relative to `G(x_k)`: all are lengths, comparable in any unit and about any origin, and far from any
+wrap-around.
 
 ν begins at three times the median distance of the starting pairs and is halved whenever
 a stage has come to rest, until it is the target's spacing over 3√3, the spacing being
@@ -24,8 +22,7 @@ the median, over its points, of the median distance to the six nearest others. A
 ν means a smaller energy for the same pose, so the objective never rises over the whole
 run.
 
-Left out: the point-to-plane variant. Different: the paper takes the logarithm of the
-whole matrix for coordinates.
+Left out: the point-to-plane variant. Difference: the paper takes the logarithm of the whole matrix as coordinates.
 
 References
 ----------
@@ -62,18 +59,16 @@ class FastRobustOptions:
     Parameters
     ----------
     first : float, optional
-        ν at the beginning, world units. None is three times the median distance of the
-        starting pairs.
+        The first ν, world units. None is three times the median distance of the starting pairs.
     last : float, optional
-        ν at the end, world units. None is the target's spacing over 3√3.
+        The last ν, world units. None is the target's spacing over 3√3.
     history : int, default 5
-        Past steps that an extrapolation uses, 0 for none.
+        The number of past steps that an extrapolation uses, 0 for none.
     forget : bool, default True
         Whether the past steps are dropped when an extrapolated pose is refused. False
         keeps them, as the authors' code does.
     tolerance : float, default 1e-6
-        The last stage ends when a step moves the source points, root mean square, by at
-        most this fraction of their RMS radius.
+        The last stage ends when a step's RMS motion of the source points is at most this fraction of their RMS radius.
     rough : float, default 1e-3
         The same fraction for the stages before the last.
 
@@ -109,9 +104,7 @@ class FastRobustOptions:
 
 @dataclass(frozen=True, eq=False)
 class Welsch:
-    """The pairs at a pose: moved (b, m, d), rows, distances and weights (b, m), energy
-    (b,), rms (b,) weighted.
-    """
+    """The pairs at a pose: moved (b, m, d), rows, distances and weights (b, m), energy (b,), weighted rms (b,)."""
 
     moved: FloatArray
     rows: IntArray
@@ -125,11 +118,10 @@ class Welsch:
 class FastRobustState:
     """A pose with its pairs and energy (the objective) for the threshold `nu` (b,).
 
-    last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the
-    extrapolated pose. past_x, past_g: the poses x_k and G(x_k) of the steps so far,
-    newest first, (b, history + 1), of which `depth` (b,) count: those since the stage
-    began or, with `forget`, an extrapolation failed. centre: (b, d) the source's centroid. radius,
-    change, condition: as in `icp.IcpState`.
+    last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the extrapolated pose. past_x, past_g:
+    the poses x_k and G(x_k) of the steps so far, newest first, (b, history + 1), of which `depth` (b,) count: those
+    since the stage began or, with `forget`, since an extrapolation was refused. centre: (b, d) the source's centroid.
+    radius, change, condition: as in `icp.IcpState`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -190,8 +182,7 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
         first = 3.0 * median if options.first is None else np.full(b, options.first)
         least = spacing(index, problem.target) / (3.0 * np.sqrt(3.0)) if options.last is None else options.last
         least = np.minimum(least, first) if options.first is not None and options.last is None else least
-        # Repeated points have no spacing, perfect pairs no distance: a threshold stays
-        # above zero.
+        # Repeated points have zero spacing and perfect pairs zero distance: keep the threshold above zero.
         last = np.maximum(least, np.maximum(1e-6 * first, 1e-100))
         nu = np.maximum(first, last)
     pairing = _pair(problem, index, nu, problem.start)
@@ -215,8 +206,8 @@ def _step(state: FastRobustState) -> FastRobustState:
     past_x, past_g = _push(state.past_x, state.pose), _push(state.past_g, plain)
     depth = np.minimum(state.depth + 1, options.history + 1)
 
-    # The proposal where there is a history, the plain step elsewhere; the plain step
-    # again where it did not help.
+    # The proposal where there is a history, else the plain step; back to the plain step where the proposal did not
+    # help.
     proposed = (depth > 1) & (free == "")
     pose = plain
     if proposed.any():
@@ -249,7 +240,7 @@ def _step(state: FastRobustState) -> FastRobustState:
 
 
 def _push(past: Pose, pose: Pose) -> Pose:
-    """The new pose in front, the oldest gone."""
+    """The past poses with the new one in front and the oldest dropped."""
     return Pose.trusted(
         np.concatenate([pose.R[:, None], past.R[:, :-1]], axis=1),
         np.concatenate([pose.t[:, None], past.t[:, :-1]], axis=1),
@@ -259,17 +250,14 @@ def _push(past: Pose, pose: Pose) -> Pose:
 def _extrapolated(
     past_x: Pose, past_g: Pose, depth: IntArray, radius: FloatArray, centre: FloatArray
 ) -> Pose:
-    """Anderson's point from the poses x_k and G(x_k), newest first, of which the first
-    `depth` (b,) count.
-    """
+    """Anderson's extrapolation from the poses x_k and G(x_k), newest first, of which the first `depth` (b,) count."""
     origin = past_g[:, :1]
     x, g = (_coordinates(p, origin, radius[:, None], centre[:, None]) for p in (past_x, past_g))
     f = g - x
     valid = (np.arange(x.shape[1] - 1) + 1 < depth[:, None])[..., None]
-    # Rows are the differences of neighbours in time; a row of zeros takes no part.
+    # Rows are differences of consecutive steps; a row of zeros takes no part.
     df, dg = (np.where(valid, a[:, :-1] - a[:, 1:], 0.0) for a in (f, g))
-    # Beyond float64 there is nothing to extrapolate; the singular values would not be
-    # found.
+    # Beyond float64's range there is nothing to extrapolate, and the SVD would fail.
     df = np.where(np.isfinite(df), df, 0.0)
     theta = f[:, None, 0] @ np.linalg.pinv(df, rcond=1e-10)
     return _posed((g[:, None, 0] - theta @ dg)[:, 0], origin[:, 0], radius, centre)

@@ -1,22 +1,23 @@
 """Iterative closest point and its two descent variants.
 
-Pair every point with its nearest, fit, repeat.
+Pair every point with its nearest neighbour, fit, repeat.
 
-One step fits the pairs in closed form, then pairs anew at the new pose, so a state's pose, pairs and objective belong
+One step fits the pairs in closed form, then pairs again at the new pose, so a state's pose, pairs and objective belong
 together. With r_i the distance of moved point i to its nearest target point and w_i its weight:
 
-- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them. Its objective is the sum over
-  the pairs used. Without gate and trim it never rises, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it
-  sums over changes, and both the sum and the RMS may rise.
-- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
-- `capped-icp` uses the pairs within `cap` and counts every other one as if it were there: `Σ w_i min(r_i², cap²)` never
-  rises.
+- `icp` uses the pairs within `gate`, less the farthest fraction `trim` of them. Its objective is the sum over the
+  pairs used. Without gate and trim, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²` never rises; with them the set of pairs
+  changes, and both the sum and the RMS may rise.
+- `trimmed-icp` always uses the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other pair as if it lay at the cap: `Σ w_i min(r_i², cap²)`
+  never rises.
 
-With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent then
-holds for a fixed `scale`; a scale taken from the distances anew at every step changes the objective as it goes.
+With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent
+then holds for a fixed `scale`; a scale re-estimated from the distances at every step changes the objective along the
+way.
 
-What converges is the objective's value; the fixed point is a local optimum at best, and a step that has come to rest
-says nothing about the truth.
+It is the objective's value that converges. The fixed point is a local optimum at best, and coming to rest says nothing
+about the truth.
 
 References
 ----------
@@ -49,7 +50,7 @@ from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_motion, typical_radius, weighted_radius
 
 ONE_PARTNER = "every source point has the same partner: the rotation is undefined; are both clouds in one unit?"
-"""Why a fit of such pairs has no rotation."""
+"""The reason given when a fit has no rotation because all its pairs share one target point."""
 
 
 @dataclass(frozen=True)
@@ -61,19 +62,19 @@ class IcpOptions:
     gate : float, default inf
         Pairs farther apart are not used, world units.
     trim : float, default 0.0
-        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+        The fraction of the gated pairs to leave out, farthest first, 0 to below 1.
     weight : str, default "none"
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
-        The kernel's constant. None is the usual one. Neither it nor `scale` has an effect where `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
-        and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
+        step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
         radius.
     rms_tolerance : float, default 1e-6
-        It stops, too, when as many pairs as before are used and their RMS has changed by at most this fraction.
+        The run also stops when the same number of pairs is used and their RMS has changed by at most this fraction.
 
     Raises
     ------
@@ -117,15 +118,15 @@ class TrimmedOptions:
     weight : str, default "none"
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
-        The kernel's constant. None is the usual one. Neither it nor `scale` has an effect where `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
-        and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
+        step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
         radius.
     rms_tolerance : float, default 0.0
-        It stops, too, when the RMS of the pairs used has changed by at most this fraction.
+        The run also stops when the RMS of the pairs used has changed by at most this fraction.
 
     Raises
     ------
@@ -165,15 +166,15 @@ class CappedOptions:
     weight : str, default "none"
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
-        The kernel's constant. None is the usual one. Neither it nor `scale` has an effect where `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
-        and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
+        step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
         radius.
     rms_tolerance : float, default 0.0
-        It stops, too, when as many pairs as before are used and their RMS has changed by at most this fraction.
+        The run also stops when the same number of pairs is used and their RMS has changed by at most this fraction.
 
     Raises
     ------
@@ -217,14 +218,12 @@ def _check_rest(options: AnyOptions) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Pairing:
-    """What stands at a pose: every source point's nearest target point, and which of
-    these pairs the next fit uses.
+    """The pairs at a pose: every source point's nearest target point, and which of these pairs the next fit uses.
 
-    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest
-    to each. distances: (b, m). used: (b, m). weights: (b, m) of the pairs in the fit,
-    zero where unused. threshold: (b,) that of the robust weight. count: (b,) pairs
-    used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,). known: what spares the next
-    pairing look-ups, None where there are no trees.
+    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest to each. distances: (b, m).
+    used: (b, m). weights: (b, m) of the pairs in the fit, zero where unused. threshold: (b,) of the robust weight.
+    count: (b,) pairs used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,). known: neighbours kept to spare the
+    next pairing look-ups, None without trees.
     """
 
     moved: FloatArray
@@ -244,10 +243,9 @@ class IcpState:
     """A pose and the pairs at it; the objective and the fields of `pairing` are at
     `pose`.
 
-    reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the robust
-    weight, or None. radius: (b,) RMS radius of the source points in use. change: (b,) how
-    far the last step moved them, root mean square, as a fraction of `radius`, infinite
-    before the first. condition: (b,) that of the last fit (`rigid.Fit`).
+    reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the robust weight, or None. radius: (b,)
+    RMS radius of the source points in use. change: (b,) how far the last step moved them, root mean square, as a
+    fraction of `radius`, infinite before the first. condition: (b,) of the last fit (`rigid.Fit`).
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -302,8 +300,8 @@ def pair(
     problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose,
     known: Known | None = None,
 ) -> Pairing:
-    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as
-    in `IcpState`; known: of the pairing before.
+    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as in `IcpState`; known: from the
+    previous pairing.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
@@ -331,7 +329,7 @@ def pair(
 
 
 def start(problem: Problem, options: AnyOptions) -> IcpState:
-    """The pairs at the starting pose; degenerate where none counts."""
+    """The state at the starting pose; degenerate where no pair is used."""
     reach = np.full(problem.size, np.inf)
     if isinstance(options, IcpOptions):
         reach[:] = options.gate
@@ -342,7 +340,7 @@ def start(problem: Problem, options: AnyOptions) -> IcpState:
 
 
 def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: FloatArray | None) -> IcpState:
-    """`start` with a gate or cap and a scale of its own for each problem, (b,)."""
+    """`start` with a gate or cap and a scale for each problem, (b,) each."""
     b = problem.size
     index = nearest.build(problem.target)
     pairing = pair(problem, index, reach, scale, options, problem.start)
@@ -365,8 +363,8 @@ def step(state: IcpState) -> IcpState:
 
 
 def one_partner(reason: ReasonArray, index: Index, rows: IntArray, weights: FloatArray) -> ReasonArray:
-    """Why fits are degenerate, (b,), in words of pairs: where it is that all partners are one, though the target has
-    other points.
+    """The reasons, (b,), why fits are degenerate: `ONE_PARTNER` where all pairs share one target point although the
+    target has others.
     """
     if not (reason != "").any():
         return reason
@@ -379,7 +377,7 @@ def one_partner(reason: ReasonArray, index: Index, rows: IntArray, weights: Floa
 
 
 def partners(state: Any) -> IntArray:
-    """Of a state with pairs, the target row of each source row that has a weight."""
+    """The target row of each source row with a weight, for a state with pairs."""
     return chosen(state.pairing.rows, state.pairing.weights > 0.0)
 
 

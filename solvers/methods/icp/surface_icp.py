@@ -3,20 +3,17 @@
 Pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step,
 repeat.
 
-What `icp.point_to_plane` and `icp.gicp` share. They differ in the precision
-matrices alone. One step solves the pairs of the state (`solvers.numerics.gauss_newton`) and
-pairs anew at the new pose (`icp.pair`: gate, trim, robust weight by Euclidean
-distance), so a state's pose, pairs, precisions and objective belong together:
+The common part of `icp.point_to_plane` and `icp.gicp`, which differ only in the precision matrices. One step solves
+for the pairs of the state (`solvers.numerics.gauss_newton`) and pairs again at the new pose (`icp.pair`: gate, trim,
+robust weight by Euclidean distance), so a state's pose, pairs, precisions and objective belong together:
 
     objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
 
-It may rise: a Gauss-Newton step is not an exact minimisation, and pairs are nearest in
-another metric than the residual's. Robust weights are functions of the pair's distance,
-not of the residual that is squared, so this is not the iteratively reweighted
-minimisation of any one loss; their scale is a heuristic, and a gate that suits one
-residual need not suit another. And since nothing falls, a run may go round: a few sets
-of pairs that lead to each other for ever. That is found (`solvers.numerics.recurrence`),
-and called stalled.
+It may rise: a Gauss-Newton step is not an exact minimisation, and the pairs are nearest in a different metric from the
+residual's. Robust weights are functions of the pair's distance, not of the residual that is squared, so this is not the
+iteratively reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need
+not suit another. Since no quantity is bound to fall, a run may cycle for ever through a few sets of pairs. Such a cycle
+is detected (`solvers.numerics.recurrence`) and reported as stalled.
 """
 
 from __future__ import annotations
@@ -45,7 +42,7 @@ ONE_PARTNER = (
     "every source point has the same partner: nothing but the directions of surfaces holds the rotation; are both "
     "clouds in one unit?"
 )
-"""Why pairs weighed by two surfaces are at rest, and yet say nothing of the pose."""
+"""The reason given when pairs weighted by two surfaces have come to rest without determining the pose."""
 
 
 @dataclass(frozen=True)
@@ -59,32 +56,32 @@ class SurfaceOptions:
     gate : float, default inf
         Pairs farther apart are not used, world units.
     trim : float, default 0.0
-        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+        The fraction of the gated pairs to leave out, farthest first, 0 to below 1.
     weight : str, default "none"
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
         "geman-mcclure", of the pair's distance.
     tuning : float, optional
-        The kernel's constant. None is the usual one. Neither it nor `scale` has an effect where `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
+        step, and never below 3e-4 of the target's RMS radius.
     neighbours : int, default 6
-        Points besides itself that make a point's neighbourhood.
+        How many other points make up a point's neighbourhood.
     roundness : float, default 0.9
-        λ₁/λ₂ from which a neighbourhood has no normal.
+        λ₁/λ₂ at or above which a neighbourhood has no normal.
     max_shift : float, default inf
         The longest step, world units.
     max_turn : float, default 0.5
-        The longest turn of a step, radians.
+        The largest turn in a step, radians.
     free_below : float, default 1e-6
         The fraction of the system's largest eigenvalue below which a direction of
         motion counts as free.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points in use, root mean square, by at most
-        this fraction of their RMS radius.
+        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
+        radius.
     rms_tolerance : float, default 1e-6
-        It stops, too, when as many pairs as before are used and the RMS of their
-        residuals has changed by at most this fraction.
+        The run also stops when the number of pairs used is unchanged and the RMS of their residuals has changed by at
+        most this fraction.
 
     Raises
     ------
@@ -127,7 +124,7 @@ class SurfaceOptions:
         validate.number(self.free_below, "free_below", 0.0, 1.0)
 
     def pairing(self) -> IcpOptions:
-        """The part of the options that pairs points."""
+        """The options for pairing points."""
         return IcpOptions(
             self.gate, self.trim, self.weight, self.tuning, self.scale, self.tolerance, self.rms_tolerance
         )
@@ -138,14 +135,12 @@ class SurfaceState:
     """A pose, the pairs at it, their precisions, and the system that the next step
     solves.
 
-    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
-    points, where the method has any. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
-    `objective` there are those of the residuals here; pairs whose target point has no
-    normal are not used, where the method needs one. precision: (b, m, d, d) of the
-    pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
-    condition number and the weak direction. change: (b,) as in `icp.IcpState`.
-    taken: (b,) steps. anchor: (b, m, d) the points moved at an earlier step, to
-    find cycles by.
+    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d) points, if the method has any.
+    scale: (b,) the fixed s of the robust weight, or None. pairing: its `rms` and `objective` are those of this module's
+    residuals; pairs whose target point has no normal are not used if the method needs one. precision: (b, m, d, d) of
+    the pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the condition number and the weak
+    direction. change: (b,) as in `icp.IcpState`. taken: (b,) steps. anchor: (b, m, d) the moved points of an earlier
+    step, to detect cycles.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -173,9 +168,7 @@ def start(
     surface: Normals,
     covariances: tuple[FloatArray, FloatArray] | None,
 ) -> SurfaceState:
-    """The pairs and their precisions at the starting pose; degenerate where there is
-    none to use.
-    """
+    """The state at the starting pose; degenerate where no pair can be used."""
     b = problem.size
     scale = None if options.scale is None else np.full(b, options.scale)
     surfaces = _Surfaces(index, surface, covariances)
@@ -194,7 +187,7 @@ def start(
 
 
 def step(state: SurfaceState) -> SurfaceState:
-    """Solve the system of the present pairs, then pair again."""
+    """Solve the system of the current pairs, then pair again."""
     options, old = state.options, state.pairing
     xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
     pose = gauss_newton.apply(xi, state.system, state.pose)
@@ -226,8 +219,8 @@ def step(state: SurfaceState) -> SurfaceState:
 
 
 def _one_partner(state: SurfaceState, pairing: Pairing) -> BoolArray:
-    """Whether the pairs in use, (b,), have one target point although the target has others. Covariances then give their
-    system full rank; without any it is that of one plane, which leaves a direction free.
+    """Whether all pairs in use share one target point although the target has others, (b,). Covariances then give the
+    system full rank; without them it is the system of one plane, which leaves a direction free.
     """
     if state.covariances is None:
         return np.zeros(state.problem.size, dtype=np.bool_)
@@ -257,8 +250,8 @@ def _inverse(S: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Surfaces:
-    """The clouds as surfaces, as `SurfaceState` has them: the target's index and normals, and where the method has any
-    the covariances of the source's and the target's points.
+    """The clouds as surfaces, as in `SurfaceState`: the target's index and normals and, if the method has any, the
+    covariances of the source's and the target's points.
     """
 
     index: Index
@@ -283,11 +276,11 @@ def _at(
         used = weights > 0.0
         left = np.where(used[..., None], pairing.moved - partners, 0.0)
         squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)
-        squares = np.maximum(squares, 0.0)  # along a tangent, rounding may leave them below
+        squares = np.maximum(squares, 0.0)  # along a tangent, rounding may leave them below zero
         objective = np.where(used, weights * squares, 0.0).sum(axis=1)
         total = weights.sum(axis=1)
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
-        # Of the pairs in use: a point without one does not matter, wherever it lies.
+        # Over the pairs in use: an unpaired point does not matter, wherever it lies.
         size = np.asarray(pose.scale)
         centre = gauss_newton.turned(pose.R, weighted_centroid(problem.source, weights) * size[:, None]) + pose.t
         radius = weighted_radius(problem.source, weights) * size

@@ -1,1 +1,1 @@
-"""Distributions: maximum mean discrepancy, its derivative, objectives as maps."""
+"""Distribution methods: maximum mean discrepancy, its derivative, and maps of objectives over translations."""

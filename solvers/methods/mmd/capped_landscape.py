@@ -1,14 +1,12 @@
-"""The capped nearest-neighbour objective over a grid of translations, the rotation
-held, and the translation-only paths that descend on it.
+"""The capped nearest-neighbour objective over a grid of translations at a fixed rotation, and the translation-only
+paths that descend it.
 
-`(1/M) Σ_i min(min_j ‖x_i + t − y_j‖², τ²)`, M the number of all source points, for a
-source already turned, `x_i = R p_i`. Which target points can be nearest anywhere within
-a small square is found once; a query looks only at those.
+`(1/M) Σ_i min(min_j ‖x_i + t − y_j‖², τ²)`, M the number of source points, for a source already turned, `x_i = R p_i`.
+The target points that can be nearest anywhere within a small square are found once; a query looks only at those.
 
-The paths are gated ICP without its rotation. They move by the mean offset of the pairs
-within τ, which is a descent step for the capped objective itself: with the pairs and
-the set fixed the mean is the best translation for the sum over the set, and pairing
-again, each point taking the smaller of its distance and τ, lowers it further. The surface
+The paths are gated ICP without its rotation. They move by the mean offset of the pairs within τ, which is a descent
+step for the capped objective itself: with the set of pairs fixed, the mean offset is the best translation for their
+sum, and pairing again, each point taking the smaller of its distance and τ, lowers the objective further. The surface
 is not convex.
 """
 
@@ -44,15 +42,14 @@ class CappedField:
     cap : float
         τ, world units.
     corner : ndarray of shape (2,)
-        Where the squares begin, world units.
+        The lower left corner of the squares, world units.
     side : float
-        Of a square, world units.
+        The side of a square, world units.
     shape : tuple of int
         Columns and rows of squares.
     candidates : ndarray of int, shape (squares + 1, k)
-        Square by square, the target rows that can be nearest to a point of it and
-        within the cap, padded by n. The last row stands for the outside, which the cap
-        keeps away from all.
+        For each square, the target rows that can be nearest to a point in it and within the cap, padded with n. The
+        last row is for all points outside the squares, which lie beyond the cap of every target point.
 
     Examples
     --------
@@ -89,8 +86,7 @@ class CappedField:
         Returns
         -------
         rows : ndarray of int, shape (k,)
-            Of equally near rows the lowest; n, the number of target points, where none
-            lies within the cap.
+            The lowest of equally near rows; n, the number of target points, where none lies within the cap.
         squares : ndarray of shape (k,)
             `min(min_j ‖x − y_j‖², τ²)`, u².
         """
@@ -103,8 +99,7 @@ class CappedField:
         left = np.arange(len(x))
         qx, qy = np.append(self.target[:, 0], np.inf), np.append(self.target[:, 1], np.inf)
         for k in range(self.candidates.shape[1]):
-            # Candidates come first, padding after: a point that has no more of them is
-            # done.
+            # Candidates come before padding: a point without further candidates is done.
             near = self.candidates[place, k]
             more = np.flatnonzero(near < n)
             if 2 * more.size < near.size:
@@ -148,7 +143,7 @@ class CappedField:
     def grid(self, xs: ArrayLike, ys: ArrayLike) -> FloatArray:
         """The objective at all (xs[i], ys[j]).
 
-        Some rows at a time make a map that refines as it goes.
+        For a map that builds up progressively, compute a few rows at a time.
 
         Parameters
         ----------
@@ -188,7 +183,7 @@ class CappedField:
         Returns
         -------
         Path
-            The courses, one per start.
+            The paths, one per start.
 
         Raises
         ------
@@ -227,9 +222,7 @@ class CappedField:
         return course_of(course, level, steps, status, shape)
 
     def _pairs(self, t: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Nearest rows and capped squares of the cloud at translations t (s, 2): (s, m)
-        both.
-        """
+        """Nearest rows and capped squares of the cloud at translations t (s, 2), (s, m) each."""
         moved = t[:, None] + self.turned
         who, squares = self.nearest(moved[..., 0].ravel(), moved[..., 1].ravel())
         return who.reshape(moved.shape[:-1]), squares.reshape(moved.shape[:-1])
@@ -245,10 +238,10 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
     target : array_like of shape (n, 2)
         The cloud that stays.
     cap : float
-        τ, the distance from which on a pair costs no more, in world units.
+        τ, the distance beyond which a pair's cost stays constant, in world units.
     squares : int, default 8192
-        About how many squares the plane is divided into. Fewer take less to make and
-        each query longer; the values are the same.
+        The approximate number of squares. Fewer squares are faster to build but slow down each query; the values are
+        the same.
 
     Returns
     -------
@@ -280,8 +273,7 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
         low, high = q.min(axis=0), q.max(axis=0)
         reach = min(tau, float((high - low).max()) + tau)
         wide = high - low + 2.0 * reach
-        # Squares about as small as the points are apart: few candidates each, and not
-        # too many squares.
+        # Squares small enough to have few candidates each, but not too many squares.
         side = max(float(np.sqrt(wide[0] * wide[1] / most)), float(wide.max()) / most)
     columns, rows = (max(1, int(np.ceil(w / side))) for w in wide)
     corner = low - reach

@@ -1,5 +1,4 @@
-"""How the optimum of MMD-Reg moves when a point does: the implicit derivative, and the
-full Hessian that it needs.
+"""The derivative of MMD-Reg's optimum by the points: the implicit derivative, and the full Hessian that it needs.
 
 In the plane, with θ = (t_x, t_y, φ), `T(p) = R(φ) p + t`, `F(θ; X, Y) = ½ ‖r‖²` and r
 the residual of `mmd.mmd`, an isolated optimum has `∇_θ F = 0`, and by the implicit
@@ -7,16 +6,15 @@ function theorem it follows the data by
 
     ∂θ*/∂data = −[∇²_θ F]⁻¹ ∇²_{θ, data} F.
 
-The Hessian is the full one, `∇²F = JᵀJ + Σ_k r_k ∇²r_k`: clouds that overlap in part
-leave a residual at the optimum, and JᵀJ alone then gives a wrong derivative. In complex
-form, with `r_k = (mean e^{iω_kᵀq} − mean e^{iω_kᵀy})/√D`,
+The Hessian is the full one, `∇²F = JᵀJ + Σ_k r_k ∇²r_k`: partly overlapping clouds leave a residual at the optimum,
+and JᵀJ alone then gives a wrong derivative. In complex form, with `r_k = (mean e^{iω_kᵀq} − mean e^{iω_kᵀy})/√D`,
 
     ∂_a∂_b r_k = mean [iω_kᵀ∂_a∂_b q − (ω_kᵀ∂_a q)(ω_kᵀ∂_b q)] e^{iω_kᵀq} / √D,
     ∂_a∂_b F = Re Σ_k (∂_b r̄_k ∂_a r_k + r̄_k ∂_a∂_b r_k).
 
-There is no such derivative where the Hessian is singular (a circle's rotation), and
-none worth its digits where it is nearly so; at a saddle or off the optimum the formula
-has another meaning. These are refused, with the reason in words.
+There is no such derivative where the Hessian is singular (a circle's rotation) and no accurate one where it is nearly
+so; at a saddle or off the optimum the formula means something else. All these cases are refused, with the reason in
+words.
 
 Source: the implicit function theorem (e.g. Krantz & Parks 2002, ch. 1), as
 differentiable solvers use it.
@@ -41,14 +39,13 @@ STATIONARY = 1e-6
 """How far a Newton step from the pose may move the source points, as a fraction of their RMS radius, for the pose to
 count as the optimum."""
 WORST_CONDITION = 1e8
-"""The largest condition number, in units that make the parameters comparable, with which a derivative is given."""
+"""The largest condition number, in units that make the parameters comparable, for which a derivative is returned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """F, its gradient (3,) and its full Hessian (3, 3) in θ = (t_x, t_y, φ): world
-    units and radians, φ about the world's origin. gauss_newton: (3, 3) JᵀJ, what a
-    Gauss-Newton step takes for the Hessian.
+    """F, its gradient (3,) and its full Hessian (3, 3) in θ = (t_x, t_y, φ): world units and radians, φ about the
+    world's origin. gauss_newton: (3, 3) JᵀJ, the Hessian's approximation in a Gauss-Newton step.
     """
 
     value: float
@@ -75,9 +72,8 @@ class ImplicitDerivative:
 
 @dataclass(frozen=True, eq=False)
 class _Parts:
-    """What the sums are made of. E: (m, D) e^{iω_kᵀq}; along: (3, m, D) ω_kᵀ∂_a q;
-    radial: (m, D) ω_kᵀR p; r: (D,) the complex residual; first: (3, D) its ∂_a; the
-    factor 1/√D is in r and first.
+    """The terms of the sums. E: (m, D) e^{iω_kᵀq}; along: (3, m, D) ω_kᵀ∂_a q; radial: (m, D) ω_kᵀR p; r: (D,) the
+    complex residual; first: (3, D) its ∂_a; the factor 1/√D is in r and first.
     """
 
     R: FloatArray
@@ -112,8 +108,7 @@ def implicit_derivative(
     p, q, w = _checked(pose, source, target, frequencies)
     parts = _parts(pose, p, q, w)
     at = _derivatives(parts)
-    # Comparable parameters: u = S θ with a turn about the moved centroid, times the RMS
-    # radius.
+    # Comparable parameters: u = S θ, with the turn about the moved centroid and times the RMS radius.
     centre = pose.apply(p).mean(axis=0)
     spread = float(np.sqrt(np.mean(np.sum((p - p.mean(axis=0)) ** 2, axis=1))))
     radius = spread if spread > 0.0 else 1.0
@@ -140,8 +135,7 @@ def implicit_derivative(
 
     m, n, D = len(p), len(q), len(w)
     rotated_w = w @ parts.R  # ω_kᵀ R e_j, (D, 2)
-    # ∂_a r with ∂_x r, then r with ∂_a ∂_x r; (3, m, 2), the sum over frequencies as a
-    # product.
+    # ∂_a r times ∂_x r plus r times ∂_a ∂_x r, (3, m, 2), the sum over frequencies written as a product.
     left = np.conj(parts.first)[:, None, :] * (1j * parts.E)
     left = left - np.conj(parts.r) * parts.along * parts.E
     by_source = np.real(left @ rotated_w) / (m * np.sqrt(D))

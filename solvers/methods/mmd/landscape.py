@@ -1,14 +1,12 @@
-"""The MMD objective over a grid of translations, the rotation held, and the
-translation-only paths that descend on it.
+"""The MMD objective over a grid of translations at a fixed rotation, and the translation-only paths that descend it.
 
-`‖mean φ(x + t) − mean φ(y)‖²` with the features of `solvers.features`, for a source
-already turned, `x_i = R p_i`. A translation multiplies each frequency's complex mean by
-a phase, `a_k e^{iω_kᵀt}`, and the phase of a grid is a product of its columns' and its
-rows': the whole map is one product of three small matrices, whatever the number of
+`‖mean φ(x + t) − mean φ(y)‖²` with the features of `solvers.features`, for a source already turned, `x_i = R p_i`. A
+translation multiplies each frequency's complex mean by a phase, `a_k e^{iω_kᵀt}`, and a grid's phases are the product
+of its columns' and its rows' phases. The whole map is one product of three small matrices, whatever the number of
 points.
 
-The paths take Levenberg-Marquardt steps in t. The surface is not convex. The objective
-of the capped nearest neighbours stands beside it (`capped_landscape`).
+The paths take Levenberg-Marquardt steps in t. The surface is not convex. `capped_landscape` does the same for the
+capped nearest-neighbour objective.
 """
 
 from __future__ import annotations
@@ -28,15 +26,14 @@ from solvers.numerics.fourier_features import mean_features
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The courses of translation-only runs from given starts of shape (..., 2).
+    """The paths of translation-only runs from given starts of shape (..., 2).
 
     Attributes
     ----------
     points : ndarray of shape (k + 1, ..., 2)
-        Translations from the start to the last, world units; a run that stopped earlier
-        repeats its last.
+        Translations from the first to the last, world units; a run that stopped earlier repeats its last one.
     objective : ndarray of shape (k + 1, ...)
-        At them.
+        The objective there.
     steps : ndarray of int, shape (...)
         The steps tried, refused ones included.
     status : ndarray of int8, shape (...)
@@ -61,7 +58,8 @@ class Path:
 
 
 def one_cloud(points: ArrayLike, name: str) -> FloatArray:
-    """A single planar cloud (n, 2) as a copy, which does not change with the caller's; else a ValueError that names it.
+    """A single planar cloud (n, 2), copied so that later changes by the caller have no effect; else a ValueError that
+    names it.
     """
     p = validate.cloud(points, name, 2)
     if p.ndim != 2:
@@ -88,7 +86,7 @@ class MmdField:
     frequencies : ndarray of shape (D, 2)
         ω_k, radians per unit.
     moving : ndarray of complex, shape (D,)
-        a_k, the source's mean features at t = 0, with 1/√D in them.
+        a_k, the source's mean features at t = 0, including the factor 1/√D.
     fixed : ndarray of complex, shape (D,)
         b_k, the target's.
 
@@ -119,7 +117,7 @@ class MmdField:
         Returns
         -------
         ndarray of shape (...)
-            Without unit.
+            Dimensionless.
 
         Raises
         ------
@@ -141,7 +139,7 @@ class MmdField:
         Returns
         -------
         ndarray of shape (r, c)
-            Without unit. Rows are y.
+            Dimensionless. Rows are y.
 
         Raises
         ------
@@ -151,8 +149,7 @@ class MmdField:
         x, y = axis(xs, "xs"), axis(ys, "ys")
         across, up = (np.exp(1j * np.outer(v, w)) for v, w in zip((x, y), self.frequencies.T, strict=True))
         up *= self.moving * np.conj(self.fixed)
-        # The real part by two real products: small ones stay on one thread, which on a
-        # busy machine is not a detail.
+        # Take the real part by two real products: small ones stay on one thread, which matters on a busy machine.
         cross = up.real @ across.real.T - up.imag @ across.imag.T
         level = np.square(np.abs(self.moving)).sum() + np.square(np.abs(self.fixed)).sum()
         grid: FloatArray = np.maximum(level - 2.0 * cross, 0.0)
@@ -181,7 +178,7 @@ class MmdField:
         Returns
         -------
         Path
-            The courses, one per start.
+            The paths, one per start.
 
         Raises
         ------
@@ -193,7 +190,7 @@ class MmdField:
         for name, number in (("tolerance", tolerance), ("damping", damping)):
             validate.number(number, name, 0.0)
         shape, t = t.shape[:-1], t.reshape(-1, 2)
-        # In units of one over the largest frequency, so that nothing overflows.
+        # In units of the inverse of the largest frequency, so that nothing overflows.
         unit = 1.0 / max(float(np.abs(self.frequencies).max()), 1e-300)
         w = self.frequencies * unit
         reach = 1.0 / max(float(np.sqrt(np.square(w).mean())), 1e-300)
@@ -278,7 +275,7 @@ def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> M
 
 
 def translations(values: ArrayLike, name: str) -> FloatArray:
-    """Finite translations (..., 2), else a ValueError that names them."""
+    """Finite translations (..., 2); else a ValueError that names the argument."""
     t = numbers(values, name)
     if t.ndim < 1 or t.shape[-1] != 2 or not np.isfinite(t).all():
         raise ValueError(f"{name}: expected finite translations of shape (..., 2), got {shown(values)}")
@@ -288,7 +285,9 @@ def translations(values: ArrayLike, name: str) -> FloatArray:
 def course_of(
     course: list[FloatArray], level: list[FloatArray], steps: IntArray, status: StatusArray, shape: tuple[int, ...]
 ) -> Path:
-    """The courses of s starts, step by step, in the shape that the starts came in; what still runs is capped."""
+    """The path of s starts, from lists with one entry per step, in the shape of the starts; runs not yet ended are
+    capped.
+    """
     status = np.where(status == Status.RUNNING, np.int8(Status.CAPPED), status)
     return Path(
         np.stack(course).reshape(-1, *shape, 2),

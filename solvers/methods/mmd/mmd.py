@@ -1,29 +1,24 @@
-"""MMD-Reg: move one cloud until the two mean features agree.
+"""MMD-Reg: move one cloud until the mean features of both agree.
 
 No point is paired with any other.
 
-With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual
-`r(T) = mean φ(T x) − mean φ(y)` (2D numbers) and the objective `‖r‖²`, which estimates
-MMD². Here X moves and Y is fixed: the reverse of CPD's letters. The mean of the fixed
-cloud is computed once for each ℓ. Levenberg-Marquardt minimises over translation and
-rotation, turned about the moved cloud's centroid and scaled by its RMS radius, so that
-units and origin do not matter. The length scale goes down a schedule, each stage from
-where the last one ended; the objective jumps where ℓ changes.
+With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual `r(T) = mean φ(T x) − mean φ(y)`
+(2D numbers) and the objective `‖r‖²`, which estimates MMD². Here X moves and Y is fixed, the reverse of CPD's
+notation. The mean of the fixed cloud is computed once per ℓ. Levenberg-Marquardt minimises over translation and
+rotation, the latter about the moved cloud's centroid and scaled by its RMS radius, so that units and origin do not
+matter. The length scale follows a falling schedule, each stage starting where the last one ended; the objective jumps
+when ℓ changes.
 
-With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a
-turn in the plane with generator K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`: sums
-that `feature_sums` gives all at once.
+With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a turn in the plane with generator
+K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`. `feature_sums` gives all these sums at once.
 
-Nothing is discounted: density, partial overlap and clutter move the minimum, and random
-features add minima of their own. Left out of [1]_: learned starts, scales and overlap
-weights.
+Nothing compensates for density, partial overlap or clutter: they move the minimum, and random features add minima of
+their own. Left out of [1]_: learned starts, scales and overlap weights.
 
-These differ by default; an option gives the authors' choice. The frequencies are
-Gaussian; the authors' code also offers "Laplace", and takes it outdoors. The word may
-mean the kernel, `kernel="laplace"`, or the law of the frequencies, whose kernel is then
-`kernel="cauchy"`: both are here. One draw is rescaled through all stages; the authors
-draw again for each (`redraw=True`), with another number of waves (`count`, one for each
-stage).
+Two defaults differ from [1]_; options give the authors' choices. The frequencies are Gaussian; the authors' code also
+offers "Laplace" and uses it outdoors. That word may mean the kernel, `kernel="laplace"`, or the distribution of the
+frequencies, whose kernel is `kernel="cauchy"`; both are available. One draw is rescaled through all stages; the authors
+draw again for each (`redraw=True`), with a different number of waves (`count`, one per stage).
 
 References
 ----------
@@ -55,7 +50,7 @@ from solvers.numerics.fourier_features import KERNELS, feature_sums, mean_featur
 
 _FRACTIONS = (0.6, 0.3, 0.15, 0.075)
 _ATTEMPTS = 6
-_WEAK = 1e-10  # of the largest eigenvalue: below it a direction is not determined
+_WEAK = 1e-10  # of the largest eigenvalue: below this a direction is undetermined
 
 
 @dataclass(frozen=True)
@@ -71,24 +66,20 @@ class MmdOptions:
         D, the number of frequencies, at least 1: one for all stages, or one for each of
         the `lengths`. Without `redraw` a stage takes the first D of one draw.
     kernel : str, default "gaussian"
-        What frequencies are drawn for, with x the difference of two points: "gaussian",
-        `exp(−‖x‖²/2ℓ²)`; "cauchy", `Π 1/(1 + x_j²/2ℓ²)`, Laplace frequencies along each
-        axis; "laplace", `exp(−‖x‖/ℓ)`, multivariate Cauchy frequencies. These last have
-        no variance, so JᵀJ has no mean and grows with D: the kernel has a kink where
-        points meet. The fastest waves rule the step, and a run stops short unless it
-        begins near.
+        The kernel for which frequencies are drawn, with x the difference of two points: "gaussian", `exp(−‖x‖²/2ℓ²)`;
+        "cauchy", `Π 1/(1 + x_j²/2ℓ²)`, Laplace frequencies along each axis; "laplace", `exp(−‖x‖/ℓ)`, multivariate
+        Cauchy frequencies. The last have no variance, so JᵀJ has no mean and grows with D: the kernel has a kink where
+        points meet. The fastest waves dominate the step, and a run stops early unless it starts close.
     redraw : bool, default False
-        Whether every stage has frequencies of its own, the first those of the one draw
-        that otherwise serves them all.
+        Whether every stage draws its own frequencies; otherwise the first stage's draw serves all.
     damping : float, default 1e-3
         λ of each stage's first step, a fraction of the largest eigenvalue of JᵀJ.
     tolerance : float, default 1e-6
-        The last stage ends when a step moves the source points, root mean square, by at
-        most this fraction of their RMS radius.
+        The last stage ends when a step's RMS motion of the source points is at most this fraction of their RMS radius.
     coarse : float, default 1e-2
         The same fraction for the stages before the last.
     decrease : float, default 1e-6
-        A stage ends, too, when a step lowers the objective by at most this fraction.
+        A stage also ends when a step lowers the objective by at most this fraction.
 
     Raises
     ------
@@ -115,7 +106,7 @@ class MmdOptions:
     def __post_init__(self) -> None:
         lengths = () if self.lengths is None else validate.one_or_several(self.lengths, "lengths")
         if self.lengths is not None:
-            # A tuple, for an array of the caller's could change later.
+            # Store a tuple, since the caller's array could change later.
             object.__setattr__(self, "lengths", tuple(validate.number(x, "lengths", 1e-100, 1e100) for x in lengths))
         counts = tuple(validate.count(x, "count", 1) for x in validate.one_or_several(self.count, "count"))
         stages = len(lengths or _FRACTIONS)
@@ -131,20 +122,17 @@ class MmdOptions:
 
 @dataclass(frozen=True, eq=False)
 class MmdState:
-    """A pose and the two mean features at it; all are of the present length scale.
+    """A pose and the two mean features there, at the current length scale.
 
-    lengths: (b, L) the schedule. draws: (b, S, D, d) frequencies in units of 1/ℓ, S = L
-    sets, one per stage, or one for all. counts: (b, L) how many of them a stage takes;
-    where that is less than D, the rest of `frequencies` and the entries that belong to
-    it are zero. fixed_means: (b, L, 2D) of the target, one per stage. centred: (b, m, d)
-    the source about its centroid (b, d) `centroid`, `radius` (b,) its RMS radius.
-    stage: (b,) counted from 0. frequencies: (b, D, d) and length: (b,) ℓ, world units,
-    of the stage. moving_mean, fixed_mean: (b, 2D), cosines first, and residual, their
-    difference. jacobian: (b, 2D, p) of the residual in p = d + d(d − 1)/2 dimensionless
-    parameters: the translation in ℓ, then a turn about the moved centroid in ℓ over the
-    RMS radius. The objective is ‖residual‖². damping: (b,) λ. condition: (b,) of JᵀJ;
-    weak: (b, p) its direction least determined, of length 1. change: (b,) how far the
-    last step moved the points, root mean square, as a fraction of `radius`.
+    lengths: (b, L) the schedule. draws: (b, S, D, d) frequencies in units of 1/ℓ, S = L sets, one per stage, or one for
+    all. counts: (b, L) how many of them a stage takes; where that is less than D, the rest of `frequencies` and the
+    entries that belong to it are zero. fixed_means: (b, L, 2D) of the target, one per stage. centred: (b, m, d) the
+    source about its centroid (b, d) `centroid`, `radius` (b,) its RMS radius. stage: (b,) counted from 0. frequencies:
+    (b, D, d) and length: (b,) ℓ, world units, of the stage. moving_mean, fixed_mean: (b, 2D), cosines first, and
+    residual, their difference. jacobian: (b, 2D, p) of the residual in p = d + d(d − 1)/2 dimensionless parameters: the
+    translation in ℓ, then a turn about the moved centroid in ℓ over the RMS radius. The objective is ‖residual‖².
+    damping: (b,) λ. condition: (b,) of JᵀJ; weak: (b, p) the unit vector of its least determined direction. change:
+    (b,) how far the last step moved the points, root mean square, as a fraction of `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -174,9 +162,7 @@ class MmdState:
 
 
 def _planes(d: int) -> list[tuple[int, int]]:
-    """The coordinate planes (i, j), i < j, that rotations turn in: one in the plane,
-    three in space.
-    """
+    """The coordinate planes (i, j), i < j, of rotations: one in the plane, three in space."""
     return [(i, j) for i in range(d) for j in range(i + 1, d)]
 
 
@@ -188,8 +174,7 @@ def _moved_by(pose: Pose, centroid: FloatArray, shift: FloatArray, turns: FloatA
     if d == 2:
         turn = planar(turns[:, 0])
     else:
-        # Cayley's map: a rotation for every antisymmetric matrix, equal to the
-        # exponential to second order.
+        # Cayley's map gives a rotation for every antisymmetric matrix and equals the exponential to second order.
         A = np.zeros((len(turns), d, d))
         for k, (i, j) in enumerate(_planes(d)):
             A[:, j, i], A[:, i, j] = 0.5 * turns[:, k], -0.5 * turns[:, k]
@@ -207,8 +192,7 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
     b, m, d = state.centred.shape
     D, count = z.shape[1], state.counts[np.arange(b), state.stage]
     R = pose.R
-    # About the centroid the points only turn; where the centroid lies is one phase for
-    # each frequency.
+    # About the centroid the points only turn; the centroid's position is one phase per frequency.
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         unit = (state.centred @ R.swapaxes(-1, -2)) / radius[:, None, None]
         c, s = feature_sums(unit, z * (radius / ell)[:, None, None])
@@ -218,7 +202,7 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
         centre = (R @ state.centroid[..., None])[..., 0] + pose.t
         phase = (z @ (centre / ell[:, None])[..., None])[..., 0]
         turning *= np.exp(1j * phase)[..., None]
-    if not np.isfinite(turning).all():  # the cloud is too many wavelengths wide for a phase to be a number
+    if not np.isfinite(turning).all():  # the cloud spans too many wavelengths for finite phases
         turning = np.where(np.isfinite(turning), turning, 0.0)
     mean, first = turning[..., 0], turning[..., 1:]
     planes = _planes(d)
@@ -231,7 +215,7 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
 
 
 def _at(state: MmdState, pose: Pose) -> MmdState:
-    """The state with everything re-evaluated at `pose`."""
+    """The state re-evaluated at `pose`."""
     mean, J = _evaluate(state, pose)
     residual = mean - state.fixed_mean
     return changed(
@@ -241,7 +225,7 @@ def _at(state: MmdState, pose: Pose) -> MmdState:
 
 
 def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
-    """The state at its pose with the length scale of `stage` (b,)."""
+    """The state at the same pose with the length scale of `stage` (b,)."""
     rows = np.arange(len(stage))
     z = state.draws[rows, stage if state.draws.shape[1] > 1 else 0]
     few = np.arange(z.shape[1]) >= state.counts[rows, stage, None]
@@ -253,7 +237,7 @@ def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
 
 
 def _draws(problem: Problem, options: MmdOptions, stages: int) -> tuple[FloatArray, IntArray]:
-    """The frequencies (b, S, D, d) and how many each stage has, (L,), as in `MmdState`."""
+    """The frequencies (b, S, D, d) and how many each stage takes, (L,), as in `MmdState`."""
     counts = np.array(np.broadcast_to(options.count, (stages,)), dtype=np.int64)
     sets = range(stages if options.redraw else 1)
     draws = [unit_frequencies(problem.seed, int(counts.max()), problem.dim, options.kernel, k) for k in sets]
@@ -289,9 +273,7 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
 
 
 def _step(state: MmdState) -> MmdState:
-    """One step that lowers the objective, λ grown until there is one; at rest, the next
-    length scale.
-    """
+    """Take one step that lowers the objective, raising λ until one does; at rest, go to the next length scale."""
     options = state.options
     b, d = len(state.stage), state.problem.dim
     J = state.jacobian
@@ -309,12 +291,11 @@ def _step(state: MmdState) -> MmdState:
         step = -along[rows] / (values[rows] + (damping * top)[rows, None])
         step = (V[rows] @ step[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1)
-        whole = rows.size == b  # as the only problem of a batch always is: nothing to copy
+        whole = rows.size == b  # always so for a batch of one problem: nothing to copy
         trial = state if whole else take(state, rows)
         with np.errstate(over="ignore"):
             per_radius = np.minimum(trial.length / trial.radius, 1e300)
-        # No farther than the length scale reaches, and about no axis by more than a
-        # radian.
+        # Cap the step at one length scale, and at one radian about each axis.
         cap = 1.0 / np.maximum(np.maximum(1.0, size), np.abs(step[:, d:]).max(axis=1) * per_radius)
         step *= cap[:, None]
         shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * per_radius[:, None]
@@ -340,9 +321,7 @@ def _step(state: MmdState) -> MmdState:
 
 
 def _end_of_stage(state: MmdState, rest: BoolArray, stuck: BoolArray, weak: BoolArray) -> MmdState:
-    """The next length scale, or the end, for those at rest or without an improving step
-    (`stuck`).
-    """
+    """Move problems at rest or without an improving step (`stuck`) to the next length scale, or end them."""
     ended = rest | stuck
     if not ended.any():
         return state

@@ -1,1 +1,1 @@
-"""Points and cells: the normal distributions transform."""
+"""The normal distributions transform, from points to cells and from cells to cells."""

@@ -1,10 +1,9 @@
 """Distribution-to-distribution NDT.
 
-A map of both clouds, registered to each other cell by cell.
+Each cloud becomes a map, and the two maps are registered cell by cell.
 
-The score of `ndt.d2d_score`, climbed as in `ndt.ndt`. The points are left
-behind once the maps stand, so a step costs what the cells cost, however many points
-they summarise; and the moving side's uncertainty counts, too.
+The score of `ndt.d2d_score`, climbed as in `ndt.ndt`. Once the maps are built the points are no longer needed, so the
+cost of a step depends on the number of cells, not of points. The uncertainty of the moving side counts, too.
 
 References
 ----------
@@ -32,25 +31,22 @@ class D2dOptions(NdtOptions):
         One cell size or several, of both clouds, coarse to fine, world units. None is
         twice the target's `ndt_map.default_size`, then that.
     grids : int, default 1
-        Of the target, 1 or 4; the source has one.
+        The number of the target's grids, 1 or 4; the source has one.
     offset : sequence of two floats, default (0.0, 0.0)
-        Where a corner of the target's first grid lies, world units; the source's has a
-        corner at its own origin. Shifted, either cloud may end at another pose, but for the
-        target with `offset=target.min(axis=0)`.
+        A corner of the target's first grid, world units; the source's grid has a corner at its own origin. If either
+        cloud is shifted, the run may end at another pose, except for the target with `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2
-        The longest turn of a step, radians.
+        The largest turn in a step, radians.
     halvings : int, default 4
-        How often a step is halved before the level ends.
+        How many times a step is halved before the level ends.
     tolerance : float, default 1e-4
-        A level ends, too, when a step moves the source points, root mean square, by
-        about this fraction of their RMS radius: converged where the step proposed was
-        as short, stalled where only its halves were.
+        A level also ends when a step's RMS motion of the source points is at most about this fraction of their RMS
+        radius: converged if the full Newton step was that short, stalled if only its halvings were.
     outliers : float, optional
-        The share of outliers, above 0 and below 1, that widens every Gaussian by one
-        factor (`ndt.mixture`). None leaves them as they are, the limit of a share of
-        one.
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one factor (`ndt.mixture`). None
+        leaves them unchanged, which is the limit of a share of one.
 
     Raises
     ------

@@ -14,18 +14,15 @@ of the moved mean about the pivot, `a = J ℓ`, `A = R S Rᵀ`, `A' = J A − A 
     ½ e_t = u,             ½ e_φ = uᵀ a − ½ uᵀ A' u,
     ½ e_tt = C⁻¹,          ½ e_tφ = C⁻¹ w,             ½ e_φφ = wᵀ C⁻¹ w − uᵀ ℓ − ½ uᵀ A'' u,
 
-and `∂_a f = Σ s ½e_a`, `∂_a ∂_b f = Σ s (½e_ab − ½e_a ½e_b)`. Nothing is looked up, so
-nothing jumps: f is smooth. Pairs whose term lies below 1e-16, by the bound
-`e ≥ ‖q‖² / (tr S + tr Σ)`, are left out.
+and `∂_a f = Σ s ½e_a`, `∂_a ∂_b f = Σ s (½e_ab − ½e_a ½e_b)`. No cell is looked up, so f is smooth, without jumps.
+Pairs whose term must lie below 1e-16, by the bound `e ≥ ‖q‖² / (tr S + tr Σ)`, are left out.
 
-The source's cells are cut in its own coordinates, on one grid. Where both clouds are
-cut alike the cells of one wall match in many ways along it; many cells and few are not
-weighed against each other by their counts.
+The source's cells are cut in its own coordinates, on one grid. Where both clouds are cut alike, the cells of one wall
+match in many ways along it. Terms are weighted neither by point counts nor by the number of cells.
 
-Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan
-registration through minimization of the distance between compact 3D NDT representations
-(the objective). Its two scaling constants, d₁ and d₂ of `ndt.mixture`, enter where a
-share of outliers is given: `s_ij = −d₁ exp(−½ d₂ q_ijᵀ C_ij⁻¹ q_ij)`.
+Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan registration through minimization of
+the distance between compact 3D NDT representations (the objective). Its two scaling constants, d₁ and d₂ of
+`ndt.mixture`, are used if a share of outliers is given: `s_ij = −d₁ exp(−½ d₂ q_ijᵀ C_ij⁻¹ q_ij)`.
 """
 
 from __future__ import annotations
@@ -53,11 +50,10 @@ def evaluate(
     width: int | None = None,
     outliers: float | None = None,
 ) -> Score:
-    """The score of the poses (k,) with its derivatives about the pivots (k, 2); which:
-    (k,) the clouds they belong to (None: each its own). In the answer `values` (k, 1,
-    C) is the sum of each source cell's terms and `cells` (k, 1, C) the number of the
-    target cell of its largest term, −1 where it has none; width: C, at least the
-    source's own (None). outliers: the share of the uniform part, None for none.
+    """The score of the poses (k,) with its derivatives about the pivots (k, 2); which: (k,) the clouds they belong to
+    (None: each its own). In the result, `values` (k, 1, C) holds the sum of each source cell's terms and `cells` (k,
+    1, C) the index of the target cell of its largest term, −1 where it has none. width: C, at least the source's own
+    number of cells, which None takes. outliers: the share of the uniform part; None leaves it out.
     """
     gain, sharpness = constants(outliers)
     k = len(pose)
@@ -76,12 +72,12 @@ def evaluate(
         e = _exponents(q, lever, (alpha, beta, gamma), Q[b, j])
         terms = gain * np.exp(-0.5 * sharpness * e.value)
         first, second = e.first, e.second
-        if outliers is not None:  # every derivative of the exponent has its factor
+        if outliers is not None:  # every derivative of the exponent carries this factor
             first = tuple(sharpness * half for half in first)
             second = {axes: sharpness * half for axes, half in second.items()}
 
         def total(v: FloatArray) -> FloatArray:
-            # Of nothing, bincount makes integers.
+            # For empty input, bincount returns integers.
             return np.asarray(np.bincount(b, weights=terms * v, minlength=k), dtype=np.float64)
 
         gradient = np.stack([total(half) for half in first], axis=1)
@@ -98,7 +94,7 @@ def evaluate(
 def _moved(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The coordinates x and y, (k, C) each, of the means (k, C, 2) moved by the poses (k,)."""
     R, s, t = pose.R, np.asarray(pose.scale), pose.t
-    # Coordinate by coordinate: the rounding is that of a single problem.
+    # Coordinate by coordinate, so that rounding is the same as for a single problem.
     rotated = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
     return s[:, None] * rotated[0] + t[:, 0, None], s[:, None] * rotated[1] + t[:, 1, None]
 
@@ -106,7 +102,7 @@ def _moved(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _close(
     x: FloatArray, y: FloatArray, S: FloatArray, Q: FloatArray, mu: FloatArray, pose: Pose, sharpness: float
 ) -> BoolArray:
-    """Which source cells at (x, y), (k, C) each, and which target cells may have a term worth counting, (k, C, D)."""
+    """Which pairs of source cells, at (x, y), (k, C) each, and target cells may have a term that counts, (k, C, D)."""
     near = np.square(x[:, :, None] - mu[:, None, :, 0]) + np.square(y[:, :, None] - mu[:, None, :, 1])
     reach = np.square(np.asarray(pose.scale))[:, None] * (S[..., 0, 0] + S[..., 1, 1])
     wide = reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :]
@@ -127,7 +123,7 @@ def _turned(pose: Pose, S: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
 @dataclass(frozen=True, eq=False)
 class _Exponents:
     """The exponents e of pairs of cells, (p,), with the halves of their derivatives, (p,) each: `first` by x, y and φ,
-    `second` by two of these, as their numbers (m, n), m ≤ n.
+    `second` by two of these, keyed by their indices (m, n), m ≤ n.
     """
 
     value: FloatArray
@@ -142,12 +138,11 @@ def _exponents(
     Q: FloatArray,
 ) -> _Exponents:
     """The formulas above for pairs of cells (p,). q: from the target's mean to the moved one; lever: from the pivot to
-    the moved one; turned: α, β and γ of the source's covariance; Q: (p, 2, 2) the target's.
+    the moved one; covariance: α, β and γ of the source's, turned; Q: (p, 2, 2) the target's.
     """
     (q0, q1), (lx, ly), (alpha, beta, gamma) = q, lever, covariance
     d00, d01, d11 = alpha + Q[:, 0, 0], beta + Q[:, 0, 1], gamma + Q[:, 1, 1]
-    # Divided by the trace first: the determinant of a vast covariance is beyond
-    # float64.
+    # Divide by the trace first: the determinant of a huge covariance overflows float64.
     trace = d00 + d11
     d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
     det = (d00 * d11 - np.square(d01)) * trace
@@ -165,7 +160,9 @@ def _exponents(
 
 
 def _best(close: BoolArray, terms: FloatArray) -> IntArray:
-    """Of each source cell the target cell of its largest term, −1 where it has none, (k, C); terms: where `close`."""
+    """The target cell of each source cell's largest term, −1 where it has none, (k, C). terms: of the pairs in
+    `close`.
+    """
     most = np.zeros(close.shape)
     most[close] = terms
     return np.where(close.any(axis=2), most.argmax(axis=2), -1)

@@ -1,22 +1,19 @@
-"""What a share of outliers does to the NDT score: the two constants d₁ and d₂.
+"""The two constants, d₁ and d₂, by which a share of outliers changes the NDT score.
 
-Each cell's Gaussian is mixed with a uniform density, `c₁ exp(−½ e) + c₂` with e the
-squared Mahalanobis distance. The negative logarithm of that has no simple derivatives,
-so it is approximated by a Gaussian again, `d₁ exp(−½ d₂ e) + d₃`, equal to it at e = 0,
-at e = 1 and as e → ∞. Only `ρ = c₁/c₂` enters:
+Each cell's Gaussian is mixed with a uniform density, `c₁ exp(−½ e) + c₂` with e the squared Mahalanobis distance. The
+negative logarithm of this has no simple derivatives, so it is approximated by another Gaussian, `d₁ exp(−½ d₂ e) + d₃`,
+equal to it at e = 0, at e = 1 and as e → ∞. Only `ρ = c₁/c₂` enters:
 
     d₁ = −log(1 + ρ),    d₂ = −2 log( log(1 + ρ e^{−½}) / log(1 + ρ) ).
 
-Every cell shares them. So the score keeps its form: all covariances are divided by d₂,
-which lies below one, and all values multiplied by −d₁, which moves no optimum. As the
-share of outliers goes to one, ρ goes to zero, d₂ to one, and the shape is that of the
-plain score, `exp(−½ e)`: the plain score is the one that trusts the points least. As
-the share goes to zero, d₂ does, and the score becomes a sum of squared distances.
+All cells share them, so the score keeps its form: all covariances are divided by d₂, which lies below one, and all
+values are multiplied by −d₁, which moves no optimum. As the share of outliers goes to one, ρ goes to zero, d₂ to one,
+and the shape becomes that of the plain score, `exp(−½ e)`: the plain score trusts the points least. As the share goes
+to zero, so does d₂, and the score becomes a sum of squared distances.
 
-What ρ is for a share p is a choice: [1]_ takes c₁ and c₂ such that the mixture has
-probability one within a cell. Its implementation in the Point Cloud Library takes
-`c₁ = 10 (1 − p)` and `c₂ = p/h³` for cells of side h, which depends on the unit of
-length; here `ρ = 10 (1 − p)/p`, what that gives for cells of one unit.
+How ρ follows from a share p is a choice. [1]_ takes c₁ and c₂ such that the mixture has probability one within a cell.
+The implementation in the Point Cloud Library takes `c₁ = 10 (1 − p)` and `c₂ = p/h³` for cells of side h, which depends
+on the unit of length. Here `ρ = 10 (1 − p)/p`, the value that this gives for cells of side one.
 
 References
 ----------
@@ -31,13 +28,11 @@ import numpy as np
 from solvers.core import validate
 
 PEAK = 10.0
-"""How much higher a Gaussian's peak is than the uniform density, at equal shares."""
+"""The ratio of a Gaussian's peak to the uniform density at equal shares."""
 
 
 def check_share(outliers: float | None) -> None:
-    """Refuse, by a ValueError, what is not a share strictly between 0 and 1; None is not a
-    mixture.
-    """
+    """Raise ValueError unless `outliers` is strictly between 0 and 1, or None for no mixture."""
     if outliers is not None and not 0.0 < validate.number(outliers, "outliers") < 1.0:
         raise ValueError(f"outliers: expected a share above 0 and below 1, or None, got {outliers!r}")
 

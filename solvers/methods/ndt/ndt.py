@@ -2,20 +2,16 @@
 
 Climb the score of the target's map by damped Newton steps, from coarse cells to fine.
 
-One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled
-by the cloud's RMS radius so that one λ damps lengths and angle alike, caps it by one
-common factor, halves it until the score rises, and accepts nothing else. A level of
-cell sizes ends when no shorter step helps or when the step has become small; the next
-begins at its pose, with another objective. Coarse cells reach farther, fine ones
-resolve more; neither guarantees anything, and a run that has stopped is not thereby
-aligned.
+One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled by the cloud's RMS radius so
+that one λ damps lengths and angle alike. The step is capped by one common factor and halved until the score rises;
+otherwise it is rejected. A level, one cell size, ends when no shorter step helps or the step has become small; the next
+level starts from its pose, with another objective. Coarse cells reach farther, fine ones resolve more; neither
+guarantees anything, and a run that has stopped is not thereby aligned.
 
-The score at a cell's border jumps, so a run often ends stalled there rather than where
-the gradient vanishes.
+The score jumps at a cell's border, so a run often stalls there instead of ending where the gradient vanishes.
 
-The mixture of each Gaussian with a uniform part for outliers, in [2]_ part of the
-score, is an option here, `outliers`, and left out by default; it divides all
-covariances by one number (`ndt.mixture`).
+The mixture of each Gaussian with a uniform part for outliers, which is part of the score in [2]_, is an option here
+(`outliers`), off by default; it divides all covariances by one number (`ndt.mixture`).
 
 References
 ----------
@@ -50,7 +46,7 @@ from solvers.numerics.gauss_newton import rotation, turned
 
 OUTSIDE = "no moved point lies in a cell of the map"
 TOGETHER = 4
-"""Halvings of a step that are scored at once."""
+"""How many halvings of a step are scored at once."""
 FREE = 1e-9
 """At rest, an eigenvalue of the Hessian below this fraction of the largest leaves its direction free."""
 
@@ -65,24 +61,22 @@ class NdtOptions:
         One cell size or several, coarse to fine, world units. None is twice the
         target's `ndt_map.default_size`, then that.
     grids : int, default 4
-        1 or 4.
+        The number of grids, 1 or 4.
     offset : sequence of two floats, default (0.0, 0.0)
-        Where a corner of the first grid lies, world units. The grid does not move with the
-        scene: shifted, both clouds may end at another pose, but for `offset=target.min(axis=0)`.
+        A corner of the first grid, world units. The grid does not move with the scene: if both clouds are shifted, the
+        run may end at another pose, unless `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2
-        The longest turn of a step, radians.
+        The largest turn in a step, radians.
     halvings : int, default 4
-        How often a step is halved before the level ends.
+        How many times a step is halved before the level ends.
     tolerance : float, default 1e-4
-        A level ends, too, when a step moves the source points, root mean square, by
-        about this fraction of their RMS radius: converged where the step proposed was
-        as short, stalled where only its halves were.
+        A level also ends when a step's RMS motion of the source points is at most about this fraction of their RMS
+        radius: converged if the full Newton step was that short, stalled if only its halvings were.
     outliers : float, optional
-        The share of outliers, above 0 and below 1, that widens every Gaussian by one
-        factor (`ndt.mixture`). None leaves them as they are, the limit of a share of
-        one.
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one factor (`ndt.mixture`). None
+        leaves them unchanged, which is the limit of a share of one.
 
     Raises
     ------
@@ -109,7 +103,7 @@ class NdtOptions:
     outliers: float | None = None
 
     def __post_init__(self) -> None:
-        # Tuples, for an array of the caller's could change later.
+        # Store tuples, since the caller's array could change later.
         cells = sizes(self.cells)
         object.__setattr__(self, "cells", cells[0] if cells and not np.ndim(cast(Any, self.cells)) else cells)
         if validate.count(self.grids, "grids") not in (1, 4):
@@ -127,9 +121,7 @@ class NdtOptions:
 
 
 def sizes(cells: float | Sequence[float] | FloatArray | None) -> tuple[float, ...] | None:
-    """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is
-    none.
-    """
+    """The cell sizes as a tuple, in the given order; a ValueError for an invalid size."""
     if cells is None:
         return None
     return tuple(ndt_map.check_size(h, "cells") for h in validate.one_or_several(cells, "cells"))
@@ -137,16 +129,14 @@ def sizes(cells: float | Sequence[float] | FloatArray | None) -> tuple[float, ..
 
 @dataclass(frozen=True, eq=False)
 class NdtState:
-    """A pose and its score on the map of the present level; `objective` is −score.
+    """A pose and its score on the map of the current level; `objective` is −score.
 
-    maps: one for each level; sources: of the moving cloud likewise, where cells stand
-    for its points. level: (b,) the present one. centre: (b, 2) of the source without
-    strays (`fits.about`), radius: (b,) its RMS radius. at: the score with cells, values, gradient and Hessian by (tx,
-    ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step
-    (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,). Of the
-    Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest
-    |eigenvalue| over its smallest; weak (b, 3), the unit eigenvector (tx, ty, radius ·
-    φ) of the smallest: where the score says least.
+    maps: one per level; sources: the same for the moving cloud if cells replace its points. level: (b,) the current
+    one. centre: (b, 2) of the source without strays (`fits.about`), radius: (b,) its RMS radius. at: the score with
+    cells, values, gradient and Hessian by (tx, ty, φ) about the moved centroid, at `pose`. Of the last step: damping
+    (b,) λ; step (b, 3) as accepted or last tried; halved (b,) the number of halvings; accepted (b,). Of the Hessian at
+    `pose`, with the angle scaled by the radius: condition (b,), its largest |eigenvalue| over its smallest; weak (b,
+    3), the unit eigenvector (tx, ty, radius · φ) of the smallest, the direction that the score determines least.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -187,9 +177,7 @@ def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
 
 
 def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
-    """The score at the starting pose. sources: one map of the moving cloud for each
-    level, to be scored in its place.
-    """
+    """The state at the starting pose. sources: one map of the moving cloud per level, scored in its place."""
     b, steps = problem.size, levels(problem, options)
     offset = np.asarray(options.offset, dtype=np.float64)
     maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
@@ -228,9 +216,7 @@ def _score(
     which: IntArray,
     outliers: float | None,
 ) -> Score:
-    """The score of the problems `which` (k,), each at its pose and on the map of its
-    level, both (k,).
-    """
+    """The scores of the problems `which` (k,), each at its pose (k,) and on the map of its level (k,)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
     k, m = moved.shape[:2]
@@ -255,7 +241,7 @@ def _score(
 
 
 def _pivot(pose: Pose, centre: FloatArray) -> FloatArray:
-    """Where the poses (b,) put the centres (b, 2)."""
+    """The centres (b, 2) moved by the poses (b,)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         return turned(pose.R, centre * np.asarray(pose.scale)[:, None]) + pose.t
 
@@ -267,9 +253,7 @@ def scaled(gradient: FloatArray, hessian: FloatArray, radius: FloatArray) -> tup
 
 
 def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The condition number (b,), its inverse (b,), zero for a Hessian of zeros, and the
-    weak direction (b, 3).
-    """
+    """The condition number (b,), its inverse (b,) (zero for a zero Hessian), and the weak direction (b, 3)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         values, vectors = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
         size = np.abs(values)
@@ -292,9 +276,7 @@ def newton_step(
 
 
 def step(state: NdtState) -> NdtState:
-    """One damped Newton step, halved until the score rises; at a level's end, the next
-    level's score at the pose.
-    """
+    """Take one damped Newton step, halved until the score rises; at a level's end, score it on the next level."""
     options, old, radius = state.options, state.at, state.radius
     full, damping = newton_step(old.gradient, old.hessian, radius, state.max_shift, options.max_turn)
     search = _shortened(state, full)
@@ -315,7 +297,7 @@ def step(state: NdtState) -> NdtState:
 
 
 def _scored(state: NdtState, level: IntArray, pose: Pose, which: IntArray) -> Score:
-    """The score of the problems `which` (k,) of a state, at these levels and poses, (k,) each."""
+    """The scores of a state's problems `which` (k,) at the given levels and poses, (k,) each."""
     return _score(
         state.problem, state.maps, state.sources, level, state.centre, pose, which, state.options.outliers
     )
@@ -323,8 +305,8 @@ def _scored(state: NdtState, level: IntArray, pose: Pose, which: IntArray) -> Sc
 
 @dataclass(frozen=True, eq=False)
 class _Taken:
-    """What has become of a full step. move: (b, 3) that was accepted, or tried last; halved: (b,) how often. better:
-    (b,) whether the score rose. pose, at: there where it rose, as before where not.
+    """The outcome of a step. move: (b, 3) as accepted or last tried; halved: (b,) the number of halvings. better: (b,)
+    whether the score rose. pose, at: after the move where the score rose, else unchanged.
     """
 
     move: FloatArray
@@ -335,7 +317,7 @@ class _Taken:
 
 
 def _shortened(state: NdtState, full: FloatArray) -> _Taken:
-    """The full step (b, 3), or the longest of its halves, quarters … that raises the score."""
+    """Take the full step (b, 3), or the longest of its halves, quarters … that raises the score."""
     options, old, move = state.options, state.at, full.copy()
     pivot = _pivot(state.pose, state.centre)
     pose = moved_by(state.pose, move, pivot)
@@ -346,8 +328,7 @@ def _shortened(state: NdtState, full: FloatArray) -> _Taken:
         rows = np.flatnonzero(~better)
         if not rows.size:
             break
-        # Several halvings of every such problem in one evaluation; the longest step
-        # that helps is taken.
+        # Score several halvings of every such problem in one evaluation and take the longest step that helps.
         several = min(TOGETHER, options.halvings - first)
         many = np.repeat(rows, several)
         shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
@@ -370,8 +351,8 @@ def _shortened(state: NdtState, full: FloatArray) -> _Taken:
 def _stopped(
     state: NdtState, at: Score, at_end: BoolArray, still: BoolArray, ratio: FloatArray
 ) -> tuple[StatusArray, ReasonArray]:
-    """How the runs stop, if they do. at_end: (b,) whether the last level has ended; still: whether the full step was
-    tiny; ratio: the Hessian's smallest |eigenvalue| over its largest.
+    """The status and reason of the runs. at_end: (b,) whether the last level has ended; still: (b,) whether the full
+    step was tiny; ratio: (b,) the Hessian's smallest |eigenvalue| over its largest.
     """
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
@@ -383,7 +364,7 @@ def _stopped(
 
 
 def _size(move: FloatArray, radius: FloatArray) -> FloatArray:
-    """How far a step (b, 3) moves the points, about, as a fraction of the radius."""
+    """Roughly how far a step (b, 3) moves the points, as a fraction of the radius."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         return np.hypot(np.hypot(move[:, 0], move[:, 1]) / radius, move[:, 2])
 

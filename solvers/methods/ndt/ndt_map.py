@@ -1,16 +1,16 @@
 """The normal distributions transform's map: a grid over the target, and in each of its cells one Gaussian.
 
 A cell of side h with at least three points keeps their mean μ and their maximum-likelihood covariance Σ (divided by
-the count). It is dropped when the points lie at one place, `λ_max < 1e-9 h²`; else the small eigenvalue is raised to
-`0.001 λ_max` and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an ellipse, a cell that
-two walls share into one wall across.
+the count). It is dropped when the points lie at one place, `λ_max < 1e-9 h²`; otherwise the small eigenvalue is raised
+to at least `0.001 λ_max` and Σ is inverted. One Gaussian loses all other detail: a corner is blurred into an ellipse,
+and two walls in one cell become one wall across it.
 
-Points near a border see half a wall. With four grids, the first and those moved by h/2 in x, in y and in both, every
-point is in four cells; that softens the borders and does not remove them.
+Points near a cell's border see half a wall. With four grids, the first and those shifted by h/2 in x, in y and in
+both, every point is in four cells; that softens the borders but does not remove them.
 
-A point's cell is found by a table over the bounding box of the kept cells, at the same cost however many there are.
+A point's cell is looked up in a table over the bounding box of the kept cells, at a cost independent of their number.
 
-Source: Biber & Straßer 2003, The normal distributions transform (the cells, the four grids, the eigenvalue's floor).
+Source: Biber & Straßer 2003, The normal distributions transform (the cells, the four grids, the eigenvalue floor).
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from solvers.numerics.fits import typical_radius
 
 LEAST_POINTS = 3
 LEAST_VARIANCE = 1e-9
-"""The largest eigenvalue below which a cell's points are at one place, as a fraction of the square of its side."""
+"""A cell's points are at one place if the large eigenvalue is below this fraction of the cell's side squared."""
 LEAST_SIZE = 1e-9
-"""The default cell size is at least this fraction of the largest coordinate: rounding parts no points."""
+"""The default cell size is at least this fraction of the largest coordinate, so that rounding separates no points."""
 FLOOR = 1e-3
 """The smallest eigenvalue of a cell's covariance is raised to this fraction of the largest."""
 SMALLEST = 1e-300
-"""An eigenvalue below this is zero: it has no inverse in float64."""
+"""An eigenvalue below this counts as zero: it has no inverse in float64."""
 LARGEST_TABLE = 2**18
-"""Places in the bounding box of one grid's kept cells, from which the cells are said to be too small."""
+"""The most places in the bounding box of one grid's kept cells; with more, the cells are reported as too small."""
 SHIFTS = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
 SHIFTS.flags.writeable = False
 
@@ -52,14 +52,15 @@ TOO_SMALL = "the cells are too small for the extent"
 class NdtMap:
     """The cells of b target clouds on G grids (1 or 4).
 
-    Made by `build`. The cells that hold a point of a cloud stand grid by grid, padded to C, the most that a cloud has.
+    Made by `build`. The cells that hold a point of a cloud are listed grid by grid, padded to C, the largest number
+    for any cloud.
 
     Attributes
     ----------
     size : ndarray of shape (b,)
         h, the side of a cell, world units.
     origin : ndarray of shape (b, G, 2)
-        Where a corner of each grid's cells lies.
+        A corner of each grid's cells.
     grid : ndarray of int8, shape (b, C)
         The grid of a cell; −1 where padding.
     corner : ndarray of shape (b, C, 2)
@@ -77,13 +78,13 @@ class NdtMap:
     dropped : ndarray of object, shape (b, C)
         Why not; empty where kept.
     reason : ndarray of object, shape (b,)
-        Why the whole map is of no use; empty where it is.
+        Why the whole map is unusable; empty where it is usable.
     first : ndarray of shape (b, G, 2)
         The least column and row of the kept cells' bounding box.
     shape : ndarray of shape (b, G, 2)
         Its columns and rows.
     table : ndarray of int32, shape (b, G, L)
-        The box's places, y running fastest: the number of the cell there, or −1.
+        For each place in the box, y running fastest, the number of the cell there, or −1.
 
     Examples
     --------
@@ -110,14 +111,14 @@ class NdtMap:
     table: AnyArray
 
     def lookup(self, points: FloatArray, which: IntArray) -> IntArray:
-        """The number of the kept cell that each point is in.
+        """The number of the kept cell that holds each point.
 
         Parameters
         ----------
         points : ndarray of shape (k, m, 2)
-            k sets of points, world units.
+            k point sets, world units.
         which : ndarray of int, shape (k,)
-            The cloud among the b in whose map each set is looked up.
+            Which of the b clouds' maps each set is looked up in.
 
         Returns
         -------
@@ -148,9 +149,9 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     size : float or ndarray of shape (b,)
         h, the side of a cell, positive, in world units.
     offset : ndarray of shape (2,), optional
-        Where a corner of the first grid's cells lies, world units. None is the origin.
+        A corner of the first grid's cells, world units. None is the origin.
     grids : int, default 1
-        1, or 4: the first, and those moved by h/2 in x, in y and in both.
+        1, or 4: the first, and those shifted by h/2 in x, in y and in both.
 
     Returns
     -------
@@ -160,7 +161,7 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     Raises
     ------
     ValueError
-        If `points` are not planar clouds, a size is not positive, or `offset` or `grids` is another.
+        If `points` are not planar clouds, a size is not positive, or `offset` or `grids` is invalid.
 
     References
     ----------
@@ -245,10 +246,10 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
 
 
 def default_size(points: FloatArray) -> FloatArray:
-    """Cell sizes that go with the extent and the density of clouds.
+    """Cell sizes that suit the extent and the density of clouds.
 
-    0.3 of the RMS radius ρ without strays, or, for sparse clouds, what holds three points of n spread over a circle of
-    that radius: `3 · 2πρ/n`.
+    0.3 of the RMS radius ρ without strays or, for sparse clouds, the length that holds three of n points spread along
+    a circle of that radius: `3 · 2πρ/n`.
 
     Parameters
     ----------
@@ -275,21 +276,21 @@ def default_size(points: FloatArray) -> FloatArray:
 
 
 def inverse(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, BoolArray]:
-    """The inverses of covariances after the floor of the small eigenvalue.
+    """The inverses of covariances after flooring the small eigenvalue.
 
     Parameters
     ----------
     covariance : ndarray of shape (..., 2, 2)
         In u².
     least : float or ndarray of shape (...), default 0.0
-        The least large eigenvalue, in u².
+        The least value of the large eigenvalue, in u².
 
     Returns
     -------
     inverses : ndarray of shape (..., 2, 2)
         The identity where the large eigenvalue is less, or zero.
     wide : ndarray of bool, shape (...)
-        Where it is not.
+        Whether the covariance was inverted.
 
     Examples
     --------
@@ -304,7 +305,7 @@ def inverse(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[Fl
 
 
 def floored(covariance: FloatArray) -> FloatArray:
-    """Covariances after the floor of the small eigenvalue: `FLOOR` times the large one.
+    """Covariances whose small eigenvalue is raised to at least `FLOOR` times the large one.
 
     Parameters
     ----------
@@ -347,13 +348,11 @@ def _box(
 def _indexable(
     kept: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
 ) -> tuple[BoolArray, BoolArray]:
-    """The kept cells without those of clouds whose bounding box is too large for a
-    table, and these clouds.
-    """
+    """The kept cells, except of clouds whose bounding box is too large for a table, and which clouds those are."""
     with np.errstate(over="ignore", invalid="ignore"):
         _, shape = _box(kept, group, cell, b, grids)
         area = shape[:, 0] * shape[:, 1]
-        # Beyond 2⁵³ neighbouring cells have no numbers of their own.
+        # Beyond 2⁵³ neighbouring cells share a float64 number.
         far = np.zeros(b * grids)
         np.maximum.at(far, group[kept], np.abs(cell[kept]).max(axis=1))
         oversized = np.asarray((~(area <= LARGEST_TABLE) | ~(far < 2.0**52)).reshape(b, grids).any(axis=1))
@@ -379,7 +378,7 @@ def check_size(value: object, name: str) -> float:
     value : object
         A number from 1e-100 to 1e100.
     name : str
-        What the message calls it.
+        The name in the error message.
 
     Returns
     -------

@@ -8,18 +8,16 @@ Over all pairs k of a moved point and the cell it is in, on every grid, with
     ∂_a f = Σ s_k q_kᵀ P_k ∂_a q_k,
     ∂_a ∂_b f = Σ s_k [ −(q_kᵀ P_k ∂_a q_k)(q_kᵀ P_k ∂_b q_k) + ∂_b q_kᵀ P_k ∂_a q_k + q_kᵀ P_k ∂_a ∂_b q_k ].
 
-The unknowns are (tx, ty, φ), a turn by φ about a pivot c and then a move: with the
-lever ℓ = x − c, `∂_φ x = (−ℓ_y, ℓ_x)` and `∂_φ² x = −ℓ`. The pivot t of a pose gives
-the derivatives by the pose's own translation and angle.
+The unknowns are (tx, ty, φ), a turn by φ about a pivot c followed by a shift: with the lever ℓ = x − c,
+`∂_φ x = (−ℓ_y, ℓ_x)` and `∂_φ² x = −ℓ`. With the pivot at a pose's t, the derivatives are by the pose's own translation
+and angle.
 
-They hold for fixed cells: where a point changes its cell, f jumps. The score has no
-determinant factors: it is not a likelihood, and a sharp cell counts no more than a blurred
-one.
+The derivatives hold for fixed cells: where a point changes cells, f jumps. The score has no determinant factors, so it
+is not a likelihood, and a sharp cell counts no more than a blurred one.
 
-Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to
-laser scan matching; Magnusson 2009, The three-dimensional normal-distributions
-transform, ch. 6. Its uniform part for outliers enters where a share of them is given:
-`s_k = −d₁ exp(−½ d₂ q_kᵀ P_k q_k)` (`ndt.mixture`). By default it is left out.
+Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching; Magnusson
+2009, The three-dimensional normal-distributions transform, ch. 6. The latter's uniform part for outliers is used if a
+share of them is given: `s_k = −d₁ exp(−½ d₂ q_kᵀ P_k q_k)` (`ndt.mixture`). By default it is left out.
 """
 
 from __future__ import annotations
@@ -35,10 +33,12 @@ from solvers.methods.ndt.mixture import check_share, constants
 from solvers.methods.ndt.ndt_map import NdtMap
 
 BLOCK = 2**18
-"""Point-cell pairs that a score map evaluates at once, at most."""
+"""The most point-cell pairs that a score map evaluates at once."""
 
 TOGETHER = 8000
-"""Points times grids that `evaluate` takes at once, at most. An atlas of NDT runs takes 0.8 of the time without."""
+"""The most points times grids that `evaluate` takes at once. An atlas of NDT runs takes 0.8 of the time that it takes
+without this limit.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +50,11 @@ class Score:
     score : ndarray of shape (b,)
         Σ s_k = −f.
     gradient : ndarray of shape (b, 3)
-        Of f, by (tx, ty, φ); zero where not asked for.
+        Of f, by (tx, ty, φ); zero if not requested.
     hessian : ndarray of shape (b, 3, 3)
-        Of f; zero where not asked for.
+        Of f; zero if not requested.
     cells : ndarray of int, shape (b, G, m)
-        The number of each point's cell on each grid, −1 for none.
+        The index of each point's cell on each grid, −1 for none.
     values : ndarray of shape (b, G, m)
         s_k, 0 for none.
 
@@ -91,16 +91,15 @@ def evaluate(
     cells : NdtMap
         The map, as from `solvers.ndt_map.build`.
     moved : ndarray of shape (k, m, 2)
-        k sets of points where their poses take them, world units.
+        k point sets, already moved by their poses, world units.
     pivot : ndarray of shape (k, 2)
-        c, what the turn φ is about.
+        c, the centre of the turn φ.
     which : ndarray of int, shape (k,), optional
-        The cloud in whose map each set of points stands. None: one set for each, in
-        their order.
+        Which cloud's map each point set is scored on. None: one set per cloud, in order.
     derivatives : bool, default True
-        Whether the gradient and the Hessian are wanted.
+        Whether to compute the gradient and the Hessian.
     outliers : float, optional
-        The share of the uniform part, above 0 and below 1. None is none.
+        The share of the uniform part, above 0 and below 1. None leaves it out.
 
     Returns
     -------
@@ -172,7 +171,7 @@ def _evaluate(
             values *= gain
         score = values.reshape(b, -1).sum(axis=1)
         if derivatives:
-            # A point in no cell may lie anywhere, also where products overflow.
+            # A point in no cell may lie anywhere, even where products overflow.
             s, hit = values, rows >= 0
             lx, ly = (np.where(hit, v - pivot[:, None, k, None], 0.0) for k, v in ((0, x), (1, y)))
             u0, u1 = np.where(hit, u0, 0.0), np.where(hit, u1, 0.0)
@@ -199,10 +198,9 @@ def score_map(
 ) -> FloatArray:
     """The score of points turned beforehand, moved by every (x_i, y_j).
 
-    A point's column of cells depends on x alone and its row on y alone, and
-    neighbouring translations share them: a cell is looked up once for a point's run of
-    columns and of rows, and only pairs that meet a kept cell are evaluated. Rows are
-    independent: a caller may ask for a few at a time, or for a coarse lattice first.
+    A point's column of cells depends on x alone and its row on y alone, and neighbouring translations share them: a
+    cell is looked up once for each run of columns and of rows of a point, and only pairs that meet a kept cell are
+    evaluated. Rows are independent, so a caller may request a few at a time, or a coarse lattice first.
 
     Parameters
     ----------
@@ -254,7 +252,7 @@ def score_map(
     m, nx, ny = len(points), len(x), len(y)
     gain, sharpness = constants(outliers)
     h, mean, P = cells.size[0], cells.mean[0], cells.precision[0] * sharpness
-    # With P = LLᵀ, qᵀPq = ‖Lᵀq‖²: two products for a pair instead of four.
+    # With P = LLᵀ, qᵀPq = ‖Lᵀq‖²: two products per pair instead of four.
     l00 = np.sqrt(P[:, 0, 0])
     l10 = P[:, 0, 1] / np.where(l00 > 0.0, l00, 1.0)
     l11 = np.sqrt(np.maximum(P[:, 1, 1] - np.square(l10), 0.0))
@@ -279,7 +277,7 @@ def score_map(
                 cell = cells.table[0, g, columns.cell[q] * high + rows.cell[k]]
                 hit = np.flatnonzero(cell >= 0)
                 k, q, cell = k[hit], q[hit], cell[hit]
-                # One entry for each row of a run: what no column changes is computed here.
+                # One entry per row of a run: compute here all that does not depend on the column.
                 j = _counted(rows.length[k], rows.first[k])
                 k, q, cell = (np.repeat(v, rows.length[k]) for v in (k, q, cell))
                 point, width = rows.point[k], columns.length[q]
@@ -296,8 +294,8 @@ def score_map(
 
 @dataclass(frozen=True, eq=False)
 class _Runs:
-    """Neighbouring translations along one axis that leave a point in the same column, or
-    row, of cells: whose point, the first of them, how many, and the column's number.
+    """Runs of neighbouring translations along one axis that leave a point in the same column, or row, of cells: the
+    point, the first translation, the number of translations, and the index of the column or row.
     """
 
     point: IntArray
@@ -318,5 +316,5 @@ def _runs(place: FloatArray, count: int) -> _Runs:
 
 
 def _counted(counts: IntArray, first: IntArray) -> IntArray:
-    """From each first number on, so many of them, one after the other."""
+    """Consecutive numbers, `counts` of them from each `first`, concatenated."""
     return np.arange(counts.sum()) + np.repeat(first + counts - np.cumsum(counts), counts)

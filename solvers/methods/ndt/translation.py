@@ -1,9 +1,7 @@
-"""Climbing the NDT score by translations alone, with every step that was tried: the
-paths drawn on a score map.
+"""Climbing the NDT score by translations alone, recording every step tried: the paths drawn on a score map.
 
-The same damped, capped and halved Newton step as `ndt.ndt`, with the rotation
-frozen: no translation repairs a wrong angle, and the highest score over translations
-then need not lie near the truth.
+It takes the same damped, capped and halved Newton steps as `ndt.ndt`, with the rotation frozen. No translation repairs
+a wrong angle, and with one the highest score over translations need not lie near the truth.
 """
 
 from __future__ import annotations
@@ -22,16 +20,16 @@ from solvers.numerics import newton
 
 @dataclass(frozen=True, eq=False)
 class Climb:
-    """A climb over translations, k tries in their order, the start the first of them.
+    """A climb over translations: k trials in order, the start first.
 
     Attributes
     ----------
     tried : ndarray of shape (k, 2)
         Translations, world units.
     score : ndarray of shape (k,)
-        There.
+        The score there.
     accepted : ndarray of bool, shape (k,)
-        Whether it became the next place to climb from; the start did.
+        Whether the trial was accepted as the next point; true for the start.
     damping : ndarray of shape (k,)
         λ of the Hessian that the step came from, 0 at the start.
     status : Status
@@ -76,9 +74,8 @@ def climb(
 ) -> Climb:
     """Climb the score of points turned beforehand, by translations alone.
 
-    It stops when the next step would be at most `tolerance` cells; when none of the
-    step and its halves raises the score; after `max_steps` steps; or, degenerate, where
-    no point lies in a cell.
+    The climb stops when the next step would be at most `tolerance` cells long, when neither the step nor any of its
+    halvings raises the score, after `max_steps` steps, or, degenerate, if no point lies in a cell at the start.
 
     Parameters
     ----------
@@ -91,16 +88,16 @@ def climb(
     max_shift : float, optional
         The longest step, world units. None is half a cell.
     max_steps : int, default 70
-        The most steps.
+        The largest number of steps.
     halvings : int, default 8
-        How often a step that does not raise the score is halved, at most.
+        The most times that a step which does not raise the score is halved.
     tolerance : float, default 1e-6
         A fraction of a cell.
 
     Returns
     -------
     Climb
-        Every translation that was tried.
+        Every translation tried.
 
     Raises
     ------
@@ -140,8 +137,8 @@ def climb(
     for _ in range(max_steps):
         step, lam = newton.damped_step(here.gradient[:, :2], here.hessian[:, :2, :2])
         step = newton.capped(step, (np.linalg.norm(step, axis=1) / cap,))
-        # Not tried: what so short a step gains is rounding, and would be accepted on
-        # one machine and not on another.
+        # So short a step is not tried: its gain is rounding error, and would be accepted on one machine but not on
+        # another.
         if float(np.linalg.norm(step)) <= tolerance * h:
             return ended(Status.CONVERGED, "the pose has come to rest")
         for _ in range(halvings + 1):
@@ -162,8 +159,8 @@ def climb(
 
 
 def _rounded(t: FloatArray, h: float) -> FloatArray:
-    """t to some 10⁻¹⁰ of a cell: where the Hessian is nearly singular a step magnifies
-    what went before it, and two machines' rounding must not grow into two paths.
+    """t rounded to about 10⁻¹⁰ of a cell. Where the Hessian is nearly singular a step magnifies earlier errors, and
+    the rounding of two machines must not grow into two paths.
     """
     unit = 2.0 ** (np.floor(np.log2(h)) - 34.0)
     return np.asarray(np.where(np.abs(t) < unit * 2.0**52, np.round(t / unit) * unit, t))

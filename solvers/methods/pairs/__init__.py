@@ -1,1 +1,1 @@
-"""Known and proposed pairs: Kabsch, RANSAC, congruent sets."""
+"""Methods on known or proposed pairs: Kabsch, RANSAC, congruent sets, graduated non-convexity."""

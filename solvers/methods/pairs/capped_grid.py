@@ -1,5 +1,5 @@
-"""A grid that bounds a capped sum of squared distances from below, for many poses at once: what RANSAC without pairs
-screens its hypotheses with.
+"""A grid that bounds a capped sum of squared distances from below for many poses at once. RANSAC without pairs screens
+its hypotheses with it.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ _CELLS = 256
 
 @dataclass(frozen=True, eq=False)
 class CappedGrid:
-    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for a point in a cell.
+    """A grid over the target for each problem, whose cells hold the least value that min(r²/ε², 1) can take for a
+    point in them.
 
-    values: (b, cells), row by row, padded; the outermost hold 1. width: (b,) cells in a
-    row. top: (b, 2) the numbers of the last column and row. origin: (b, 2) and cell:
-    (b,) the lower left corner and the cell's side, world units.
+    values: (b, cells), row by row, padded; the outermost cells hold 1. width: (b,) cells in a row. top: (b, 2) the
+    indices of the last column and row. origin: (b, 2) the lower left corner, world units. cell: (b,) the side of a
+    cell, world units.
     """
 
     values: FloatArray
@@ -30,8 +31,8 @@ class CappedGrid:
 
     @classmethod
     def of(cls, target: FloatArray, reach: FloatArray) -> CappedGrid:
-        """The field of the clouds (b, n, 2) for ε = reach (b,); cells of ε/4, larger
-        where a target is wider than 64 ε.
+        """The grid of the clouds (b, n, 2) for ε = reach (b,), with cells of ε/4, or larger where a target is wider
+        than 64 ε.
         """
         low, high = target.min(axis=1), target.max(axis=1)
         cell = np.maximum(reach / 4.0, (high - low).max(axis=1) / _CELLS)
@@ -41,14 +42,13 @@ class CappedGrid:
         around = np.arange(-5, 6)
         place = (target - origin[:, None]) / cell[:, None, None]
         home = np.floor(place)
-        # Along each axis, the square of the way from the point to the nearest edge of
-        # the eleven cells around it.
+        # Along each axis, the squared distance from the point to the nearest edge of each of the eleven cells around
+        # it.
         gap = np.maximum(np.abs(home[..., None] + around + 0.5 - place[..., None]) - 0.5, 0.0)
         gap *= (cell / reach)[:, None, None, None]
         gap *= gap
         near = gap[:, :, 1, :, None] + gap[:, :, 0, None, :]
-        # Where the cells are below the coordinates' rounding, a point's own may lie
-        # outside the grid.
+        # If the cells are smaller than the coordinates' rounding, a point's own cell may lie outside the grid.
         index = np.clip(home.astype(np.int64)[..., None] + around, 0, (shape - 1)[:, None, :, None])
         flat = index[:, :, 1, :, None] * shape[:, 0, None, None, None] + index[:, :, 0, None, :]
         flat += (np.arange(len(target)) * values.shape[1])[:, None, None, None]

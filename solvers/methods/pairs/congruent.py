@@ -1,15 +1,16 @@
 """RANSAC without pairs: two source points are laid on two target points equally far apart.
 
-A draw takes two source points at least `separation` apart, a target point, and a second one whose distance from it is
-the same up to `tolerance`, and lays the one segment on the other, middle on middle, in both directions: two hypotheses.
-A pose is judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved point i
-to its nearest target point. The starting pose plays no part.
+A draw takes two source points at least `separation` apart, a target point, and a second target point at the same
+distance from it up to `tolerance`. It lays one segment on the other, midpoint on midpoint, in both directions, which
+gives two hypotheses. A pose is judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the
+distance of moved point i to its nearest target point. The starting pose plays no part.
 
 Hypotheses are screened before they are scored. A grid over the target holds in each cell the least r² of any point in
-it, which bounds C from below. All of a step's hypotheses are looked up with `screen` of the source points, the lowest
-few with all of them, and the lowest is scored exactly if its bound lies below the best score so far. A hypothesis that
-becomes the best is refitted to the pairs within ε, twice at most, while that lowers C. After `patience` steps without a
-better one the best pose is refitted, twice a step, until C stays: the run is at rest, which proves nothing.
+it, which bounds C from below. All hypotheses of a step are bounded with `screen` of the source points and the lowest
+few with all of them; the lowest of these is scored exactly if its bound lies below the best score so far. A hypothesis
+that becomes the best is refitted to the pairs within ε, at most twice, while that lowers C. After `patience` steps
+without a better one, the best pose is refitted, twice a step, until C stops falling: the run is at rest, which proves
+nothing.
 
 Left out: the search structures of [3]_.
 
@@ -42,8 +43,8 @@ from solvers.methods.pairs.capped_grid import CappedGrid
 from solvers.numerics.fits import fit_pairs, lengths
 
 SEPARATION, TOLERANCE, INLIER = 0.6, 0.1, 0.1
-"""Where not given, as fractions of the RMS radius: the source's, then the target's twice."""
-_SHORTLIST, _REFITS = 4, 2  # more refits at once make a step uneven, and the last ones make up for it
+"""The defaults, as fractions of an RMS radius: the source's for the first, the target's for the other two."""
+_SHORTLIST, _REFITS = 4, 2  # more refits at once would make steps uneven in cost, and the final refits make up for it
 
 
 @dataclass(frozen=True)
@@ -53,18 +54,19 @@ class CongruentOptions:
     Parameters
     ----------
     separation : float, optional
-        The least distance of two drawn source points, u; by default 0.6 of the source's RMS radius.
+        The least distance between two drawn source points, u; by default 0.6 of the source's RMS radius.
     tolerance : float, optional
-        By how much the two target points' distance may differ, u; by default 0.1 of the target's RMS radius.
+        How much the distance of the two target points may differ from theirs, u; by default 0.1 of the target's RMS
+        radius.
     inlier : float, optional
         ε, the distance at which a point's share of the objective is capped, u; by default 0.1 of the target's RMS
-        radius, too large with a point far away.
+        radius, which is too large if a point lies far away.
     per_step : int, default 32
-        Hypotheses in a step, even.
+        Hypotheses per step, an even number.
     most : int, default 70
-        Steps that draws are made for; then they come again.
+        The number of steps for which draws are made; then they are reused.
     screen : int, default 32
-        Source points looked up first, in all hypotheses of a step.
+        The number of source points with which all hypotheses of a step are first bounded.
     patience : int, default 20
         Steps without a better pose after which the best one is refitted for the last time.
 
@@ -107,11 +109,11 @@ class CongruentState:
     """The best pose so far; objective, rows, distances, used and count are at `pose`.
 
     separation, tolerance, inlier: (b,) world units. draws: (b, most · per_step/2, 2) source rows and first: (b, …)
-    target row of each draw, choice: (b, …) in [0, 1) which of the congruent ones is taken. screen: (b, screen) source
-    rows. drawn: (b,) steps so far. best: (b,) the best C of a hypothesis, before it is refitted, infinite before there
-    is one. idle: (b,) steps without a better pose. rows: (b, m) nearest target rows, distances: (b, m), used: (b, m)
-    those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before there is one.
-    scored: (b,) hypotheses that passed the screening, tried: (b,) all of them.
+    target row of each draw, choice: (b, …) in [0, 1) which of the congruent target points is taken. screen: (b,
+    screen) source rows. drawn: (b,) steps so far. best: (b,) the best C of a hypothesis before refitting, infinite
+    before there is one. idle: (b,) steps without a better pose. rows: (b, m) nearest target rows, distances: (b, m),
+    used: (b, m) those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before
+    there is one. scored: (b,) hypotheses that passed the screening, tried: (b,) all of them.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -172,7 +174,7 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
         rng = np.random.default_rng(problem.seed[i])
         screen[i] = rng.permutation(m)[: screen.shape[1]]
         first[i], choice[i] = rng.integers(0, n, total), rng.random(total)
-        # Rejection, then the kept ones over again if they are too few.
+        # Rejection sampling; too few accepted pairs are repeated.
         pairs = rng.integers(0, m, (4 * total, 2))
         apart = np.linalg.norm(problem.source[i, pairs[:, 0]] - problem.source[i, pairs[:, 1]], axis=1)
         candidates = pairs[apart >= separation[i]]
@@ -197,14 +199,13 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
 
 
 def _said(length: float | None, share: float, of: str) -> str:
-    """A length in words: as it was given, or as the share that it is."""
+    """The length in words: in u if given, else as a share of `of`."""
     return f"{share:g} of {of}" if length is None else f"{length:g} u"
 
 
 def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, IntArray]:
-    """This step's poses R (b, k, 2, 2), t (b, k, 2), which exist (b, k), their source
-    and target rows (b, k, 2). The second half are the first half's draws in the other
-    direction.
+    """This step's poses R (b, k, 2, 2) and t (b, k, 2), which of them exist (b, k), and their source and target rows
+    (b, k, 2). The second half repeats the first half's draws in the other direction.
     """
     problem, options = state.problem, state.options
     h = options.per_step // 2
@@ -227,7 +228,7 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     cosine = (dp * dq).sum(axis=-1)
     sine = dp[..., 0] * dq[..., 1] - dp[..., 1] * dq[..., 0]
     norm = np.hypot(cosine, sine)
-    exist = (count > 0) & (norm > 1e-290)  # below it a product has lost digits
+    exist = (count > 0) & (norm > 1e-290)  # below this a product has lost digits
     norm = np.where(exist, norm, 1.0)
     c, s = np.where(exist, cosine / norm, 1.0), sine / norm
     R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
@@ -272,8 +273,8 @@ def _step(state: CongruentState) -> CongruentState:
 
 
 def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, ends: IntArray) -> CongruentState:
-    """Score a hypothesis of each of the problems `some`; where it is the best one so far,
-    refit it; where that is the best pose so far, keep it. pairs, ends: its rows.
+    """Score one hypothesis for each of the problems `some`; refit it if it is the best so far, and keep the result if
+    it is the best pose so far. pairs, ends: its source and target rows.
     """
     source, index, inlier = state.problem.source[some], take(state.index, some), state.inlier[some]
     score = _score(source, index, pose, inlier)
@@ -294,7 +295,7 @@ def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, end
 
 
 def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, BoolArray]:
-    """The state after further refits of its best pose in the problems `where`; and where these lowered the cost."""
+    """The state after further refits of the best pose in the problems `where`, and where these lowered the cost."""
     lower = np.zeros(where.shape, dtype=np.bool_)
     if not where.any():
         return state, lower
@@ -307,7 +308,7 @@ def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, 
 
 
 def _at(state: CongruentState, some: IntArray, score: _Score) -> CongruentState:
-    """The state with the pose of a score in the problems `some`, and what goes with it."""
+    """The state with the pose of a score, and all that depends on it, in the problems `some`."""
     used = score.squares <= np.square(state.inlier[some])[:, None]
     return changed(
         state,
@@ -321,14 +322,14 @@ def _at(state: CongruentState, some: IntArray, score: _Score) -> CongruentState:
 
 
 def _with(whole: AnyArray, rows: IntArray, part: AnyArray | int) -> AnyArray:
-    """A copy of `whole` with other rows."""
+    """A copy of `whole` with `part` in the given rows."""
     out = whole.copy()
     out[rows] = part
     return out
 
 
 def _refitted(source: FloatArray, index: Index, score: _Score, inlier: FloatArray) -> _Score:
-    """The scores after as many fits to the pairs within reach as lower the cost."""
+    """The scores after fits to the pairs within reach, at most `_REFITS`, for as long as they lower the cost."""
     going, own = np.arange(len(source)), score
     for _ in range(_REFITS):
         partners = nearest.picked(index.points, own.rows)

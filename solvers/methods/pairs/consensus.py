@@ -1,4 +1,4 @@
-"""How many trials a random search needs, and the sum by which a trial is judged."""
+"""The number of trials that a random search needs, and the sum by which a trial is judged."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from solvers.core.numbers import numbers
 
 
 def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | float:
-    """How many trials make sure, to a probability, that one draws right pairs only.
+    """The number of trials after which, with a given probability, one has drawn only right pairs.
 
-    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. It takes
-    the s draws of a trial for independent.
+    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. It treats the s draws of a trial as
+    independent.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
     confidence : float
         p, the probability, above 0 and below 1.
     sample : int
-        s, the pairs drawn in a trial, at least 1.
+        s, the number of pairs drawn in a trial, at least 1.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
         raise ValueError(f"confidence: expected a probability above 0 and below 1, got {confidence!r}")
     s = validate.count(sample, "sample", 1)
     with np.errstate(divide="ignore", under="ignore", over="ignore"):
-        # A quotient that is a whole number up to rounding is that number.
+        # A quotient within rounding of a whole number counts as that number.
         exact = np.log1p(-confidence) / np.log1p(-(w**s))
         n = np.where(w > 0.0, np.maximum(1.0, np.ceil(exact * (1.0 - 1e-12))), np.inf)
     return n if n.ndim else float(n)
@@ -68,7 +68,7 @@ def capped_sum(squares: FloatArray, inlier: ArrayLike) -> FloatArray:
     squares : ndarray of shape (..., n)
         Squared residuals r², in u².
     inlier : array_like
-        ε, in world units: one number, or what broadcasts against `squares`.
+        ε, in world units: one number, or an array that broadcasts against `squares`.
 
     Returns
     -------

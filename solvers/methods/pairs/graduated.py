@@ -1,23 +1,20 @@
-"""Graduated non-convexity: many wrong pairs, no random draws.
+"""Graduated non-convexity: a fit despite many wrong pairs, without random draws.
 
-The pose sought minimises the truncated sum of squares `C(T) = Σ_i w_i min(r_i², c²)`, r_i
-the distance that T leaves of pair i and c the bound within which a right pair is
-expected. It is replaced by a surrogate with a parameter μ, for small μ growing with every
-distance, ever more slowly, and for μ → ∞ the sum itself; μ grows by a constant factor
-from step to step while a minimum is followed.
+The pose sought minimises the truncated sum of squares `C(T) = Σ_i w_i min(r_i², c²)`, r_i the residual distance of
+pair i under T and c the bound within which a right pair is expected. C is replaced by a surrogate with a parameter μ:
+for small μ it grows with every distance, ever more slowly, and for μ → ∞ it is the sum itself. μ grows by a constant
+factor from step to step while a minimum is tracked.
 
 One step is a weighted closed-form fit, then new weights for the pairs. By the duality
 of Black and Rangarajan the surrogate is `min over v of Σ_i w_i (v_i r_i² + Φ(v_i))` with
 `Φ(v) = c² μ (1 − v)/(μ + v)`, and its best v has a closed form (`tls_weights`).
 
-As in [1]_, μ starts at `c²/(2 r_max² − c²)`, r_max the largest residual of the
-least-squares fit of all pairs, and grows by 1.4. The authors' program ends when the
-weighted sum of squares settles. Here a run ends when every v is 0 or 1 and is the v that
-the pose was fitted with: no larger μ then changes anything. It is a local minimum of C,
-without a proof that it is the lowest one. The starting pose plays no part.
+As in [1]_, μ starts at `c²/(2 r_max² − c²)`, r_max the largest residual of the least-squares fit of all pairs, and
+grows by 1.4. The authors' program ends when the weighted sum of squares settles. Here a run ends when every v is 0 or
+1 and equals the v that the pose was fitted with: no larger μ then changes anything. The result is a local minimum of C,
+with no proof that it is the lowest. The starting pose plays no part.
 
-Left out: solvers of other problems than the rigid fit, and the surrogate of Geman and
-McClure.
+Left out: solvers for problems other than the rigid fit, and the surrogate of Geman and McClure.
 
 References
 ----------
@@ -44,9 +41,9 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put
 from solvers.geometry.rigid import fit_planar, fit_rigid
 
-_SHARE = 0.05  # the bound where none is given, in root mean square radii of the source
+_SHARE = 0.05  # the default bound, in RMS radii of the source
 _LEAST_MU = 1e-20
-_HARD_MU = 1e8  # from here on the surrogate is the truncated square but for 1e-8 c²
+_HARD_MU = 1e8  # from here on the surrogate is the truncated square up to 1e-8 c²
 
 
 @dataclass(frozen=True)
@@ -56,11 +53,10 @@ class GraduatedOptions:
     Parameters
     ----------
     inlier : float, optional
-        c, the residual up to which a pair may be right, world units. None is a
-        twentieth of the root mean square distance of the source points from their
-        centroid, which knows nothing of the noise: give the bound where it is known.
+        c, the residual up to which a pair may be right, world units. None is a twentieth of the root mean square
+        distance of the source points from their centroid, which ignores the noise: give the bound if it is known.
     factor : float, default 1.4
-        By how much μ grows in a step, above 1 and at most 10.
+        The factor by which μ grows in a step, 1.01 to 10.
 
     Raises
     ------
@@ -89,9 +85,9 @@ class GraduatedOptions:
 class GraduatedState:
     """The pose fitted last; the objective is the truncated sum at `pose`, (b,).
 
-    bound: (b,) c, world units. mu: (b,) what the weights were computed with, 0 before
-    the first step, infinite where no pair was in doubt. shares: (b, n) the weights v,
-    0 to 1, computed at `pose`. residuals: (b, n) at `pose`. count: (b,) pairs within c.
+    bound: (b,) c, world units. mu: (b,) the μ that the weights were computed with, 0 before the first step, infinite
+    where no pair was in doubt. shares: (b, n) the weights v, 0 to 1, computed at `pose`. residuals: (b, n) at `pose`.
+    count: (b,) pairs within c.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -131,7 +127,7 @@ def surrogate(ratio: FloatArray, mu: FloatArray) -> FloatArray:
 
 
 def _default_bound(problem: Problem) -> FloatArray:
-    """A share of the weighted root mean square radius of the source, (b,)."""
+    """The default bound, a share of the source's weighted RMS radius, (b,)."""
     weighted = problem.weights > 0.0
     points = np.where(weighted[..., None], problem.source, 0.0)
     largest = np.abs(points).max(axis=(1, 2))
@@ -146,11 +142,11 @@ def _default_bound(problem: Problem) -> FloatArray:
 
 
 def _measure(state: GraduatedState, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Residuals (b, n), the same over the bound, and the truncated sum (b,)."""
+    """The residuals (b, n), the same divided by the bound, and the truncated sum (b,)."""
     problem, bound = state.problem, state.bound
     left = pose.apply(problem.source) - problem.target
     largest = np.abs(left).max(axis=2)
-    # Divided first: the square of a distance may be no float64 where the distance is.
+    # Divide first: a distance may fit a float64 where its square does not.
     unit = left / np.where(largest > 0.0, largest, 1.0)[..., None]
     residuals = largest * np.sqrt(np.square(unit).sum(axis=2))
     ratio = residuals / np.where(bound > 0.0, bound, 1.0)[:, None]
@@ -173,7 +169,7 @@ def _start(problem: Problem, options: GraduatedOptions) -> GraduatedState:
 
 
 def _step(state: GraduatedState) -> GraduatedState:
-    """A fit with the present weights, then μ and the weights again."""
+    """Fit with the current weights, then update μ and the weights."""
     problem = state.problem
     fit = (fit_planar if problem.dim == 2 else fit_rigid)(
         problem.source, problem.target, problem.weights * state.shares

@@ -15,14 +15,13 @@ from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry.rigid import fit_rigid, pair_cost
 
 MOST_POWERS = 300
-"""Powers of ten between the widths of two clouds from which on no similarity is sought."""
+"""The largest ratio, in powers of ten, of the clouds' widths for which a similarity is sought."""
 
 
 @dataclass(frozen=True, eq=False)
 class KabschState:
-    """A paired fit before and after its one step; the fields beyond `State`'s are those
-    of `rigid.Fit`, and say nothing (zeros, condition infinite) before the step.
-    The objective is Σ wᵢ ‖T pᵢ − qᵢ‖², (b,).
+    """A paired fit before and after its one step; the fields beyond `State`'s are those of `rigid.Fit`, and are blank
+    (zeros, condition infinite) before the step. The objective is Σ wᵢ ‖T pᵢ − qᵢ‖², (b,).
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -79,9 +78,7 @@ def _start_similarity(problem: Problem, options: NoOptions) -> KabschState:
 
 
 def _power(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """The power of ten of how wide each cloud (b, n, d) is, (b,), without the points of
-    no weight; 0 for a point.
-    """
+    """log₁₀ of the width of each cloud (b, n, d), (b,), over the points with a weight; 0 for a cloud of no width."""
     counts = (weights > 0.0)[..., None]
     low, high = np.where(counts, points, np.inf).min(axis=1), np.where(counts, points, -np.inf).max(axis=1)
     width = np.where(counts.any(axis=1), high - low, 0.0).max(axis=-1)

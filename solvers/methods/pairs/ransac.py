@@ -1,27 +1,24 @@
 """RANSAC on proposed pairs.
 
-Fit a few drawn at random, count who agrees, keep the best, refit on its consensus.
+Fit a few pairs drawn at random, count how many agree, keep the best pose, refit it to its consensus.
 
-A trial draws d distinct pairs (two in the plane, three in space), fits them in closed
-form (by least squares, as their lengths disagree), and is judged by its capped sum of
-squares `C(T) = Σ_i min(r_i², ε²)`, r_i the distance that it leaves of pair i. The pairs
-within ε are its consensus. When the trials are done, the best pose is refitted to its
-consensus until that stays the same. A refit never raises C: it lowers the sum over the
-consensus, and counting again lowers it further. It may *lower the count*, which is why the
-best is kept by C and not by the count.
+A trial draws d distinct pairs (two in the plane, three in space), fits them in closed form (by least squares, as their
+lengths disagree), and is judged by its capped sum of squares `C(T) = Σ_i min(r_i², ε²)`, r_i the residual distance of
+pair i. The pairs within ε are its consensus. When the trials are done, the best pose is refitted to its consensus until
+that stays the same. A refit never raises C: it lowers the sum over the consensus, and capping again lowers it further.
+It may *lower the count*, which is why the best pose is chosen by C and not by the count.
 
-How many trials: `solvers.consensus.trials`, with the best consensus so far for the share
-of right pairs, so the budget falls as better poses are found; `most` caps it, and a run
-that ends by that cap says so. The formula takes the draws of one trial for independent;
-d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a little less than
-wᵈ.
+The number of trials comes from `solvers.consensus.trials`, with the best consensus so far as the share of right pairs,
+so the budget falls as better poses are found; `most` caps it, and a run that ends at that cap says so. The formula
+treats the draws of one trial as independent; d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a
+little less than wᵈ.
 
-A draw in which two source points, or two target points, lie closer than `separation` is
-thrown away and is not a trial: a short baseline makes a poor angle.
+A draw in which two source points, or two target points, lie closer than `separation` is discarded and does not count
+as a trial: a short baseline gives a poor angle.
 
-Beside it, for comparison, the least-squares fit of all pairs, right and wrong: `ghost`.
+For comparison, `ghost` is the least-squares fit of all pairs, right and wrong.
 
-Left out: guided sampling and early rejection, which forty pairs do not need.
+Left out: guided sampling and early rejection, which are not needed for forty pairs.
 
 References
 ----------
@@ -50,7 +47,7 @@ from solvers.methods.pairs.consensus import capped_sum, trials
 from solvers.numerics.fits import lengths
 
 INLIER = 0.1
-"""ε where it is not given, as a fraction of the target's RMS radius."""
+"""The default ε, as a fraction of the target's RMS radius."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +60,11 @@ class RansacOptions:
         ε, the residual up to which a pair agrees with a pose, world units. None is 0.1
         of the target's RMS radius, which wrong pairs far away make too large.
     confidence : float, default 0.99
-        p, the probability wanted that one draw at least is of right pairs alone, above
-        0 and below 1.
+        p, the probability, above 0 and below 1, that at least one draw holds only right pairs.
     most : int, default 1000
         The cap on trials.
     per_step : int, default 32
-        Trials in a step.
+        Trials per step.
     separation : float, default 0.0
         The least distance between the points of a draw, world units.
 
@@ -103,7 +99,7 @@ class RansacOptions:
 
 @dataclass(frozen=True, eq=False)
 class RansacState:
-    """The best pose so far; what it leaves of the pairs; the trials.
+    """The best pose so far, the residuals of the pairs there, and the trials.
 
     Attributes
     ----------
@@ -114,27 +110,27 @@ class RansacState:
     inlier : ndarray of shape (b,)
         ε, world units.
     draws : ndarray of int, shape (b, most, d)
-        Rows of the pairs that the trials draw.
+        The rows of the pairs drawn for each trial.
     drawn : ndarray of int, shape (b,)
-        How many of them exist.
+        How many draws there are.
     ghost : Pose
         The least-squares pose of all pairs.
     ghost_rms : ndarray of shape (b,)
         Its RMS residual, world units.
     pose : Pose
-        The best so far; the start before one.
+        The best so far; the start before a best trial.
     objective : ndarray of shape (b,)
         The capped sum there.
     status : ndarray of int8, shape (b,)
-        How each stands.
+        The status of each problem.
     reason : ndarray of object, shape (b,)
-        In words.
+        Why it stopped, in words; empty while running.
     trials : ndarray of int, shape (b,)
-        Made so far.
+        Trials made so far.
     budget : ndarray of shape (b,)
-        Trials needed by the formula, not capped, infinite before a consensus.
+        Trials needed by the formula, uncapped; infinite before a consensus.
     sample : ndarray of int, shape (b, d)
-        Rows of the best trial, −1 before one.
+        Rows of the best trial, −1 before there is one.
     found : ndarray of bool, shape (b,)
         Whether there is a best trial.
     residuals : ndarray of shape (b, n)
@@ -142,11 +138,11 @@ class RansacState:
     inliers : ndarray of bool, shape (b, n)
         Which of them are at most ε.
     count : ndarray of int, shape (b,)
-        How many are.
+        Their number.
     refits : ndarray of int, shape (b,)
-        Made so far.
+        Refits made so far.
     last_sample : ndarray of int, shape (b, d)
-        The last trial of the last step, good or not, to look at.
+        The last trial of the last step, good or not, for display.
     last_pose : Pose
         Its pose.
     last_count : ndarray of int, shape (b,)
@@ -193,9 +189,7 @@ def _squares(pose: Pose, source: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _draw(rng: np.random.Generator, source: FloatArray, target: FloatArray, options: RansacOptions) -> IntArray:
-    """Up to `most` draws of d distinct rows whose points are separate in both clouds,
-    (k, d).
-    """
+    """Up to `most` draws of d distinct rows whose points lie apart in both clouds, (k, d)."""
     n, d = source.shape
     samples, tries = np.empty((0, d), dtype=np.int64), 0
     while len(samples) < options.most and tries < 8:
@@ -250,9 +244,7 @@ def _fit(source: FloatArray, target: FloatArray, weights: FloatArray | None = No
 
 
 def _step(state: RansacState) -> RansacState:
-    """A block of trials for the problems that need more, a refit for those that have
-    had them.
-    """
+    """Run a block of trials for the problems that need more and a refit for those that have had all theirs."""
     limit = np.minimum(np.minimum(state.budget, state.drawn), state.options.most)
     searching = state.trials < limit
     after = state
@@ -278,8 +270,8 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
     count = (squares <= np.square(inlier)).sum(axis=2)
     cost = np.where(sound & (count >= d), capped_sum(squares, inlier), np.inf)
 
-    # The budget after every single trial, so that the size of a block changes nothing:
-    # it is cut where that is met.
+    # The budget is updated after every single trial and the block cut where it is met, so the block size changes
+    # nothing.
     incumbent = np.where(state.found, state.objective, np.inf)[:, None]
     before = np.minimum.accumulate(np.concatenate([incumbent, cost[:, :-1]], axis=1), axis=1)
     leader = np.maximum.accumulate(np.where(cost < before, np.arange(size), -1), axis=1)
@@ -305,7 +297,7 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
 
 
 def _better(state: RansacState, better: BoolArray, pose: Pose, squares: FloatArray) -> RansacState:
-    """The state with another pose where it is `better`, and what goes with it."""
+    """The state with the new pose, and all that depends on it, where `better`."""
     inlier = state.inlier[:, None]
     inliers = np.where(better[:, None], squares <= np.square(inlier), state.inliers)
     return changed(

@@ -1,1 +1,1 @@
-"""Searching all poses."""
+"""Global search over all poses: correlative matching, branch and bound."""

@@ -1,7 +1,7 @@
 """Lower bounds of the mean capped squared distance over boxes of rigid motions of the plane.
 
-Lengths are in units of the cap, which is 1 here. A motion turns the source about its centroid and puts the centroid
-somewhere. A box is all turns φ within ±δ of its middle and all places within ±h along x and along y. Anywhere in it
+Lengths are in units of the cap, which is 1 here. A motion turns the source about its centroid and then places the
+centroid. A box holds all turns φ within ±δ of its middle and all places within ±h along x and along y. Anywhere in it
 point i, at ρ_i from the centroid, is at most
 
     γ_i = 2 ρ_i sin(min(δ, π) / 2) + √2 h
@@ -9,11 +9,11 @@ point i, at ρ_i from the centroid, is at most
 from where the box's middle puts it. Two bounds follow, with d_i the distance to the cloud at the middle:
 
 - `coarse`: a distance falls by no more than the point moves, so E ≥ mean min(max(0, d_i − γ_i), 1)². It needs one
-  look-up a point, and it is too low by about 2 d_i γ_i: near a minimum boxes must become as small as the gap. The
+  look-up per point and is too low by about 2 d_i γ_i: near a minimum, boxes must become as small as the gap. The
   grid's rounding is added to γ_i, so that even a single pose has a bound below its value.
 - `fine`: with v the vector from the nearest target point, d²(x + u) ≥ ‖v‖² + 2 v·u + a_i for every move ‖u‖ ≤ γ_i,
-  where a_i ≤ 0 is what changing the partner, or the cap, may gain. The linear parts are summed over the points *before*
-  they are bounded. At a minimum they cancel, and what is left falls with the square of the box's size.
+  where a_i ≤ 0 is the most that a change of partner, or the cap, may gain. The linear parts are summed over the points
+  *before* they are bounded. At a minimum they cancel, and the remaining slack falls with the square of the box's size.
 
 References
 ----------
@@ -33,7 +33,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.methods.search.distance_grid import ROUNDING, DistanceGrid
 
 BLOCK = 2**17
-"""The most numbers that a temporary of the coarse bound holds; what fits a cache is twice as fast."""
+"""The most numbers in a temporary array of the coarse bound; one that fits the cache is twice as fast."""
 _LOSS = 1.0 - 1e-5  # more than float32 loses in a sum
 
 
@@ -44,7 +44,7 @@ class Boxes:
     Attributes
     ----------
     middle : ndarray of shape (k, 3)
-        The turn in radians, and where the source's centroid comes to lie, x and y.
+        The turn in radians, and the place of the source's centroid, x and y.
     half : ndarray of shape (k, 2)
         δ in radians, and h.
     bound : ndarray of shape (k,)
@@ -59,12 +59,12 @@ class Boxes:
         return len(self.bound)
 
     def of(self, rows: IntArray | BoolArray | slice) -> Boxes:
-        """Those of `rows`, an index, a slice or a mask."""
+        """The boxes at `rows`, an index array, a slice or a mask."""
         return Boxes(self.middle[rows], self.half[rows], self.bound[rows])
 
 
 def joined(*parts: Boxes) -> Boxes:
-    """One after the other."""
+    """The boxes of all parts, concatenated."""
     return Boxes(
         np.concatenate([p.middle for p in parts]),
         np.concatenate([p.half for p in parts]),
@@ -73,7 +73,7 @@ def joined(*parts: Boxes) -> Boxes:
 
 
 def split(boxes: Boxes, reach: float) -> Boxes:
-    """Each box in two halves of its turns, or in four quarters of its places: whichever side moves points most.
+    """Split each box into two halves of its turns or four quarters of its places, whichever range moves points more.
 
     reach: the distance from the centroid at which a turn's motion is measured. The parts inherit the bound.
     """
@@ -91,8 +91,8 @@ def split(boxes: Boxes, reach: float) -> Boxes:
 
 
 def coarse(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatArray) -> FloatArray:
-    """The bound of the first order by the grid, (k,); arms: (m, 2) the source from its centroid. Float32 inside, and
-    lowered by more than that loses.
+    """The first-order bound from the grid, (k,). arms: (m, 2) the source relative to its centroid. Computed in float32
+    and lowered by more than float32 may lose.
     """
     a, reach = (arms / grid.cell).astype(np.float32), 2.0 * np.hypot(arms[:, 0], arms[:, 1]).astype(np.float32)
     c, s = (f(middle[:, 0]).astype(np.float32)[:, None] for f in (np.cos, np.sin))
@@ -117,7 +117,7 @@ def coarse(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: Float
 
 
 def fine(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatArray) -> FloatArray:
-    """The bound of the second order by the listed points, (k,), and that of the first where it is higher."""
+    """The second-order bound from the listed points, (k,), or the first-order one where that is higher."""
     out = np.empty(len(middle))
     k = max(1, BLOCK // (4 * arms.size))
     for i in range(0, len(middle), k):
@@ -141,14 +141,14 @@ def _fine(grid: DistanceGrid, arms: FloatArray, middle: FloatArray, half: FloatA
     delta, h = np.minimum(half[:, 0], np.pi), half[:, 1]
     gamma = 2.0 * np.hypot(arms[:, 0], arms[:, 1]) * np.sin(0.5 * delta)[:, None] + np.sqrt(2.0) * h[:, None]
     plain = np.square(np.clip(np.minimum(d, others) - gamma, 0.0, 1.0))
-    # Another partner: ‖v_j + u‖² − ‖v‖² − 2 v·u ≥ (d_j² − d²) − 2 e u + u², with e its distance from the first.
+    # Another partner: ‖v_j + u‖² − ‖v‖² − 2 v·u ≥ (d_j² − d²) − 2 e u + u², with e its distance from the nearest.
     vx -= v[..., :1]
     vy -= v[..., 1:]
     e = np.sqrt(vx * vx + vy * vy)
     u = np.minimum(gamma[..., None], e)
     squares -= least[..., None]
     squares -= (2.0 * e - u) * u
-    # Likewise the cap, and a point that is not listed; the first itself gains nothing.
+    # Likewise for the cap and for points not listed; the nearest itself gains nothing.
     ends = np.minimum(1.0, np.square(np.maximum(others - gamma, 0.0)))
     base = least + np.minimum(np.minimum(squares.min(axis=-1), 0.0), ends - least - 2.0 * d * gamma)
     linear = (d < 1.0) & (base >= plain)

@@ -1,19 +1,19 @@
-"""Branch and bound in the plane: the best pose of all, with a proof that none is better by more than a gap.
+"""Branch and bound in the plane: the globally best pose, with a proof that none is better by more than a gap.
 
-The objective is the mean of `min(r_i², cap²)` over the source points, r_i the distance to the nearest target
-point: that of `capped-icp`, divided by the number of points. Poses are kept as boxes
-(`solvers.methods.search.bounds`), each with a number below which the objective does not fall in it. A step opens
-the boxes with the lowest bounds, splits them, bounds the parts, and drops every part that cannot hold a pose better
-by more than `gap` than the best one met. That one is a ceiling of the optimum, the lowest bound of any box, dropped
-or left, a floor. When no box is left the two are within `gap`.
+The objective is the mean of `min(r_i², cap²)` over the source points, r_i the distance to the nearest target point:
+that of `capped-icp`, divided by the number of points. Poses are kept as boxes (`solvers.methods.search.bounds`), each
+with a lower bound of the objective within it. A step takes the boxes with the lowest bounds, splits them, bounds the
+parts, and drops every part that cannot hold a pose better by more than `gap` than the best one found. That pose's
+objective is an upper bound of the optimum; the lowest bound of any box, dropped or left, is a lower bound. When no box
+is left, the two are within `gap`.
 
-Ceilings come from capped ICP: in the first step from the start and from the best of a coarse sweep over all poses,
-later whenever the middle of a promising box beats the best. The start plays no other part, unless `turn` or `shift`
-confine the search to its neighbourhood.
+Upper bounds ("ceilings" in the code) come from capped ICP: in the first step from the start and from the best of a
+coarse sweep over all poses, later whenever the middle of a promising box beats the best pose. The start plays no other
+part, unless `turn` or `shift` confine the search to its neighbourhood.
 
-The proof is about the objective, computed in floating point: the coarse bound is lowered by more than float32 can
-lose, the fine one is right to some 1e-12. It says nothing about the truth. Time grows with the number of source
-points; thin large clouds first (`solvers.thinning`).
+The proof concerns the objective, computed in floating point: the coarse bound is lowered by more than float32 can
+lose, and the fine one is right to about 1e-12. It says nothing about the truth. The time grows with the number of
+source points; thin large clouds first (`solvers.thinning`).
 
 References
 ----------
@@ -44,12 +44,12 @@ from solvers.methods.search.distance_grid import DistanceGrid, build
 from solvers.numerics.fits import fit_pairs, typical_radius
 
 CELLS_PER_CAP = 20
-"""The grid's cells to a cap."""
-_FINE = 0.15  # of the cap: boxes that move points by less get the bound of the second order
+"""The grid's cells per cap."""
+_FINE = 0.15  # of the cap: boxes that move points by less get the second-order bound
 _SWEEP_TURNS, _SWEEP_PLACES, _DESCENTS, _DESCENT_STEPS = 72, 5, 12, 60
 FARTHEST = 1e4
-"""Caps that a cloud may span: beyond, boxes small enough to be bounded are too small a part of what is searched."""
-_TRIED = 16  # middles whose objective is looked at in a step
+"""The most caps that a cloud may span; beyond it, boxes small enough to bound are too small a part of the search."""
+_TRIED = 16  # middles whose objective is evaluated in a step
 
 
 @dataclass(frozen=True)
@@ -66,18 +66,15 @@ class BranchAndBoundOptions:
         eighth of the target's RMS radius, the root mean square distance of its points
         from their mean. `result.detail("ground").cap` is the one used.
     gap : float, optional
-        How much lower than the answer's the objective of another pose may at most be,
-        in squared world units. None is the square of a hundredth of the target's RMS
-        radius.
+        The most by which another pose's objective may lie below the result's, in squared world units. None is the
+        square of a hundredth of the target's RMS radius.
     turn : float, default π
-        How far to either side of the start's heading is searched, radians; π is the
-        whole circle.
+        How far to search to either side of the start's heading, radians; π is the whole circle.
     shift : float, optional
-        How far from where the start puts the source's centroid is searched, along x and
-        along y, world units; 0 takes the translation for known. None is wherever any
-        source point can come within the cap of the target.
+        How far to search along x and along y from where the start puts the source's centroid, world units; 0 treats
+        the translation as known. None is wherever any source point can come within the cap of the target.
     boxes : int, default 2048
-        The boxes that a step opens at most.
+        The most boxes that a step splits.
     most : int, default 500000
         The search ends, capped, when more boxes than this are left.
 
@@ -116,10 +113,10 @@ class BranchAndBoundOptions:
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """What one problem is searched on; lengths but for `cap`, `middle` and `mean` are in caps.
+    """The fixed data of one problem's search; lengths other than `cap`, `middle` and `mean` are in caps.
 
-    middle: (2,) the target's, the origin of places. mean: (2,) the source's centroid. arms: (m, 2) the source from
-    there. reach: their root mean square length. root: the box of all poses searched. gap: in squared caps.
+    middle: (2,) the target's, the origin of places. mean: (2,) the source's centroid. arms: (m, 2) the source relative
+    to it. reach: their RMS length. root: the box of all poses searched. gap: in squared caps.
     """
 
     grid: DistanceGrid
@@ -146,16 +143,16 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class BranchAndBoundState:
-    """The boxes that are left and the best pose met; `objective` is at `pose`, the mean capped squared distance.
+    """The boxes left and the best pose found; `objective` is the mean capped squared distance at `pose`.
 
     Attributes
     ----------
     ground : ndarray of object, shape (b,)
-        What each problem is searched on, a `Ground`.
+        The fixed data of each problem's search, a `Ground`.
     boxes : ndarray of object, shape (b,)
-        The boxes left, `Boxes` in caps from the target's middle; `Ground.in_world` puts them into the world.
+        The boxes left, `Boxes` in caps from the target's middle; `Ground.in_world` converts them to world units.
     discarded : ndarray of object, shape (b,)
-        Those that the last step has dropped.
+        The boxes that the last step dropped.
     lower : ndarray of shape (b,)
         No pose searched has a smaller objective.
     dropped : ndarray of shape (b,)
@@ -180,7 +177,7 @@ class BranchAndBoundState:
 
 
 def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundState:
-    """All poses in one box; degenerate where a cloud is one place."""
+    """The state with all poses in one box; degenerate where all points of a cloud coincide."""
     b = problem.size
     ground, boxes, discarded = (np.empty(b, dtype=object) for _ in range(3))
     status, reason = statuses((b,)), reasons((b,))
@@ -209,7 +206,7 @@ def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundSta
 
 
 def step(state: BranchAndBoundState) -> BranchAndBoundState:
-    """Open the boxes with the lowest bounds; drop what cannot matter."""
+    """Split the boxes with the lowest bounds; drop the parts that cannot hold a better pose."""
     b = state.problem.size
     R, t, scale = np.array(state.pose.R), np.array(state.pose.t), np.array(state.pose.scale)
     objective, lower, dropped = state.objective.copy(), state.lower.copy(), state.dropped.copy()
@@ -219,7 +216,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         ground: Ground = state.ground[i]
         unit = ground.cap**2
         first = state.examined[i] == 0
-        # The start may be scaled, and outside what is searched: it is not a ceiling as it stands.
+        # The start may be scaled or lie outside the search, so its objective is not yet a ceiling.
         ceiling = np.inf if first else objective[i] / unit
         best = _sweep(ground, state.problem.start[i], state.problem.source[i]) if first else None
         if best is not None:
@@ -277,9 +274,11 @@ def _lowest(boxes: Boxes, count: int) -> tuple[Boxes, Boxes]:
 
 
 def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
-    """The boxes with their own bounds: the coarse one, and the fine one for small boxes that it does not settle.
+    """The boxes with their own bounds: the coarse one, or the fine one for small boxes that the coarse one does not
+    settle.
 
-    Rounded down to 2⁻⁴⁰ cap²: boxes that a symmetric scene makes equally good are then equal on every machine.
+    Bounds are rounded down to multiples of 2⁻⁴⁰ cap², so that boxes that a symmetric scene makes equally good compare
+    equal on every machine.
     """
     bound = np.maximum(parts.bound, coarse(ground.grid, ground.arms, parts.middle, parts.half))
     moves = 2.0 * ground.reach * np.sin(0.5 * np.minimum(parts.half[:, 0], np.pi)) + np.sqrt(2.0) * parts.half[:, 1]
@@ -292,9 +291,9 @@ def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
 
 
 def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float]:
-    """The best end of capped ICP from the start and from the best poses of a coarse sweep over the root box."""
+    """The best result of capped ICP from the start and from the best poses of a coarse sweep over the root box."""
     (turn, x, y), (delta, half) = ground.root.middle[0], ground.root.half[0]
-    # Beyond the target's own extent a centroid is seldom right, and the sweep is only to give a first ceiling.
+    # A centroid outside the target's own extent is seldom right, and the sweep need only give a first ceiling.
     half = min(half, float(-ground.grid.low.min()))
     turns = turn + delta * (2.0 * (np.arange(_SWEEP_TURNS) + 0.5) / _SWEEP_TURNS - 1.0)
     along = half * np.linspace(-0.8, 0.8, _SWEEP_PLACES)
@@ -306,7 +305,7 @@ def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float
 
 
 def _try_middles(ground: Ground, parts: Boxes, source: FloatArray, ceiling: float) -> tuple[Pose, float] | None:
-    """The end of capped ICP from the middle of the most promising box, if that middle beats the ceiling."""
+    """The result of capped ICP from the best middle of the most promising boxes, if it beats the ceiling."""
     some = parts.of(np.argsort(parts.bound, kind="stable")[:_TRIED])
     poses = ground.pose(some.middle[:, 0], some.middle[:, 1:])
     _, values = _mean_capped(ground, poses.apply(source))
@@ -317,7 +316,7 @@ def _try_middles(ground: Ground, parts: Boxes, source: FloatArray, ceiling: floa
 
 
 def _mean_capped(ground: Ground, moved: FloatArray) -> tuple[tuple[IntArray, FloatArray], FloatArray]:
-    """The nearest rows and distances in caps, (k, m) both, of `moved` (k, m, 2), and the objective (k,) in squared
+    """The nearest rows and distances in caps, (k, m) each, of `moved` (k, m, 2), and the objectives (k,) in squared
     caps.
     """
     rows, squares = ground.index.nearest(moved.reshape(1, -1, 2))
@@ -327,7 +326,7 @@ def _mean_capped(ground: Ground, moved: FloatArray) -> tuple[tuple[IntArray, Flo
 
 
 def _descended(ground: Ground, poses: Pose, source: FloatArray) -> tuple[Pose, float]:
-    """The best pose that capped ICP finds from any of `poses` (k,) within the root box, and its objective."""
+    """The best pose within the root box that capped ICP finds from any of `poses` (k,), and its objective."""
     target = ground.index.points[0]
     best: tuple[Pose, float] | None = None
     inside = _confined(ground, poses)
@@ -350,7 +349,7 @@ def _descended(ground: Ground, poses: Pose, source: FloatArray) -> tuple[Pose, f
 
 
 def _confined(ground: Ground, poses: Pose) -> Pose:
-    """The poses moved into the root box, without scale; unchanged where they lie in it."""
+    """The poses without scale, moved into the root box where they lie outside it."""
     (turn, *place), (delta, half) = ground.root.middle[0], ground.root.half[0]
     at = (poses.R @ ground.mean + poses.t - ground.middle) / ground.cap
     angle = np.arctan2(poses.R[:, 1, 0], poses.R[:, 0, 0])

@@ -1,31 +1,27 @@
-"""Correlative scan matching: the best pose of a whole grid of poses, and its rival.
+"""Correlative scan matching: the best pose of a grid of poses, and the runner-up.
 
-The target is drawn on a grid of square cells and blurred: a cell is worth
-`exp(−d²/2σ²)`, d the distance of its centre from the nearest target point, in 255 steps.
-A pose scores the mean worth of the cells that the moved source points fall in, 0 to 1.
-The poses are those of a grid: angles so close that no point moves by more than a cell
-from one to the next, and translations by whole cells, everywhere that the clouds can
-overlap. The starting pose plays no part unless a window about it is asked for.
+The target is drawn on a grid of square cells and blurred: a cell is worth `exp(−d²/2σ²)`, d the distance of its centre
+from the nearest target point, in 255 steps. A pose scores the mean worth of the cells that the moved source points
+fall in, 0 to 1. The poses form a grid: angles so close that no point moves by more than a cell from one to the next,
+and translations by whole cells, wherever the clouds can overlap. The starting pose plays no part unless a window about
+it is given.
 
-Not every pose of the grid is scored. For one angle a square of 2^h × 2^h translations
-can score at most what the points would if each took the best cell of its own window of
-2^h × 2^h cells, and these maxima are drawn beforehand, one grid for each h. Squares
-whose bound does not exceed the best score so far are dropped, the others are cut in four
-([2]_, here the largest bounds first, many at a time). So the answer is that of trying
-every pose of the grid. It is the grid's best and is not polished: the rest is for a local
-method that starts from it.
+Not every pose of the grid is scored. For one angle, no translation in a square of 2^h × 2^h can score more than if
+each point took the best cell of its own window of 2^h × 2^h cells, and these maxima are computed beforehand, one grid
+per h. Squares whose bound does not exceed the best score so far are dropped; the others are cut in four ([2]_, here the
+largest bounds first, many at a time). The result is therefore the same as from trying every pose of the grid. It is the
+grid's best pose, not polished: that is left to a local method started from it.
 
-A second search gives the *runner-up*, the best pose of the grid that is not a neighbour of
-the best: the root mean square way of the source points from one to the other exceeds
-`apart`. Two scores that are nearly equal are the sign of a scene that looks the same from
-two poses.
+A second search gives the *runner-up*, the best pose of the grid that is not a neighbour of the best: the RMS distance
+of the source points between the two exceeds `apart`. Two nearly equal scores are a sign of a scene that looks the same
+from two poses.
 
 Left out: the covariance of [1]_, and its choice of two resolutions.
 
 References
 ----------
-.. [1] E. B. Olson, "Real-time correlative scan matching", 2009 (the blurred table, the
-   step of the angle). doi:10.1109/ROBOT.2009.5152375
+.. [1] E. B. Olson, "Real-time correlative scan matching", 2009 (the blurred table, the angular step).
+   doi:10.1109/ROBOT.2009.5152375
 .. [2] W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-time loop closure in 2D LIDAR SLAM",
    2016, sec. V (windows of doubling size as bounds). doi:10.1109/ICRA.2016.7487258
 """
@@ -49,32 +45,29 @@ from solvers.methods.search.lattice import WORTH, Lattice, Window, build
 class CorrelativeOptions:
     """Options of `correlative`.
 
-    Points 20 times as far out as their cloud's median point are left out of the search, so that none widens the field;
-    those of the source score nothing.
+    Points more than 20 times as far out as their cloud's median point are left out of the search, so that they do not
+    widen the field; those of the source score nothing.
 
     Parameters
     ----------
     cell : float, optional
-        The side of a cell and the step of the translation, world units. None is the
-        median distance of a target point to its neighbour, or larger where more than
-        256 cells would lie across the field that is searched.
+        The side of a cell and the step in translation, world units. None is the median distance of a target point to
+        its neighbour, or larger if more than 256 cells would lie across the field searched.
     blur : float, default 1.0
         σ of the blur, in cells, 0.3 to 8.
     angle : float, optional
-        The step of the angle, radians, above 0. None is the one that moves the farthest
-        source point by a cell. A step that does not divide the circle is made a little
-        smaller.
+        The angular step, radians, 1e-5 to π. None is the one that moves the farthest source point by one cell. A step
+        that does not divide the circle is made a little smaller.
     shift : float, optional
-        How far along x and y the source's centroid is sought from where the start takes
-        it, world units. None is wherever the clouds can overlap.
+        How far to search along x and y from where the start puts the source's centroid, world units. None is wherever
+        the clouds can overlap.
     turn : float, optional
-        How far the angle is sought from the start's, radians, to either side. None is
-        all the way round.
+        How far to search to either side of the start's angle, radians. None is the whole circle.
     apart : float, default 0.25
-        How far the source points lie from one pose to another, root mean square, that is
-        not a neighbour of it, in root mean square radii of the source.
+        The RMS distance of the source points between two poses beyond which these are not neighbours, in RMS radii of
+        the source.
     per_step : int, default 64
-        Squares that are cut up in a step.
+        The number of squares to cut up in a step.
 
     Raises
     ------
@@ -116,12 +109,11 @@ class CorrelativeOptions:
 class CorrelativeState:
     """The best pose so far; the objective is 1 − its score, (b,).
 
-    lattice: (b,) a `Lattice` each, None where there is none. poses: (b,) of the grid.
-    score: (b,) of the best, 0 to 1. runner_up: the best pose beside it that is not a
-    neighbour, runner_score: (b,); the start and 0 before one is found, or where none is.
-    nodes: (b,) squares and poses scored so far. place, runner_place: (b, 3) angle,
-    column and row of both, −1 before one is found. second: (b,) whether the runner-up
-    is being sought. cut: (b,) squares that this search has cut up or dropped.
+    lattice: (b,) a `Lattice` each, None where there is none. poses: (b,) their number in the grid. score: (b,) of the
+    best, 0 to 1. runner_up: the best other pose that is not a neighbour, runner_score: (b,); the start and 0 until one
+    is found. nodes: (b,) squares and poses scored so far. place, runner_place: (b, 3) angle, column and row of both, −1
+    until found. second: (b,) whether the runner-up is being sought. cut: (b,) squares that the current search has cut
+    up or dropped.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -166,7 +158,7 @@ def _start(problem: Problem, options: CorrelativeOptions) -> CorrelativeState:
 
 @dataclass(frozen=True, eq=False)
 class _Best:
-    """The best place (3,) of a search so far and its sum, −1 before one is found."""
+    """The best place (3,) of a search so far and its sum, −1 until one is found."""
 
     place: IntArray
     total: int
@@ -175,8 +167,8 @@ class _Best:
 def _cut_up(
     lattice: Lattice, squares: IntArray, best: _Best, beside: IntArray | None, apart: float
 ) -> tuple[_Best, int]:
-    """Cut squares of the largest size down to poses, dropping what cannot exceed the best
-    sum; poses beside that at `beside` do not count. The best, and how many were scored.
+    """Cut squares of the largest size down to poses, dropping those that cannot exceed the best sum and ignoring
+    neighbours of the pose at `beside`. Return the best and how many squares were scored.
     """
     sums, count = np.full(len(squares), best.total + 1), 0
     for level in reversed(range(lattice.levels)):
@@ -185,7 +177,7 @@ def _cut_up(
         squares = squares[(squares[:, 1] < lattice.columns) & (squares[:, 2] < lattice.rows)]
         sums, count = lattice.bounds(level, squares), count + len(squares)
         squares, sums = squares[sums > best.total], sums[sums > best.total]
-    if not lattice.levels:  # squares of one translation: they were scored before the search
+    if not lattice.levels:  # squares of one translation: scored before the search
         sums = lattice.bounds(0, squares)
     if beside is not None:
         far = ~lattice.beside(squares, beside, apart)
@@ -197,12 +189,12 @@ def _cut_up(
 
 
 def _step(state: CorrelativeState) -> CorrelativeState:
-    """Cut up the next squares of each problem; where none is left that may hold a better
-    pose, go over to the runner-up, and then stop.
+    """Cut up the next squares of each problem; when none is left that may hold a better pose, go on to the runner-up,
+    then stop.
     """
     problem, options = state.problem, state.options
     b, m = problem.source.shape[:2]
-    # First of the best, then of the runner-up.
+    # Index 0 is the best, index 1 the runner-up.
     R, t = np.stack([state.pose.R, state.runner_up.R]), np.stack([state.pose.t, state.runner_up.t])
     scale = np.stack([state.pose.scale, state.runner_up.scale])
     place, score = np.stack([state.place, state.runner_place]), np.stack([state.score, state.runner_score])

@@ -1,16 +1,16 @@
-"""A grid of the distances to a cloud, and in coarser cells the points that may be nearest.
+"""A grid of the distances to a cloud, with coarser cells that list the points that may be nearest.
 
-The distance to a cloud changes by no more than the query point moves. One number per cell, the distance
-from its middle, is therefore right anywhere in the cell to within half the cell's diagonal, and that number less this
-error is a lower bound. It costs one look-up, whatever the cloud's size.
+The distance to a cloud changes by no more than the query point moves. One number per cell, the distance from its
+middle, is therefore right to within half the cell's diagonal anywhere in the cell, and that number less this error is a
+lower bound. It costs one look-up, whatever the size of the cloud.
 
-Outside the grid the nearest cell on its border answers. That is a lower bound, too: the grid is convex and contains
+Outside the grid, the nearest cell on its border is used. That is a lower bound, too: the grid is convex and contains
 the cloud, so the projection of a point onto it is no farther from any point of the cloud.
 
 References
 ----------
 .. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D ICP point-set registration",
-   2016, sec. 5.1 (there a distance transform takes the place of the nearest neighbour, and its error is neglected).
+   2016, sec. 5.1 (where a distance transform replaces the nearest neighbour, and its error is neglected).
    doi:10.1109/TPAMI.2015.2513405
 """
 
@@ -24,13 +24,13 @@ from solvers.core.arrays import AnyArray, FloatArray
 from solvers.geometry import nearest
 
 WIDE = 5
-"""How many cells are as long as one of the cells that list points."""
+"""The side of a wide cell, one that lists points, in cells."""
 LISTED = 8
-"""How many points such a cell lists."""
+"""How many points a wide cell lists."""
 MOST = 1200
-"""The most cells along either side; beyond it they grow."""
+"""The most cells along either side; if there would be more, the cells grow."""
 ROUNDING = 1e-6
-"""By how much of a coordinate float32 may misplace a point, some roundings together."""
+"""The relative error that a few float32 roundings may make in a coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +46,13 @@ class DistanceGrid:
     shape : tuple of int
         Cells along x and y.
     distances : ndarray of float32, shape (shape[0] · shape[1],)
-        The distance from each cell's middle to the cloud, row by row of equal x.
+        The distance from each cell's middle to the cloud, one row per x.
     error : float
         Half a cell's diagonal.
     listed : ndarray of shape (cells, k, 2)
         The k points nearest to the middle of each wide cell, `WIDE` cells to a side.
     others : ndarray of shape (cells,)
-        The distance from there to the nearest point not listed; infinite where all are.
+        The distance from there to the nearest point not listed; infinite if all are listed.
 
     Examples
     --------
@@ -93,15 +93,15 @@ class DistanceGrid:
         return floor
 
     def look_up(self, x: AnyArray, y: AnyArray) -> AnyArray:
-        """The distances that the cells hold, float32; x, y: (...) float32 in cells from `low`."""
+        """The distances stored in the cells, float32. x, y: (...) float32, in cells from `low`."""
         i = np.clip(x, 0.0, self.shape[0] - 1.0).astype(np.int32)
         i *= np.int32(self.shape[1])
         i += np.clip(y, 0.0, self.shape[1] - 1.0).astype(np.int32)
         return self.distances.take(i)
 
     def candidates(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The points listed for where `points` (..., 2) lie, (..., k, 2), and a lower bound (...) of the distance to
-        all others.
+        """The points listed in the wide cells of `points` (..., 2), (..., k, 2), and a lower bound (...) of the
+        distance to all others.
         """
         wide = self.cell * WIDE
         shape = (self.shape[0] // WIDE, self.shape[1] // WIDE)
@@ -119,7 +119,7 @@ def build(points: FloatArray, cell: float, margin: float) -> DistanceGrid:
     points : ndarray of shape (n, 2)
         The cloud, in a unit in which neither its size nor `cell` is extreme.
     cell : float
-        The side of a cell; larger where there would be more than `MOST` along a side.
+        The side of a cell; enlarged if there would be more than `MOST` along a side.
     margin : float
         How far the grid reaches beyond the cloud.
 
@@ -141,7 +141,7 @@ def build(points: FloatArray, cell: float, margin: float) -> DistanceGrid:
     others = np.sqrt(squares[0, :, k]) if len(points) > k else np.full(len(middles), np.inf)
     step = (np.arange(WIDE) + 0.5 - 0.5 * WIDE) * cell
     distances = np.empty((nx, WIDE, ny, WIDE), dtype=np.float32)
-    # A cell's middle is seen from the wide cell's: all cells of one place within it are done at once.
+    # Cells are placed relative to the middles of the wide cells: those at the same position in each are done at once.
     for i in range(WIDE):
         for j in range(WIDE):
             dx = middles[:, 0, None] + step[i] - listed[..., 0]

@@ -1,9 +1,8 @@
-"""A grid of rotations and translations, and a blurred target that scores them: the ground
-of `correlative`.
+"""A grid of rotations and translations and a blurred target that scores them, for `correlative`.
 
-Angles are taken about the source's centroid, translations by whole cells. A turned point
-keeps its place within its cell under such translations, so its cell is worked out once
-an angle and a pose's score is a sum of look-ups in one table.
+Rotations are about the source's centroid, translations by whole cells. A turned point keeps its position within its
+cell under such translations, so its cell is computed once per angle, and a pose's score is a sum of look-ups in one
+table.
 """
 
 from __future__ import annotations
@@ -20,30 +19,28 @@ from solvers.geometry.downsample import spacing
 from solvers.numerics.fits import strays
 
 WORTH = 255
-"""The worth of a cell with a target point at its centre: whole numbers, so that sums are exact."""
-_ACROSS = 256  # cells across everything, at most, where the size of a cell is not given
+"""The worth of a cell with a target point at its centre. Worths are whole numbers, so that sums are exact."""
+_ACROSS = 256  # the most cells across the whole field if the cell size is not given
 _LEVELS = 4  # the largest window is 2⁴ × 2⁴ cells
-_LONGEST = 2**16  # cells along a side
-_MOST_CELLS = 2**22  # of a table
-_MOST_SQUARES = 2**22  # to bound before the search
-_MOST_PLACES = 2**24  # cells of turned points
-_BLOCK = 2**18  # look-ups at a time
+_LONGEST = 2**16  # the most cells along a side
+_MOST_CELLS = 2**22  # the most in a table
+_MOST_SQUARES = 2**22  # the most to bound before the search
+_MOST_PLACES = 2**24  # the most stored cells of turned points
+_BLOCK = 2**18  # the look-ups done at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """The poses of one problem, and what they are scored by.
+    """The poses of one problem and the tables that score them.
 
-    Lengths are world units over 2^exponent. angles: (k,) radians. columns, rows: the
-    number of translations along x and y. places: (k, m) the cell of every turned source
-    point at translation (0, 0), as a place in a table. tables: of level h = 0, 1, …, each
-    (height · width,), the largest worth in the 2^h × 2^h cells to the right and above.
-    width: of a table. margin: its cells beside `low`, the centroid's place at translation
-    (0, 0), (2,). cell: its side. near: (M,) which of all source points these m are: strays
-    are left out of both clouds. radius: of the source, root mean square. centroid: (2,) of
-    the source, middle: (2,) of the target's box, both in world units. squares: (n, 3)
-    angle, column and row of the largest squares of translations, the one that may hold
-    the highest sum first, and ceilings: (n,) what those sums cannot exceed.
+    Lengths are world units over 2^exponent. angles: (k,) radians. columns, rows: the number of translations along x and
+    y. places: (k, m) the cell of every turned source point at translation (0, 0), as an index into a table. tables: of
+    level h = 0, 1, …, each (height · width,), the largest worth in the 2^h × 2^h cells to the right and above. width:
+    of a table. margin: the table's cells on either side of `low`, (2,), the centroid's position at translation (0, 0).
+    cell: a cell's side. near: (M,) which of the source's points these m are: strays are left out of both clouds.
+    radius: of the source, root mean square. centroid: (2,) of the source, middle: (2,) of the target's box, both in
+    world units. squares: (n, 3) angle, column and row of the largest squares of translations, ordered by falling
+    bound. ceilings: (n,) those upper bounds of the sums.
     """
 
     angles: FloatArray
@@ -65,7 +62,7 @@ class Lattice:
 
     @property
     def levels(self) -> int:
-        """How often the largest squares are cut."""
+        """How many times the largest squares are cut."""
         return len(self.tables) - 1
 
     @property
@@ -74,8 +71,8 @@ class Lattice:
         return len(self.angles) * self.columns * self.rows
 
     def bounds(self, level: int, squares: IntArray) -> IntArray:
-        """The summed worth that each square (n, 3) of angle, column and row, 2^level
-        translations wide, cannot exceed, (n,); at level 0 the sum itself.
+        """The upper bounds, (n,), of the summed worth in each square (n, 3) of angle, column and row, 2^level
+        translations wide; at level 0 the sums themselves.
         """
         table, m = self.tables[level], self.places.shape[1]
         away = (squares[:, 2] * self.width + squares[:, 1]).astype(np.int32)
@@ -89,13 +86,13 @@ class Lattice:
         return sums
 
     def pose(self, place: IntArray) -> tuple[FloatArray, FloatArray]:
-        """R (2, 2) and t (2,), world units, of an angle, column and row."""
+        """R (2, 2) and t (2,), world units, at an angle, column and row."""
         R = _rotation(self.angles[place[0]])
         centre = self.middle + np.ldexp(self.low + self.cell * place[1:], self.exponent)
         return R, centre - R @ self.centroid
 
     def score(self, pose: Pose, source: FloatArray) -> float:
-        """The score, 0 to 1, of any pose of the source (M, 2), on the grid or off it."""
+        """The score, 0 to 1, of the source (M, 2) at any pose, on the grid or off it."""
         moved = np.ldexp(pose.apply(source[self.near]) - self.middle, -self.exponent)
         at = np.floor((moved - self.low) / self.cell) + self.margin
         height = len(self.tables[0]) // self.width
@@ -104,7 +101,7 @@ class Lattice:
         return float(self.tables[0][row * self.width + column].sum() / (WORTH * len(source)))
 
     def beside(self, squares: IntArray, place: IntArray, apart: float) -> BoolArray:
-        """Whether each pose (n, 3) is a neighbour of that at `place`, (n,)."""
+        """Whether each pose (n, 3) is a neighbour of the one at `place`, (n,)."""
         shift = self.cell * (squares[:, 1:] - place[1:])
         arc = 2.0 * self.radius * np.sin(0.5 * (self.angles[squares[:, 0]] - self.angles[place[0]]))
         near: BoolArray = np.square(shift).sum(axis=1) + np.square(arc) <= np.square(apart * self.radius)
@@ -142,8 +139,8 @@ def _tables(points: FloatArray, shape: tuple[int, int], blur: float, levels: int
 
 @dataclass(frozen=True)
 class Window:
-    """What is searched. cell: side, None for the usual one. blur: in cells. angle: step,
-    None for the usual one. shift, turn: about the start, None for everywhere.
+    """The poses to search. cell: its side, None for the default. blur: in cells. angle: the step, None for the
+    default. shift, turn: the range about the start, None for everywhere.
     """
 
     cell: float | None
@@ -154,7 +151,7 @@ class Window:
 
 
 def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -> Lattice | str:
-    """The lattice of one problem (m, 2), (n, 2), or in words why there is none."""
+    """The lattice of one problem (m, 2), (n, 2), or the reason why there is none."""
     near = ~strays(source[None])[0]
     source, target = source[near], target[~strays(target[None])[0]]
     clouds = _centred(source, target)
@@ -189,10 +186,10 @@ def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -
 
 @dataclass(frozen=True, eq=False)
 class _Clouds:
-    """Both clouds about a middle of their own, over 2^exponent.
+    """Both clouds, each about its own middle, divided by 2^exponent.
 
-    source: (m, 2) about its centroid, (2,) in world units. target: (n, 2) about the middle of its box, likewise. half:
-    (2,) half the sides of that box. lengths: (m,) how far each source point is from the centroid.
+    source: (m, 2) about `centroid`, (2,) in world units. target: (n, 2) about `middle`, (2,), that of its box,
+    likewise. half: (2,) half the sides of that box. lengths: (m,) each source point's distance from the centroid.
     """
 
     source: FloatArray
@@ -205,12 +202,12 @@ class _Clouds:
 
     @property
     def farthest(self) -> float:
-        """How far a source point reaches when it is turned."""
+        """The largest distance of a source point from the centroid."""
         return float(self.lengths.max())
 
 
 def _centred(source: FloatArray, target: FloatArray) -> _Clouds | str:
-    """The clouds about their middles, or in words why they cannot be turned."""
+    """The clouds about their middles, or the reason why no rotation can be found."""
     centroid = source.min(axis=0) + (source - source.min(axis=0)).mean(axis=0)
     low, high = target.min(axis=0), target.max(axis=0)
     middle = low + 0.5 * (high - low)
@@ -225,8 +222,8 @@ def _centred(source: FloatArray, target: FloatArray) -> _Clouds | str:
 
 
 def _cell(clouds: _Clouds, window: Window) -> float | str:
-    """The side of a cell: as given, or the target's spacing, unless that makes too many; or in words why it will not
-    do.
+    """The side of a cell: as given, or the target's spacing, enlarged if there would be too many cells; or the reason
+    why the cells do not suit the clouds.
     """
     across = float(clouds.half.max()) + clouds.farthest
     if window.cell is None:
@@ -243,7 +240,7 @@ def _cell(clouds: _Clouds, window: Window) -> float | str:
 
 @dataclass(frozen=True, eq=False)
 class _Shifts:
-    """The translations: `columns` by `rows` of them, by whole cells from `corner`, (2,)."""
+    """The translations: `columns` by `rows` of them, in whole cells from `corner`, (2,)."""
 
     corner: FloatArray
     columns: int
@@ -251,7 +248,7 @@ class _Shifts:
 
 
 def _shifts(clouds: _Clouds, cell: float, start: Pose, window: Window) -> _Shifts | str:
-    """The translations at which the clouds can overlap, or in words why there are none."""
+    """The translations at which the clouds can overlap, or the reason why there are none."""
     reach = clouds.half + clouds.farthest
     if window.shift is None:
         centre, most = np.zeros(2), float(reach.max())
@@ -267,7 +264,7 @@ def _shifts(clouds: _Clouds, cell: float, start: Pose, window: Window) -> _Shift
 
 
 def _angles(clouds: _Clouds, cell: float, start: Pose, window: Window) -> FloatArray:
-    """The angles (k,): a usual step moves the farthest point by a cell."""
+    """The angles (k,); the default step moves the farthest point by one cell."""
     step = window.angle or 2.0 * np.arcsin(0.5 * cell / clouds.farthest)
     if window.turn is None:
         count = np.ceil(2.0 * np.pi / step * (1.0 - 1e-12))
@@ -283,7 +280,7 @@ def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
 
 
 def _begun(lattice: Lattice) -> Lattice:
-    """The lattice with its largest squares, in order."""
+    """The lattice with its largest squares, ordered by falling bound."""
     size = 2**lattice.levels
     counts = (len(lattice.angles), 1), (lattice.columns, size), (lattice.rows, size)
     axes = [np.arange(0, count, step, dtype=np.int64) for count, step in counts]

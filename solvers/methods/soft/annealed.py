@@ -1,22 +1,20 @@
 """Annealed soft targets.
 
-Every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+Every moving point is drawn to a weighted mean of the fixed ones, with weights that sharpen as the run proceeds.
 
 With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no
 partner', point i has
 
     weights   w_ij = K_ij / (Σ_k K_ik + o),   support   s_i = Σ_j w_ij,   target   Σ_j w_ij q_j / s_i.
 
-A step fits a rigid motion to the targets, each row weighted by its support, rows below
-`least_support` dropped; then σ shrinks (`solvers.numerics.radius_pairs`, whose course of fit and
-schedule this is; here over all pairs).
+A step fits a rigid motion to the targets, each row weighted by its support, rows below `least_support` dropped; then σ
+shrinks. Fit and schedule are those of `solvers.numerics.radius_pairs`, but over all pairs.
 
-A heuristic, and not CPD: it is normalised over the fixed points for each moving one,
-CPD the other way round; its o does not scale with σ or with the number of points, so
-the weight of 'no partner' moves with both; and σ follows a schedule, whatever the fit.
-At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
-which the fitted sum of squares is a bound that touches it; over a run σ and the dropped
-rows change.
+This is a heuristic, not CPD: weights are normalised over the fixed points for each moving one, in CPD the other way
+round; o does not scale with σ or with the number of points, so the weight of 'no partner' varies with both; and σ
+follows a schedule, whatever the fit. At a fixed σ and with no row dropped, a step never raises
+`−σ² Σ_i log(1 + Σ_j K_ij / o)`, for which the fitted sum of squares is a majoriser; over a run, σ and the dropped rows
+change.
 
 In the manner of [1]_, whose assignment is doubly normalised; this one is not.
 
@@ -46,18 +44,18 @@ class SoftOptions:
     Parameters
     ----------
     first : float, optional
-        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+        The first σ, world units. None is 0.3 of the target's RMS radius.
     last : float, optional
-        Where σ ends, world units. None is 0.03 of that radius.
+        The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        What σ is multiplied by at every step, until its end; above 0 up to 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
     miss : float, default 0.12
-        o, the score of having no partner, beside kernels of at most 1.
+        o, the score of having no partner; kernels are at most 1.
     least_support : float, default 0.15
-        Source points whose support is less are not fitted.
+        Source points with less support are left out of the fit.
     tolerance : float, default 1e-4
-        It stops when σ has reached its end and a step moves the source points, root
-        mean square, by at most this fraction of their RMS radius.
+        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
+        of their RMS radius.
 
     Raises
     ------
@@ -121,9 +119,7 @@ def _step(state: SoftState) -> SoftState:
 
 
 def weights(state: SoftState, i: int = 0) -> FloatArray:
-    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its
-    rows add up to the support.
-    """
+    """The matrix w (m, n) of problem i at the state's pose and σ, for figures; its rows sum to the support."""
     moved = state.pose[i].apply(state.problem.source[i])
     return gaussians.share_matrix(moved, state.problem.target[i], float(state.sigma[i]), state.options.miss)
 

@@ -1,23 +1,20 @@
 """One-to-one association by loopy belief propagation.
 
-How likely is it that this point is that one, given the others?
+How likely is it that a source point is a given target point, given all the others?
 
-Each source point is one target point or missed, each target point is at most one source
-point; an association a has the weight `Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ
-the Gaussian score, ψ₀ the miss score. The marginal `P(a_i = j)` sums over exponentially
-many associations; the messages of Williams and Lau approach it in a few sweeps:
+Each source point is one target point or missed, and each target point is at most one source point. An association a has
+the weight `Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ the Gaussian score, ψ₀ the miss score. The marginal
+`P(a_i = j)` sums over exponentially many associations; the messages of Williams and Lau approximate it in a few sweeps:
 
     μ_{i→j} = ψ_ij / (ψ₀ + Σ_{k≠j} ψ_ik ν_{k→i}),   ν_{j→i} = 1 / (1 + Σ_{l≠i} μ_{l→j}),
     P(a_i = j) ≈ ψ_ij ν_{j→i} / (ψ₀ + Σ_k ψ_ik ν_{k→i}).
 
-They are exact where the pairs of positive score form no loop, once the sweeps have
-crossed the tree, and an approximation on loops: at 2 × 2 the error reaches 0.1 (tests
-enumerate). The sweeps converge from any start to one fixed point (the paper's theorem).
-The marginals are the weights of a rigid fit, at a width σ that shrinks.
+If the pairs of positive score form no loop, they are exact once the sweeps have crossed the tree; with loops they are
+approximate: at 2 × 2 the error reaches 0.1 (checked by enumeration in the tests). The sweeps converge from any start to
+one fixed point (the paper's theorem). The marginals are the weights of a rigid fit, at a width σ that shrinks.
 
-This borrows the association step of a tracker and is not a tracker: no motion model, no
-existence, no clutter model beyond a weight of one. Independently sampled surfaces need
-not match one to one at all.
+This borrows the association step of a tracker but is not a tracker: it has no motion model, no existence, and no
+clutter model beyond a weight of one. Independently sampled surfaces need not match one to one at all.
 
 References
 ----------
@@ -48,22 +45,22 @@ class BpOptions:
     Parameters
     ----------
     first : float, optional
-        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+        The first σ, world units. None is 0.3 of the target's RMS radius.
     last : float, optional
-        Where σ ends, world units. None is 0.03 of that radius.
+        The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        What σ is multiplied by at every step, until its end; above 0 up to 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
     reach : float, default 4.0
-        Pairs farther apart than this many σ have no score.
+        Pairs farther apart than this many σ score nothing.
     miss : float, default 0.12
-        ψ₀, the score of having no partner, beside scores of at most 1.
+        ψ₀, the score of having no partner; pairs score at most 1.
     sweeps : int, default 6
-        How often the messages go to and fro at every step.
+        How many times the messages go back and forth at every step.
     least_support : float, default 0.15
-        Source points whose marginals sum to less are not fitted.
+        Source points whose marginals sum to less are left out of the fit.
     tolerance : float, default 1e-5
-        It stops when σ has reached its end and a step moves the source points, root
-        mean square, by at most this fraction of their RMS radius.
+        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
+        of their RMS radius.
 
     Raises
     ------
@@ -95,9 +92,7 @@ class BpOptions:
 
 @dataclass(frozen=True, eq=False)
 class BpState:
-    """The fields of `radius_pairs.Scheduled`, and taken: (b, n), the marginals of
-    each target point summed.
-    """
+    """The fields of `radius_pairs.Scheduled`, and taken: (b, n) the sum of each target point's marginals."""
 
     problem: Problem = field(metadata=CONSTANT)
     options: BpOptions = field(metadata=SHARED)
@@ -117,14 +112,13 @@ class BpState:
 
 
 def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> FloatArray:
-    """The marginals of the listed pairs, (e,), from their scores psi (e,), after so
-    many sweeps from uninformed messages. Written with
-    `ω = ψ ν = ψ / (1 + Σ_l μ_l − μ)`, so that a sweep divides twice.
+    """The marginals of the listed pairs, (e,), from their scores psi (e,), after `sweeps` sweeps from uninformed
+    messages. Written with `ω = ψ ν = ψ / (1 + Σ_l μ_l − μ)`, so that a sweep needs only two divisions.
     """
     omega, mu, work = psi.copy(), np.empty_like(psi), np.empty_like(psi)
     for _ in range(sweeps):
         np.subtract(pairs.along(pairs.row_sums(omega) + miss), omega, out=work)
-        # At least the miss score remains, whatever rounding says.
+        # At least the miss score must remain, whatever the rounding.
         np.maximum(work, miss, out=work)
         np.divide(psi, work, out=mu)
         np.take(pairs.column_sums(mu) + 1.0, pairs.column, out=work, mode="clip")
@@ -136,8 +130,7 @@ def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> Fl
 
 
 def bp_marginals(scores: ArrayLike, miss: float = 0.12, sweeps: int = 6) -> FloatArray:
-    """P(a_i = j) by belief propagation, (m, n), for the scores ψ (m, n), not negative;
-    ψ₀ is `miss`.
+    """P(a_i = j) by belief propagation, (m, n), for the non-negative scores ψ (m, n); ψ₀ is `miss`.
 
     Raises ValueError unless the scores are a matrix and the miss score is positive.
     """
@@ -154,7 +147,7 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
     """P(a_i = j) exactly, (m, n), by summing over all one-to-one associations;
     arguments as in `bp_marginals`.
 
-    It enumerates sets of taken columns, 2ⁿ of them: n is at most 16, else ValueError.
+    It enumerates the 2ⁿ sets of taken columns and raises ValueError for n above 16.
     """
     psi = _matrix(scores, miss)
     m, n = psi.shape
@@ -163,7 +156,7 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
     sets = np.arange(2**n)
 
     def onward(weight: FloatArray, i: int) -> FloatArray:
-        """The weights of all sets of taken columns after row i has been added."""
+        """The weights of all sets of taken columns after adding row i."""
         after = miss * weight
         for j in range(n):
             free = sets[(sets >> j) & 1 == 0]
@@ -179,8 +172,7 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
     out = np.zeros((m, n))
     for i in range(m):
         first, rest = ahead[i], behind[m - 1 - i]
-        # Associations of the other rows that leave column j free: pairs of disjoint
-        # sets, summed over subsets.
+        # The associations of the other rows that leave column j free: pairs of disjoint sets, summed over subsets.
         below = _subset_sums(rest, n)
         for j in range(n):
             free = sets[(sets >> j) & 1 == 0]
@@ -190,7 +182,7 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
 
 
 def _subset_sums(values: FloatArray, n: int) -> FloatArray:
-    """For every set of n columns the sum of the values of its subsets."""
+    """For every subset of the n columns, the sum of the values of its subsets."""
     out = values.reshape((2,) * n).copy() if n else values.copy()
     for axis in range(n):
         np.cumsum(out, axis=axis, out=out)
@@ -214,9 +206,7 @@ def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
 
 
 def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
-    """The marginals (m, n) of problem i of the state, at its pose and width: for a
-    figure.
-    """
+    """The marginals (m, n) of problem i at the state's pose and width, for figures."""
     one: BpState = take(state, np.array([i]))
     pairs, p = _listed(one)
     out = np.zeros((pairs.rows, pairs.columns))

@@ -1,18 +1,19 @@
 """Coherent point drift, rigid and similarity: the moved points are the centres of a
 Gaussian mixture that explains the fixed cloud, fitted by expectation and maximisation.
 
-Here Y, of M points, moves and X, of N points, stays: the observations are the fixed points, the components the moving.
-With one standard deviation σ for all, and a uniform part of weight w for clutter, the responsibility of component m for
-observation n is
+Here Y, of M points, moves and X, of N points, stays fixed: the fixed points are the observations, the moving points
+the components. With one standard deviation σ for all components and a uniform part of weight w for clutter, the
+responsibility of component m for observation n is
 
     P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
     c = (2πσ²)^{d/2} w M / ((1 − w) V),
 
-V the volume over which the clutter is spread, uᵈ: `volume`, or else that of the square (the cube) in which evenly
-spread points have the fixed cloud's RMS radius r, `V = (√(12/d) r)ᵈ`: a choice of this package, so that the answer has
-no unit. The paper writes 1/N for the density, which is `volume=len(target)` for clouds of unit variance.
+V the volume over which the clutter is spread, uᵈ: `volume`, or by default that of the square (or cube) in which evenly
+spread points have the fixed cloud's RMS radius r, `V = (√(12/d) r)ᵈ`. That is a choice of this package, which makes the
+result independent of the unit. The paper writes 1/N for the density, which is `volume=len(target)` for clouds of unit
+variance.
 
-One step maximises for the responsibilities at hand, then finds those at the new pose, so a state's pose, σ,
+One step maximises for the current responsibilities, then computes those at the new pose, so a state's pose, σ,
 responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages of a step (`STAGES`) are
 
 1. responsibilities: P as above, at the state's pose and σ
@@ -23,8 +24,8 @@ responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages
 
 The objective is the negative log-likelihood of the fixed cloud under mixture and clutter. It never rises: each step is
 an exact EM step; σ need not fall at every step. The variance is summed from residuals, never from the difference of
-traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks of the fixed points: P is
-stored only where `responsibilities` is called, for a figure.
+traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks of the fixed points; P
+is stored only by `responsibilities`, for figures.
 
 Left out: the affine and non-rigid forms and the fast Gauss transform.
 
@@ -53,7 +54,7 @@ from solvers.numerics import gaussians
 from solvers.numerics.fits import clutter_constant, pair_width, rms_radius, spread_volume, typical_radius
 
 STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
-"""What one step does, in order, by the names that a walkthrough shows."""
+"""The stages of a step, in order, as named in a walkthrough."""
 
 FLOOR = 1e-6
 """The smallest σ, as a fraction of the fixed cloud's RMS radius."""
@@ -71,15 +72,14 @@ class CpdOptions:
     clutter : float, default 0.1
         The weight w of the uniform part, 0 ≤ w < 1.
     volume : float, optional
-        Over what it is spread, V in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS radius: the square or cube that
-        evenly spread points of that radius fill. The paper's convention is the number of target points.
+        The volume V over which it is spread, in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS radius: the square or
+        cube that evenly spread points of that radius fill. The paper's convention is the number of target points.
     sigma : float, optional
-        The first σ, world units. None takes it from all distances,
-        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`, without those of strays, 20 times as far out
-        as the median point.
+        The first σ, world units. None takes it from all distances, `√(Σ_mn ‖x_n − T y_m‖² / M N d)`, leaving out
+        strays, points more than 20 times as far out as the median point.
     tolerance : float, default 1e-5
-        It stops when a step moves the moving points, root mean square, by at most this
-        fraction of their RMS radius and changes σ by at most this fraction.
+        The run stops when a step's RMS motion of the moving points is at most this fraction of their RMS radius and σ
+        changes by at most this fraction.
 
     Raises
     ------
@@ -110,13 +110,12 @@ class CpdOptions:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Both clouds about their centres and in one unit, a power of two, in which no
-    number at the start exceeds one: so that neither huge nor tiny clouds leave the
-    range of numbers.
+    """Both clouds about their centres and in a common unit, a power of two, in which no coordinate at the start
+    exceeds one, so that neither huge nor tiny clouds leave the range of float64.
 
-    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,). lifted (b, m, 1 + d): 1 and the
-    moving points, so that one product takes all moments. radius (b,): RMS radius of the moving cloud, in the unit. blur
-    (b,): rounding of the coordinates as they came, in the unit. floor (b,): of σ.
+    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,). lifted (b, m, 1 + d): 1 and
+    the moving points, so that one product gives all moments. radius (b,): RMS radius of the moving cloud, in the unit.
+    blur (b,): rounding error of the input coordinates, in the unit. floor (b,): the smallest σ, in the unit.
     """
 
     moving: FloatArray
@@ -132,13 +131,12 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class CpdState:
-    """A pose, σ, and what the responsibilities at them add up to; the objective is the
-    negative log-likelihood there.
+    """A pose, σ, and the sums of the responsibilities at them; the objective is the negative log-likelihood there.
 
-    sigma: (b,) world units. mass: (b,) N_P. row: (b, n) Σ_m P_mn, how much of each fixed point is explained rather than
-    clutter. change: (b,) how far the last step moved the points, root mean square, over their RMS radius. The rest is
-    in the units of `frame`: t of the pose, σ, the moved points, `moments` (b, 1 + d, m) Σ_n P_mn and Σ_n P_mn x_n, and
-    `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
+    sigma: (b,) world units. mass: (b,) N_P. row: (b, n) Σ_m P_mn, how much of each fixed point is explained by the
+    moving points rather than by clutter. change: (b,) how far the last step moved the points, root mean square, over
+    their RMS radius. The rest is in the units of `frame`: t of the pose, σ, the moved points, `moments` (b, 1 + d, m)
+    Σ_n P_mn and Σ_n P_mn x_n, and `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -189,9 +187,9 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         shift = (arm + start.t - frame.centre_fixed) / frame.unit[:, None]
         moved = Pose.trusted(start.R, shift, start.scale).apply(frame.moving)
         width = pair_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
-        # In the frame's unit too.
+        # The volume, also in the frame's unit.
         option = options.volume
-        with np.errstate(divide="ignore", over="ignore"):  # what no float64 holds is clipped
+        with np.errstate(divide="ignore", over="ignore"):  # values out of float64's range are clipped
             volume = spread_volume(frame.fixed) if option is None else np.clip(option / frame.unit**d, 1e-300, 1e300)
         c = clutter_constant(options.clutter, m, volume, d)
     nothing = np.zeros(b)
@@ -209,9 +207,7 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
 def _expect(
     state: CpdState, pose: Pose, shift: FloatArray, moved: FloatArray, width: FloatArray, change: FloatArray
 ) -> CpdState:
-    """The state at another pose and σ: the sums of its responsibilities, and its
-    likelihood.
-    """
+    """The state at another pose and σ, with the sums of its responsibilities and its likelihood (the E-step)."""
     frame = state.frame
     n, d = frame.fixed.shape[1:]
     with np.errstate(over="ignore", under="ignore"):
@@ -234,7 +230,7 @@ def _empty(state: CpdState) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Maximum:
-    """Where the M-step leads, in the frame's units; `free` where it keeps the rotation."""
+    """The result of the M-step, in the frame's units; `free` where the rotation is undetermined and kept."""
 
     mean_moving: FloatArray
     mean_fixed: FloatArray
@@ -251,8 +247,8 @@ class _Maximum:
 
 def _maximise(state: CpdState) -> _Maximum:
     frame, moments, mass = state.frame, state.moments, state.mass
-    # Σ P_mn (1, x_n)ᵀ (1, y_m): no coordinate exceeds 1, so centring afterwards costs no
-    # more than the rounding that `free` allows for.
+    # Σ P_mn (1, x_n)ᵀ (1, y_m): no coordinate exceeds 1, so centring afterwards loses no more than the rounding that
+    # `free` allows for.
     whole = moments @ frame.lifted
     means = whole / mass[:, None, None]
     mean_x, mean_y = means[:, 1:, 0], means[:, 0, 1:]
@@ -320,7 +316,7 @@ def _why(state: CpdState, i: int) -> str:
 
 
 def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
-    """P (m, n) of problem i, moving points in rows: what columns lack of 1 is clutter's."""
+    """P (m, n) of problem i, moving points in rows; what a column lacks of 1 is clutter's share."""
     frame = state.frame
     with np.errstate(over="ignore", under="ignore"):
         c = min(float(state.clutter[i] * state.width[i] ** frame.fixed.shape[2]), 1e300)
@@ -329,7 +325,7 @@ def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """One step of one problem in its stages, in world units; the fields follow `STAGES`.
+    """The stages of one step of one problem, in world units; the fields follow `STAGES`.
 
     responsibilities (m, n). mean_moving, mean_fixed (d,); centred_moving (m, d),
     centred_fixed (n, d). correlation H, rotation (d, d). translation (d,).
@@ -349,7 +345,7 @@ class Stages:
 
 
 def stages(state: CpdState, i: int = 0) -> Stages:
-    """What the next step of problem i does, by the very functions that do it."""
+    """The stages of the next step of problem i, from the same functions that perform it."""
     frame, problem, after = state.frame, state.problem, _step(state)
     to = _maximise(state)
     unit = frame.unit[i]

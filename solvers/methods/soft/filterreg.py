@@ -1,34 +1,30 @@
 """FilterReg: a Gaussian mixture on the fixed cloud, queried through a filter.
 
-The query of a moving point returns where it belongs.
+A query at a moving point returns where that point belongs.
 
-The roles are swapped against CPD: the N fixed points y_j are the components, the M
-moving points x_i = T p_i the observations. With the moments at a query,
-`m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
-`K_ij = exp(−‖x_i − y_j‖² / 2σ²)`, which a filter gives for all queries at once,
+Compared with CPD the roles are swapped: the N fixed points y_j are the components, the M moving points x_i = T p_i the
+observations. With the moments at a query, `m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
+`K_ij = exp(−‖x_i − y_j‖² / 2σ²)`, which a filter computes for all queries at once,
 
     target μ_i = m¹/m⁰,   weight W_i = m⁰ / (m⁰ + c),
     c = (2πσ²)^{d/2} w N / ((1 − w) V),
 
-w the weight of the clutter and V the volume it is spread over. Clutter is here among
-the moving points. Where `volume` does not give V it is `6 r²`, the square in which
-evenly spread points have the fixed cloud's RMS radius r: a choice of this package, so
-that the answer does not depend on the unit of length. The stages of a step (`STAGES`) are
+w the weight of the clutter and V the volume it is spread over. Here the clutter is among the moving points. By default
+V is `6 r²`, the square in which evenly spread points have the fixed cloud's RMS radius r: a choice of this package,
+which makes the result independent of the unit of length. The stages of a step (`STAGES`) are
 
-1. density: the fixed points' values 1, y, ‖y‖² are put where the filter can reach them
-   (`solvers.numerics.kernel_filters`)
+1. density: the fixed points' values 1, y, ‖y‖² are entered into the filter (`solvers.numerics.kernel_filters`)
 2. filter: blurred with width σ; both are repeated only when σ has changed
 3. query: m⁰, m¹, m² at the moving points, hence μ and W
-4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly;
-   and σ: by a schedule, or as `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)`
-   with the points moved and the moments at hand
+4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly; and σ: by a schedule, or as
+   `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)` with the moved points and the current moments
 
 The objective is the negative log-likelihood of the moving points under mixture and
 clutter, with the filter's m⁰. It need not fall: a linearised step, an approximate
 filter or a scheduled σ is not exact EM.
 
-Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out:
-articulated and deformable models, point to plane, features beside the coordinates.
+Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out: articulated and deformable models,
+point-to-plane residuals, features besides the coordinates.
 
 References
 ----------
@@ -57,8 +53,9 @@ STAGES = ("density", "filter", "query", "twist")
 VARIANCES = ("estimated", "scheduled")
 
 _RESOLVED = {"lattice": 0.01}
-"""The fraction of σ that a filter's estimate does not resolve: the lattice is rebuilt at every σ, and the estimate
-differs by half a hundredth, root mean square, though the pose is the same."""
+"""The relative change in σ below which a filter's estimate is noise: the lattice is rebuilt at every σ, and its
+estimate then differs by 0.5 % RMS even at the same pose.
+"""
 
 _NOTHING = "the clutter explains every moving point: no weight is left"
 
@@ -67,7 +64,7 @@ _NOTHING = "the clutter explains every moving point: no weight is left"
 class FilterRegOptions:
     """Options of `filterreg`.
 
-    A σ finer than a filter can be is raised to that.
+    A σ too small for the filter is raised to the smallest that it supports.
 
     Parameters
     ----------
@@ -76,26 +73,23 @@ class FilterRegOptions:
     variance : str, default "estimated"
         "estimated" at every step, or "scheduled".
     first : float, optional
-        The first σ, world units. None is, where it is estimated, √ of the mean squared
-        difference in a coordinate over all pairs, those of points 20 times as far out as
-        their cloud's median point left out; where it is scheduled, 0.3 of the target's RMS
+        The first σ, world units. If σ is estimated, None is the RMS difference per coordinate over all pairs, leaving
+        out points more than 20 times as far out as their cloud's median point; if scheduled, 0.3 of the target's RMS
         radius.
     last : float, optional
-        The least σ, world units. None is 0.001 of the target's RMS radius where it is
-        estimated, 0.03 where it is scheduled.
+        The least σ, world units. None is 0.001 of the target's RMS radius if σ is estimated, 0.03 if scheduled.
     shrink : float, default 0.9
-        What a scheduled σ is multiplied by after every step, above 0 up to 1.
+        The factor by which a scheduled σ shrinks after every step, above 0, at most 1.
     clutter : float, default 0.25
         w, the weight of clutter among the moving points, 0 < w < 1.
     volume : float, optional
-        V that the clutter is spread over, u². None is `6 r²`, r the target's RMS
-        radius: the square that evenly spread points of that radius fill. CPD's
-        convention, with the roles swapped, is M, the number of source points.
+        V, the area over which the clutter is spread, u². None is `6 r²`, r the target's RMS radius: the square that
+        evenly spread points of that radius fill. CPD's convention, with the roles swapped, is M, the number of source
+        points.
     tolerance : float, default 1e-4
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius, and σ is at its last or has changed by at most
-        this fraction. With the lattice, an estimated σ that differs by at most 1 % from
-        the one before counts as equal to it, and that one is kept.
+        The run stops when a step's RMS motion of the source points is at most this fraction of their RMS radius, and σ
+        is at its last value or has changed by at most this fraction. With the lattice, an estimated σ within 1 % of the
+        previous one counts as equal, and the previous one is kept.
 
     Raises
     ------
@@ -135,15 +129,14 @@ class FilterRegOptions:
 
 @dataclass(frozen=True, eq=False)
 class FilterRegState:
-    """A pose, σ, and what the filter says there.
+    """A pose, σ, and the filter's results there.
 
-    volume: (b,) V, u². sigma: (b,) world units, last: (b,) its least. filters: (b,) of
-    `kernel_filters.Filter`. moved: (b, m, 2) x. mass: (b, m) m⁰. targets: (b, m, 2) μ,
-    the point itself where no component is within the filter's reach. spread: (b, m)
-    m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates
-    together. weights: (b, m) W. twist: (b, 3) of the last step, (v, ω) about the
-    weighted centroid; world units and radians. condition: (b,) of its system. change:
-    (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
+    volume: (b,) V, u². sigma: (b,) world units, last: (b,) its least. filters: (b,) of `kernel_filters.Filter`. moved:
+    (b, m, 2) x. mass: (b, m) m⁰. targets: (b, m, 2) μ, or the point itself if no component is within the filter's
+    reach. spread: (b, m) m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates together.
+    weights: (b, m) W. twist: (b, 3) of the last step, (v, ω) about the weighted centroid; world units and radians.
+    condition: (b,) of its system. change: (b,) how far it moved the points, root mean square, over their RMS radius
+    `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -193,13 +186,13 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
 
 
 def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
-    # Beyond the numbers whose squares can be added up, σ stays where it can.
+    # Keep σ in a range in which squares can still be summed.
     return np.clip(np.where(np.isfinite(sigma), sigma, last), last, np.maximum(last, 1e149))
 
 
 def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState:
-    """The state at another pose and σ: filters rebuilt where σ has changed, and
-    asked; degenerate without weight.
+    """The state at another pose and σ: rebuild the filters where σ has changed, and query them; degenerate if no
+    weight is left.
     """
     problem, options = state.problem, state.options
     n, m = problem.target.shape[1], problem.source.shape[1]

@@ -1,6 +1,6 @@
 """GMMReg: the L2 distance between two Gaussian mixtures.
 
-One component per point; minimised while the width shrinks.
+One component per point; the distance is minimised while the width shrinks.
 
 With every point a Gaussian of covariance σ² I and uniform weights, the squared L2
 distance of the two densities is, in closed form,
@@ -8,17 +8,14 @@ distance of the two densities is, in closed form,
     E(T) = ∫ (f_T − g)² = (4πσ²)^{−d/2} (k_xx / M² − 2 k_xy / MN + k_yy / N²),
     k_xy = Σ_ij exp(−‖T p_i − q_j‖² / 4σ²),
 
-so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2
-σ, up to the factor in front: no association, no expectation step. A rigid motion leaves
-k_xx as it is. A step is one of Newton's method with gradient and Hessian in closed
-form, damped, capped at one ℓ and shortened until E falls. In lengths of ℓ, u_ij = x_i −
-q_j, `J_i = [I, K/ρ]` (`solvers.numerics.gauss_newton`), with k = K_ij: the gradient of −k_xy is
-`Σ k J_iᵀ u_ij`, its Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, and in the angle's
-place also `−Σ k u_ij·(x_i − c)/ρ²`.
+so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2 σ, up to the factor in front: no
+association, no expectation step. A rigid motion leaves k_xx unchanged. A step is a Newton step with gradient and
+Hessian in closed form, damped, capped at one ℓ and shortened until E falls. In units of ℓ, with u_ij = x_i − q_j,
+`J_i = [I, K/ρ]` (`solvers.numerics.gauss_newton`), and k = K_ij, the gradient of −k_xy is `Σ k J_iᵀ u_ij` and its
+Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, plus `−Σ k u_ij·(x_i − c)/ρ²` in the angle's entry.
 
-When a stage has come to rest σ shrinks, and E becomes a different function: within a
-stage it never rises. Left out: unequal weights and covariances, and the non-rigid forms.
-Planar.
+When a stage has come to rest, σ shrinks and E becomes a different function; within a stage it never rises. Left out:
+unequal weights and covariances, and the non-rigid forms. Planar.
 
 References
 ----------
@@ -45,27 +42,27 @@ from solvers.numerics import gauss_newton, gaussians, newton
 from solvers.numerics.fits import rms_motion, rms_radius, typical_radius
 
 _HALVINGS = 12
-_FINEST = 1e-6  # of the clouds' extent: below it no two points of a fit see each other
+_FINEST = 1e-6  # of the clouds' extent: with a smaller σ no points of the two clouds would interact
 
 
 @dataclass(frozen=True)
 class GmmRegOptions:
     """Options of `gmmreg`.
 
-    A stage ends, too, when no step lowers E.
+    A stage also ends when no step lowers E.
 
     Parameters
     ----------
     first : float, optional
-        Where σ starts, world units. None is 0.4 of the target's RMS radius, or of the
-        source's where the target's points are equal.
+        The first σ, world units. None is 0.4 of the target's RMS radius, or of the source's if all target points are
+        equal.
     last : float, optional
-        Where σ ends, world units. None is 0.05 of that radius.
+        The last σ, world units. None is 0.05 of that radius.
     shrink : float, default 0.5
-        What σ is multiplied by after every stage, above 0 and below 1.
+        The factor by which σ shrinks after every stage, above 0 and below 1.
     coarse : float, default 1e-2
-        A stage before the last ends when a step moves the source points, root mean
-        square, by at most this fraction of their RMS radius.
+        A stage before the last ends when a step's RMS motion of the source points is at most this fraction of their
+        RMS radius.
     tolerance : float, default 1e-6
         The same fraction for the last stage.
 
@@ -100,12 +97,10 @@ class GmmRegOptions:
 class GmmRegState:
     """A pose, σ, and E there (the objective, in 1/u²).
 
-    sigma: (b,) world units, last: (b,) its end. moved: (b, m, 2). overlap: (b, m) Σ_j
-    K_ij / N, how much of the fixed mixture each moving point meets. own: (b,) k_xx / M²
-    + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3) of −k_xy / MN in ξ = (v,
-    ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last
-    step. change: (b,) how far it moved the points, root mean square, over their RMS
-    radius `radius`.
+    sigma: (b,) world units, last: (b,) its last value. moved: (b, m, 2). overlap: (b, m) Σ_j K_ij / N, how much of the
+    fixed mixture each moving point meets. own: (b,) k_xx / M² + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3)
+    of −k_xy / MN in ξ = (v, ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last step.
+    change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -154,7 +149,7 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
 
 
 def _at_width(state: GmmRegState, sigma: FloatArray) -> GmmRegState:
-    """The state with another σ: what does not depend on the pose."""
+    """The state with another σ, updating only the terms that do not depend on the pose."""
     own = np.zeros(len(sigma))
     for cloud in (state.problem.source, state.problem.target):
         ones = np.ones((*cloud.shape[:2], 1))
@@ -169,13 +164,11 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
     q = state.problem.target
     b, n, d = q.shape
     m = state.moved.shape[1]
-    # Where the source is a point compared with ℓ, its curvature by the turn is not a number,
-    # and no step is taken along it.
+    # If the source is a point compared with ℓ, the curvature by the turn is not finite, and no step is taken along it.
     with np.errstate(all="ignore"):
         ell = np.sqrt(2.0) * state.sigma
         moved = pose.apply(state.problem.source)
-        # In lengths of ℓ about the target's mean: the moments of differences lose no
-        # digits to the origin.
+        # In units of ℓ about the target's mean, so that the moments of differences lose no digits to a distant origin.
         centre = q.mean(axis=1, keepdims=True)
         x, y = (moved - centre) / ell[:, None, None], (q - centre) / ell[:, None, None]
         near = gaussians.sums(x, y, np.ones(b), gaussians.powers(y, 2)) / n
@@ -192,7 +185,7 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
         hessian = np.einsum("bmdp,bmdq->bpq", J, KJ) / m
         hessian[:, 2, 2] -= (ku * arm).sum(axis=(1, 2)) / (m * rho**2)
         factor = 1.0 / (2.0 * np.pi) / ell / ell
-        # Rounding may leave a distance of nothing just below it.
+        # Rounding may leave a zero distance just below zero.
         objective = np.maximum(factor * (state.own - 2.0 * k.mean(axis=1)), 0.0)
         gradient, hessian = gradient / ell[:, None], hessian / ell[:, None, None] / ell[:, None, None]
     return changed(
@@ -201,9 +194,7 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
 
 
 def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
-    """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's
-    centroid, then moved by v.
-    """
+    """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's centroid, then shifted by v."""
     turn = planar(xi[:, 2] / state.radius)
     centre = state.moved.mean(axis=1)
     t = centre + (turn @ (state.pose.t - centre)[..., None])[..., 0] + xi[:, :2]
@@ -212,7 +203,7 @@ def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
 
 def _step(state: GmmRegState) -> GmmRegState:
     options, ell = state.options, np.sqrt(2.0) * state.sigma
-    # In lengths of ℓ again: the Hessian's own size is then of order one, unless it was beyond all numbers.
+    # In units of ℓ again, so that the Hessian is of order one unless it has overflowed.
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         g, H = state.gradient * ell[:, None], state.hessian * ell[:, None, None] * ell[:, None, None]
     xi, damping = newton.damped_step(g, H)
@@ -239,8 +230,7 @@ def _step(state: GmmRegState) -> GmmRegState:
 
     flat: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
     status, reason = mark(after.status, after.reason, flat, Status.DEGENERATE, "no direction of motion changes E")
-    # At a minimum Newton's step is small, and whether E still falls is a matter of
-    # rounding.
+    # At a minimum the Newton step is small, and rounding decides whether E still falls.
     settled = rest & (~pending | (whole <= limit))
     status, reason = mark(status, reason, settled & final, Status.CONVERGED, "the pose has come to rest at the last σ")
     status, reason = mark(status, reason, rest & final, Status.STALLED, "no step lowers E")

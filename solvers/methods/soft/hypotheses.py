@@ -1,21 +1,19 @@
-"""A mixture of association hypotheses, averaged.
+"""An average over a mixture of association hypotheses.
 
-Several whole one-to-one assignments: one greedy, the others drawn.
+The hypotheses are complete one-to-one assignments, one greedy and the others drawn at random.
 
-At a pose and a width σ each hypothesis assigns every source point to one target point
-or to none, no target point twice. The greedy one takes the pair of the best score
-`ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best among what is left, as long as the
-score exceeds the miss score ψ₀. A drawn one lets every source point draw a target point
-with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. A point that
-draws a taken partner draws again, which is a draw among the free ones; of those that draw
-the same partner at once the first in a random order gets it. After `draws` turns in vain a point is missed.
-A source point's soft target is the mean over the hypotheses that assign it, its support
-their share; a weighted rigid fit follows, then σ shrinks. At the last σ a step is a
-function of the pose alone: a run comes to rest, or cycles through the same few poses.
+At a pose and a width σ, each hypothesis assigns every source point to one target point or to none, and uses no target
+point twice. The greedy one takes the pair with the best score `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best of the
+remaining ones, as long as the score exceeds the miss score ψ₀. In a drawn one, every source point draws a target point
+with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the remaining probability. A point that draws a taken partner
+draws again, which amounts to a draw among the free ones; if several draw the same partner at once, the first in a
+random order gets it. After `draws` unsuccessful rounds a point is missed. A source point's soft target is the mean over
+the hypotheses that assign it, and its support is their share. A weighted rigid fit follows, then σ shrinks. At the last
+σ a step is a function of the pose alone, so a run comes to rest or cycles through the same few poses.
 
-It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no
-posterior handed on from step to step, all hypotheses of one weight. The random numbers
-of a run are drawn once and used at every step, so that a run can come to rest.
+It is not PMBM: it has no Poisson part for undetected objects, no Bernoulli existence and no posterior passed from step
+to step, and all hypotheses have equal weight. The random numbers of a run are drawn once and reused at every step, so
+that a run can come to rest.
 
 References
 ----------
@@ -41,7 +39,7 @@ from solvers.numerics import radius_pairs, recurrence
 from solvers.numerics.fits import rms_motion
 from solvers.numerics.radius_pairs import Candidates
 
-_UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums are exact, whatever stands beside in a batch
+_UNIT = 2.0**32  # scores are rounded to multiples of 2⁻³², so that sums are exact whatever else is in the batch
 
 
 @dataclass(frozen=True)
@@ -51,25 +49,24 @@ class HypothesisOptions:
     Parameters
     ----------
     first : float, optional
-        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+        The first σ, world units. None is 0.3 of the target's RMS radius.
     last : float, optional
-        Where σ ends, world units. None is 0.03 of that radius.
+        The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        What σ is multiplied by at every step, until its end; above 0 up to 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
     reach : float, default 4.0
-        Pairs farther apart than this many σ have no score.
+        Pairs farther apart than this many σ score nothing.
     miss : float, default 0.12
-        ψ₀, the score of having no partner, beside scores of at most 1.
+        ψ₀, the score of having no partner; pairs score at most 1.
     count : int, default 12
-        Hypotheses, the first greedy.
+        The number of hypotheses, the first of which is greedy.
     draws : int, default 4
-        Turns of drawing before a point is missed.
+        The number of rounds of drawing before a point is missed.
     least_support : float, default 0.15
-        Source points that a smaller share of the hypotheses assigns are not fitted.
+        Source points assigned by a smaller share of the hypotheses are left out of the fit.
     tolerance : float, default 1e-4
-        It stops when σ has reached its end and a step moves the source points, root
-        mean square, by at most this fraction of their RMS radius. A run that
-        cycles through the same few poses, to `tolerance`, has stalled.
+        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
+        of their RMS radius. A run that cycles through the same few poses, to `tolerance`, has stalled.
 
     Raises
     ------
@@ -104,13 +101,12 @@ class HypothesisOptions:
 
 @dataclass(frozen=True, eq=False)
 class HypothesisState:
-    """The fields of `radius_pairs.Scheduled`, and assignments: (b, count, m) the
-    target row that each hypothesis gives each source point, −1 where missed; the first
-    is the greedy one.
+    """The fields of `radius_pairs.Scheduled`, and assignments: (b, count, m) the target row that each hypothesis
+    assigns to each source point, −1 where missed; the first is the greedy one.
 
-    uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1)
-    each source point's place in the random order of a hypothesis. taken: (b,) steps at the
-    last σ. anchor: (b, m, d) the points moved at one of them (`numerics.recurrence`).
+    uniform: for each round, numbers in [0, 1), (b, m, count − 1). order: (b, m, count − 1) each source point's rank in
+    the random order of a hypothesis. taken: (b,) steps at the last σ. anchor: (b, m, d) the moved points at one of them
+    (`numerics.recurrence`).
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -138,9 +134,8 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
     """The greedy one-to-one assignment of all listed pairs: the column of each row,
     (rows,), −1 where missed.
 
-    In rounds: a pair that is the best of its row and of its column is what picking one
-    by one would also pick. Equal scores are picked in some order, which does not depend
-    on the batch.
+    Works in rounds: a pair that is the best of its row and of its column would also be picked when picking one by one.
+    Ties are broken in an order that does not depend on the batch.
     """
     out = np.full(found.rows, -1, dtype=np.int64)
     some = psi > miss
@@ -153,7 +148,7 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
         np.maximum.at(best_of_row, row, psi)
         np.maximum.at(best_of_column, column, psi)
         mutual = np.flatnonzero((psi == best_of_row.take(row)) & (psi == best_of_column.take(column)))
-        # Equal scores: the last to write is the first listed.
+        # Of equal scores the first listed wins: written in reverse order, it is written last.
         i, j, number = row.take(mutual), column.take(mutual), np.arange(len(mutual))
         first_of_row[i[::-1]], first_of_column[j[::-1]] = number[::-1], number[::-1]
         chosen = (first_of_row[i] == number) & (first_of_column[j] == number)
@@ -167,12 +162,10 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
 def drawn(
     found: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
 ) -> AnyArray:
-    """Drawn one-to-one assignments: the column of each row in each hypothesis, (rows,
-    H), −1 where missed.
+    """Random one-to-one assignments: the column of each row in each hypothesis, (rows, H), −1 where missed.
 
-    uniform: for each turn (rows, H) numbers of [0, 1); order: (rows, H) numbers,
-    distinct within a problem and hypothesis, the lowest going first where several draw
-    one column.
+    uniform: for each round, numbers in [0, 1), (rows, H). order: (rows, H) ranks, distinct within a problem and
+    hypothesis; of several rows that draw one column, the lowest rank gets it.
     """
     rows, H = order.shape
     scale = _UNIT / max(1.0, miss)
@@ -216,7 +209,7 @@ def _associate(state: HypothesisState) -> HypothesisState:
     assigned = columns >= 0
     mass = assigned.sum(axis=1).reshape(b, m) / options.count
     with np.errstate(over="ignore", under="ignore"):
-        # A missed point's column, −1, finds the zero that is put last.
+        # A missed point's column, −1, indexes the zero appended at the end.
         shares = np.vstack([problem.target.reshape(-1, d) / options.count, np.zeros((1, d))])
         moment = np.stack([x.take(columns).sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
     inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]

@@ -1,8 +1,6 @@
-"""Pair by pair, what the soft methods work with: for figures and for tests, since no
-method stores these matrices.
+"""The pairwise weights of the soft methods, for figures and tests, since no method stores these matrices.
 
-CPD's and the annealed soft targets' own stand beside them
-(`cpd.responsibilities`, `annealed.weights`).
+Those of CPD and of the annealed soft targets are in their own modules (`cpd.responsibilities`, `annealed.weights`).
 """
 
 from __future__ import annotations
@@ -18,9 +16,9 @@ from solvers.numerics.fits import clutter_constant
 
 
 def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
-    """The shares of the fixed points in each moving point, as FilterReg has them.
+    """FilterReg's shares of the fixed points in each moving point.
 
-    By exact sums, which the state's filter approximates.
+    Computed from exact sums, which the state's filter approximates.
 
     Parameters
     ----------
@@ -32,8 +30,8 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
     Returns
     -------
     ndarray of shape (m, n)
-        Moving points are rows, fixed points columns. A row adds up to its weight W;
-        what is missing from 1 is the clutter's.
+        Moving points are rows, fixed points columns. A row sums to its weight W; the rest up to 1 is the clutter's
+        share.
 
     Examples
     --------
@@ -53,10 +51,9 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
 
 
 def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
-    """The terms of `k_xy`: exp(−‖T p − q‖² / 4σ²), a pair each.
+    """The terms of `k_xy`: exp(−‖T p − q‖² / 4σ²) for each pair.
 
-    They are not normalised, so they are not shares: no point has a fixed amount to give
-    away.
+    They are not normalised, so they are not shares: a point's terms have no fixed sum.
 
     Parameters
     ----------
@@ -86,11 +83,10 @@ def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
 
 
 def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: int = 2) -> float:
-    """The weight of a uniform part that does what a constant beside kernel sums does.
+    """The weight of a uniform part that is equivalent to a constant added to kernel sums.
 
-    Of density 1/V, where a constant `offset` stands beside unnormalised kernel sums
-    over `count` components: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for
-    w.
+    The uniform part has density 1/V, and the constant `offset` is added to unnormalised kernel sums over `count`
+    components: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for w.
 
     Parameters
     ----------
@@ -99,7 +95,7 @@ def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: 
     sigma : float
         σ of the components, in world units.
     count : int
-        How many components.
+        The number of components.
     volume : float
         V, in u² in the plane and u³ in space.
     dim : int, default 2
@@ -129,6 +125,6 @@ def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: 
         share = np.float64(offset) * volume / ((2.0 * np.pi * np.float64(sigma) ** 2) ** (0.5 * dim) * count)
     if np.finfo(np.float64).tiny < share < np.inf:
         return float(share / (1.0 + share))
-    # A factor has left the range of numbers; its logarithm has not.
+    # A factor is out of float64's range, but its logarithm is not.
     rise = np.log(offset) + np.log(volume) - np.log(count) - dim * (0.5 * np.log(2.0 * np.pi) + np.log(sigma))
     return float(np.exp(-np.logaddexp(0.0, -rise)))
