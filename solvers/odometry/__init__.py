@@ -1,5 +1,5 @@
-"""Odometry by scans: a drive's poses from scan to scan or from scan to map, the loops that it closes, and the graph
-that spreads what is left.
+"""Scan odometry: a drive's poses from scan to scan or from scan to map, the loops that it closes, and the graph that
+distributes the remaining errors.
 """
 
 from solvers.odometry.chain import PREDICTIONS, Chain, keyframes, scan_to_map, scan_to_scan

@@ -1,7 +1,7 @@
-"""A chain of poses from scans: each registered to the one before, or to a map of the last few.
+"""A chain of poses from scans, each registered to the previous one or to a map of the last few.
 
-An error of one link moves all that follows, so a chain drifts. A local map of several scans is harder to drift
-against than a single scan, and each of its errors is kept in it.
+An error in one link moves all that follow, so a chain drifts. Against a local map of several scans it drifts more
+slowly than against a single scan, but each error also stays in the map.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ PREDICTIONS = ("odometry", "velocity", "rest")
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """n poses, one per scan, and the links that they were made of.
+    """n poses, one per scan, and the links that they are made of.
 
     Attributes
     ----------
     poses : Pose
         n poses, each from the robot's coordinates at a scan to those at the first.
     motion : Pose
-        n links, each from a scan's coordinates to those of the scan before; the first is the identity.
+        n links, each from a scan's coordinates to those of the previous scan; the first is the identity.
     information : ndarray of shape (n, 3, 3)
-        Of the matches, of (x, y, angle) in the later scan's coordinates; zero for the first. Of a link that is not
-        believed it says nothing: `edges_of` takes 0.1 m and 0.1 rad in its place.
+        Of the matches, for (x, y, angle) in the later scan's coordinates; zero for the first. Meaningless for a link
+        that is not believed: `edges_of` uses 0.1 m and 0.1 rad instead.
     believed : ndarray of bool, shape (n,)
         Whether a link is a match; otherwise it is the prediction. True for the first.
     share : ndarray of shape (n,)
@@ -81,21 +81,21 @@ def scan_to_scan(
     prediction: str = "odometry",
     progress: Progress | None = None,
 ) -> Chain:
-    """Register every scan to the one before.
+    """Register every scan to the previous one.
 
     Parameters
     ----------
     scans : Scans
         From `prepare`.
     motion : Pose
-        n motions by odometry, as `Drive.motion` has them.
+        n motions by odometry, as in `Drive.motion`.
     options : MatchOptions, optional
-        None is the defaults.
+        None takes the defaults.
     prediction : str, default "odometry"
-        Where a match starts, and what stands for it where it is not believed: "odometry"; "velocity", the match before
-        repeated; "rest", no motion. With odometry no match waits for another, and many run at once.
+        The start of each match, and its replacement if it is not believed: "odometry"; "velocity", the previous match
+        repeated; "rest", no motion. With "odometry" no match waits for another, and many run at once.
     progress : callable, optional
-        Called as `progress(done, links)` now and then.
+        Called as `progress(done, links)` from time to time.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def scan_to_scan(
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above, if the motions are not as many rigid motions of the plane as
+        If an argument is not of the type given above, if the motions are not as many rigid motions of the plane as
         there are scans, or there is no such prediction.
 
     Examples
@@ -138,16 +138,16 @@ def scan_to_scan(
 
 
 def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
-    """Scans that lie apart: the first, and each that moved or turned far enough from the keyframe before.
+    """Scans that lie apart: the first, and each that moved or turned far enough from the previous keyframe.
 
     Parameters
     ----------
     poses : Pose
         n poses.
     shift : float, default 0.5
-        Metres that make a keyframe.
+        The distance that makes a new keyframe, metres.
     turn : float, default 0.2
-        Radians that make one.
+        The turn that makes one, radians.
 
     Returns
     -------
@@ -197,9 +197,9 @@ def scan_to_map(
     motion : Pose
         n motions by odometry.
     options : MatchOptions, optional
-        None is the defaults.
+        None takes the defaults.
     length : int, default 8
-        How many keyframes make the map; with 1 a scan is registered to the last keyframe alone.
+        How many keyframes make up the map; with 1, a scan is registered to the last keyframe alone.
     shift : float, default 0.5
         As for `keyframes`.
     turn : float, default 0.2
@@ -215,7 +215,7 @@ def scan_to_map(
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above, if the motions are not as many rigid motions of the plane as
+        If an argument is not of the type given above, if the motions are not as many rigid motions of the plane as
         there are scans, if the length is below 1, or `shift` or `turn` is negative.
 
     Examples
@@ -235,7 +235,7 @@ def scan_to_map(
     poses = [Pose.identity()]
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     link_information = np.zeros((n, 3, 3))
-    begin = int(np.argmax(scans.weights.any(axis=1)))  # the scans before it are empty: there is no map yet
+    begin = int(np.argmax(scans.weights.any(axis=1)))  # the scans before it are empty, so there is no map yet
     for k in range(1, begin + 1):
         poses.append(poses[-1].compose(motion[k]))
         believed[k], share[k] = False, 0.0
@@ -253,7 +253,7 @@ def scan_to_map(
         believed[k] = determined and share[k] >= options.least_share
         link_information[k] = information(state, options.sigma)[0]
         there = frame.compose(state.pose[0] if believed[k] else start)
-        # Made a rotation again: what rounding adds to R would double with every keyframe that is inverted.
+        # Make R a rotation again: its rounding error would double with every keyframe that is inverted.
         poses.append(Pose.from_angle(there.angle, there.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):
             recent = [*recent, k][-length:]

@@ -1,15 +1,15 @@
-"""Places that a drive comes back to, and the poses that agree with all of it.
+"""Closing loops: the places that a drive returns to, and the poses that agree best with all its matches.
 
-A loop edge is a claim that two scans far apart in the drive see one place. A wrong one bends the whole map, so four
-signs are checked: how much of the scan is explained, whether a motion is free, whether the match the other way round
-agrees, and how far it is from where the chain puts the two. What passes goes to the graph under a robust kernel.
+A loop edge claims that two scans far apart in the drive see the same place. A wrong one bends the whole map, so four
+signs are checked: how much of the scan is explained, whether a motion is free, whether the reverse match agrees, and
+how far the match is from the chain's prediction. Loops that pass enter the graph under a robust kernel.
 
-The first two are those of `solvers.verify.evidence`, read off the match's last state instead of computed again, and
-without the echoes that only pad an array. The third stands for `solvers.verify.halves`: two halves of one scan see the
-same things from the same place and err alike, while the way back has other sources, other normals and another view.
+The first two are those of `solvers.verify.evidence`, read from the match's last state instead of recomputed, and
+without the padding echoes. The third replaces `solvers.verify.halves`: two halves of one scan see the same things from
+the same place and share their errors, while the reverse match has other sources, other normals and another view.
 
-A scan is matched to a map of the scans around its partner. Matches of two single scans made side by side agree both
-ways and are centimetres off all the same.
+A scan is matched to a map of the scans around its partner, because matches of two single scans taken side by side may
+agree both ways and still be centimetres off.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ from solvers.odometry.matching import (
 from solvers.posegraph import GraphResult, checks, optimise
 
 SOFT = np.diag([1.0 / 0.1**2, 1.0 / 0.1**2, 1.0 / 0.1**2])
-"""The information of a link that is only predicted: 0.1 m and 0.1 rad."""
+"""The information of a link that is only predicted: standard deviations of 0.1 m and 0.1 rad."""
 
 SEARCHES = ("none", "correlative", "branch-and-bound")
 
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """Where loops are looked for, and which are kept.
+    """Where to look for loops, and which to keep.
 
     Parameters
     ----------
@@ -57,24 +57,24 @@ class LoopOptions:
     turn : float, default 0.8
         By how much they may be turned against each other, radians.
     apart : float, default 15.0
-        How far the robot must have driven in between, metres.
+        How far the robot must have driven between them, metres.
     most : int, default 2
-        The most candidates of one scan, the nearest.
+        The most candidates per scan; the nearest are kept.
     least_share : float, default 0.5
         The fraction of echoes that a loop must explain.
     agree_shift : float, default 0.1
-        How far apart the matches both ways round may be, metres.
+        How far apart the matches in the two directions may be, metres.
     agree_turn : float, default 0.02
         By how much they may be turned against each other, radians.
     farthest : float, default 1.5
-        How far a match may lie from where the chain puts it, metres; infinite to ignore the chain.
+        How far a match may lie from the chain's prediction, metres; infinite to ignore the chain.
     around : int, default 3
-        How many scans before and after a scan make the map that its partner is matched to; with 0 it is matched to the
-        scan alone.
+        How many scans before and after a scan join it in the map that its partner is matched to; with 0, the partner
+        is matched to the scan alone.
     search : {"none", "correlative", "branch-and-bound"}, default "none"
-        Where matches start. "none" is where the chain has the two scans; the others are methods of `solvers.register`
-        that look everywhere and ignore the chain: "correlative" takes half a second per pair, "branch-and-bound" proves
-        its pose and takes up to a minute where the two have little in common.
+        Where matches start. "none" is the chain's prediction; the others are methods of `solvers.register` that search
+        everywhere and ignore the chain: "correlative" takes half a second per pair; "branch-and-bound" proves its pose
+        and takes up to a minute if the two scans have little in common.
 
     Raises
     ------
@@ -110,14 +110,14 @@ class LoopOptions:
 
 
 def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArray, IntArray]:
-    """Pairs of keyframes that may see one place, by where a chain puts them.
+    """Pairs of keyframes that may see the same place, according to a chain.
 
     Parameters
     ----------
     poses : Pose
         n poses of a chain.
     options : LoopOptions, optional
-        None is the defaults.
+        None takes the defaults.
 
     Returns
     -------
@@ -166,10 +166,10 @@ def verified(
     matching: MatchOptions | None = None,
     progress: Progress | None = None,
 ) -> Matches:
-    """Candidates matched, `believed` where all four signs are met.
+    """Match candidates and mark as `believed` those that pass all four checks.
 
-    A first match, scan to scan, has three times the gate, since a chain may have drifted by more than that; its end
-    starts the second, to a map, where the scans around stand as the chain has them.
+    A first match, scan to scan, has three times the gate, since a chain may have drifted by more than the gate. Its
+    result starts a second match, to a map of the surrounding scans at the chain's poses.
 
     Parameters
     ----------
@@ -180,21 +180,21 @@ def verified(
     later, earlier : array_like of int, shape (c,)
         As from `candidates`.
     options : LoopOptions, optional
-        None is the defaults.
+        None takes the defaults.
     matching : MatchOptions, optional
-        None is the defaults.
+        None takes the defaults.
     progress : callable, optional
         Called as `progress(done, c)` after every candidate.
 
     Returns
     -------
     Matches
-        Of the c candidates, each from the later scan's coordinates to the earlier's.
+        The results for the c candidates, each from the later scan's coordinates to the earlier's.
 
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above, if `later` and `earlier` differ in length, if a scan's number is
+        If an argument is not of the type given above, if `later` and `earlier` differ in length, if a scan's number is
         not an integer or names no scan, or if the poses are not as many rigid motions of the plane as there are scans.
 
     Examples
@@ -240,13 +240,13 @@ def _verified(
 
 
 def _sought(scans: Scans, later: int, earlier: int, method: str) -> Pose:
-    """Where a search of every pose puts one scan on another, (1,)."""
+    """The pose (1,) of one scan on another that a search over all poses finds."""
     pose = register(scans.cloud(later), scans.cloud(earlier), method).pose
     return Pose.trusted(pose.R[None], pose.t[None])
 
 
 def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tuple[Edges, BoolArray]:
-    """The edges of a graph whose nodes are the scans: the chain's links, then the loops that are used.
+    """The edges of a graph whose nodes are the scans: the chain's links, then the loops used.
 
     Parameters
     ----------
@@ -262,12 +262,12 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     edges : Edges
         For `solvers.posegraph.optimise`.
     robust : ndarray of bool
-        Which of them are loops: those that a kernel is for.
+        Which of them are loops, to which a kernel applies.
 
     Raises
     ------
     ValueError
-        If `chain` is not a Chain, `loops` are not Matches, or `used` is not one bool a loop.
+        If `chain` is not a Chain, `loops` are not Matches, or `used` is not one bool per loop.
 
     Examples
     --------
@@ -313,12 +313,12 @@ def close(
     used : ndarray of bool, shape (c,), optional
         Which loops. None is those believed.
     kernel : str, default "cauchy"
-        What becomes of loops that do not agree; see `solvers.posegraph.optimise`.
+        The robust kernel for loops that do not agree; see `solvers.posegraph.optimise`.
     fixed : int, default 0
-        The scan whose pose stays.
+        The scan whose pose stays fixed.
     progress : callable, optional
-        Called as `progress(steps, most)` after every step, and once more, with the same number, where the run ends
-        without another one.
+        Called as `progress(steps, most)` after every step, and once more with the same number if the run ends without
+        another step.
 
     Returns
     -------
@@ -346,7 +346,7 @@ def close(
 
 
 def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
-    """How far poses are from what loops measured.
+    """How far poses are from the loops' measurements.
 
     Parameters
     ----------
@@ -358,7 +358,8 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     Returns
     -------
     shift, turn : ndarray of shape (c,)
-        Metres between where both put the later scan's origin, and radians.
+        The distance in metres between the two positions of the later scan's origin, and the angle between the two, in
+        radians.
 
     Raises
     ------

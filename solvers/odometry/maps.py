@@ -1,4 +1,4 @@
-"""Scans registered to a map of several: what one of them sees sparsely or at a slant, its neighbours see better."""
+"""Registering scans to a map of several: what one scan sees sparsely or at a slant, its neighbours see better."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from solvers.odometry.matching import Matches, MatchOptions, Scans, matched, mat
 
 
 def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, Normals]:
-    """The echoes of the scans `rows` at their `poses`, as one cloud with its normals. Where no scan has any, it
-    is a point without a normal, to which nothing can be matched."""
+    """The echoes of the scans `rows` at their `poses`, as one cloud with its normals. If no scan has any, a single
+    point without a normal, to which nothing can be matched.
+    """
     if not scans.weights[list(rows)].any():
         one = np.zeros((1, 1, 2))
         return nearest.build(one), Normals(one, np.ones((1, 1), dtype=np.bool_), one)
@@ -34,8 +35,9 @@ def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, No
 def match_to_map(
     scans: Scans, source: IntArray, target: IntArray, poses: Pose, around: int, start: Pose, options: MatchOptions
 ) -> Matches:
-    """`match` of a single pair, but that the scans up to `around` before and after the target are a part of it, where
-    the chain's `poses` have them."""
+    """`match` for a single pair, with the target extended by up to `around` scans before and after it, at the chain's
+    `poses`.
+    """
     j = int(target[0])
     rows = range(max(j - around, 0), min(j + around + 1, len(scans)))
     index, surface = local_map(scans, rows, poses[j].inverse().compose(poses[rows.start : rows.stop]))

@@ -1,9 +1,9 @@
-"""Scans registered to scans, many pairs at once.
+"""Registering scans to scans, many pairs at once.
 
-Point to plane (`solvers.methods.icp.point_to_plane`) with a gate and a redescending weight. Scans differ in their
-number of echoes, so they lie in one array, padded by repeats of the last echo: a repeat has no weight as a source, and
-as a target it is never the lowest row of its distance, so that no pair changes. Normals are computed once per scan,
-without the padding.
+The method is point-to-plane ICP (`solvers.methods.icp.point_to_plane`) with a gate and a redescending weight. Scans
+have different numbers of echoes, so they are stored in one array padded with repeats of the last echo: a repeat has no
+weight as a source, and as a target it never has the lowest row at its distance, so it changes no pair. Normals are
+computed once per scan, without the padding.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 from solvers.odometry.sweep import straightened
 from solvers.scenes.drive import Drive
 
-TOGETHER = 32  # pairs that run as one batch: more gain little, and progress is told after each
+TOGETHER = 32  # pairs that run as one batch: more gains little, and progress is reported after each batch
 FEWEST = 3  # echoes that a scan must have to be matched at all
 
 Progress = Callable[[int, int], Any]
-"""Told how many pairs are done, and of how many."""
+"""Called with the number of pairs done and the total."""
 
 
 @dataclass(frozen=True)
@@ -50,16 +50,15 @@ class MatchOptions:
     weight : str, default "tukey"
         A kernel of `solvers.robust` on the distance of a pair.
     reach : float, default 0.15
-        How near an echo must be to a target's to count as explained, metres.
+        How near an echo must be to one of the target's to count as explained, metres.
     sigma : float, default 0.035
-        What a pair's distance along the normal is worth in the information, metres: more than the laser's noise, since
-        neighbouring beams err alike.
+        σ of a pair's distance along the normal, metres: above the laser's noise, since neighbouring beams err alike.
     least_share : float, default 0.3
         The fraction of echoes that must be explained.
     least_weakest : float, default 0.01
-        The smallest eigenvalue over the largest that must be reached: below it a motion is nearly free.
+        The least ratio of the smallest eigenvalue to the largest: below it a motion is nearly free.
     max_steps : int, default 40
-        Cap on the steps.
+        The most steps.
 
     Raises
     ------
@@ -90,13 +89,13 @@ class MatchOptions:
         validate.count(self.max_steps, "max_steps", 1)
 
     def surface(self) -> SurfaceOptions:
-        """The options of the method itself."""
+        """The options of the registration method."""
         return SurfaceOptions(gate=self.gate, weight=self.weight, tolerance=1e-5, rms_tolerance=1e-5)
 
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """n scans made ready to be matched, each in the robot's coordinates.
+    """n scans prepared for matching, each in the robot's coordinates.
 
     Attributes
     ----------
@@ -105,7 +104,7 @@ class Scans:
     weights : ndarray of shape (n, m)
         1 for an echo, 0 for padding. All 0 for a scan of fewer than three echoes, which matches nothing.
     surface : Normals
-        The normals of each scan, flagged where there is none.
+        The normals of each scan, flagged where missing.
 
     Examples
     --------
@@ -131,7 +130,7 @@ class Scans:
         Parameters
         ----------
         k : int
-            Its number, from 0.
+            The scan's number, from 0.
 
         Returns
         -------
@@ -149,22 +148,22 @@ class Scans:
 
 
 def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
-    """The scans of a drive, ready to be matched.
+    """The scans of a drive, prepared for matching.
 
     Parameters
     ----------
     drive : Drive
-        What was recorded.
+        The recording.
     farthest : float, default 30.0
-        Echoes from farther away are left out, metres: there the beams lie far apart, and a wall has no normal.
+        The range beyond which echoes are left out, metres: there the beams are so far apart that a wall has no normal.
     every : int, default 1
         Keep every `every`-th echo.
 
     Returns
     -------
     Scans
-        As many as the drive has. One with fewer than three echoes left is empty: nothing is matched with it, and the
-        link to it is the prediction.
+        As many scans as the drive has. One with fewer than three echoes left is empty: it is not matched, and the link
+        to it is the prediction.
 
     Raises
     ------
@@ -200,30 +199,30 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """b pairs of scans registered.
+    """The results of registering b pairs of scans.
 
     Attributes
     ----------
     source : ndarray of int64, shape (b,)
-        Which scan was moved.
+        The scan that was moved.
     target : ndarray of int64, shape (b,)
-        Which scan stayed.
+        The scan that stayed.
     pose : Pose
         b poses from the source's coordinates to the target's.
     share : ndarray of shape (b,)
-        The fraction of the source's echoes with a target's within reach.
+        The fraction of the source's echoes with one of the target's within reach.
     rms : ndarray of shape (b,)
         Of the distances along the normal over the weighted pairs, metres.
     weakest : ndarray of shape (b,)
         Smallest over largest eigenvalue of the system; near 0 a motion is free.
     information : ndarray of shape (b, 3, 3)
-        Of (x, y, angle) in the source's coordinates, the inverse of a covariance in m², m rad and rad².
+        For (x, y, angle) in the source's coordinates, the inverse of a covariance in m², m rad and rad².
     status : ndarray of int8, shape (b,)
         How each run stopped.
     reason : ndarray of object, shape (b,)
-        In words.
+        The same in words.
     believed : ndarray of bool, shape (b,)
-        Whether share and weakest are what the options ask, and the run is not degenerate.
+        Whether `share` and `weakest` reach the options' limits and the run is not degenerate.
 
     Examples
     --------
@@ -270,19 +269,19 @@ def match(
     start : Pose
         b starts, from the source's coordinates to the target's.
     options : MatchOptions, optional
-        None is the defaults.
+        None takes the defaults.
     progress : callable, optional
         Called as `progress(done, b)` after every `TOGETHER` pairs.
 
     Returns
     -------
     Matches
-        Of all b pairs.
+        The results for all b pairs.
 
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above, if the numbers of pairs differ, if a scan's number is not an
+        If an argument is not of the type given above, if the numbers of pairs differ, if a scan's number is not an
         integer or names no scan, or if the starts are not rigid motions of the plane.
 
     Examples
@@ -304,14 +303,14 @@ def match(
 
 
 def scan_numbers(scans: Scans, values: Any, name: str) -> IntArray:
-    """`values` as numbers of scans, (b,); else a ValueError."""
+    """`values` as scan numbers, (b,); else a ValueError."""
     rows = row_numbers(values, name)
     within(rows, len(of_kind(scans, Scans, "scans")), name, "scan")
     return rows
 
 
 def one_per_scan(scans: Scans, poses: Pose, name: str) -> int:
-    """The number n of scans, when `poses` are as many rigid motions of the plane; else a ValueError."""
+    """The number n of scans if `poses` are n rigid motions of the plane; else a ValueError."""
     of_kind(scans, Scans, "scans")
     batch = rigid(poses, name).batch
     if batch != (len(scans),):
@@ -322,7 +321,7 @@ def one_per_scan(scans: Scans, poses: Pose, name: str) -> int:
 def match_pairs(
     scans: Scans, i: IntArray, j: IntArray, start: Pose, options: MatchOptions, progress: Progress | None = None
 ) -> Matches:
-    """`match` of pairs that were checked before."""
+    """`match` for pairs already checked."""
     parts = []
     for first in range(0, len(i), TOGETHER):
         some = slice(first, first + TOGETHER)
@@ -336,7 +335,7 @@ def match_pairs(
 
 
 def together(parts: Sequence[Matches]) -> Matches:
-    """Several matches as one, in their order."""
+    """Several matches concatenated in order."""
     if not parts:
         none, no_rows = np.zeros(0), np.zeros(0, dtype=np.int64)
         return Matches(
@@ -353,7 +352,7 @@ def together(parts: Sequence[Matches]) -> Matches:
 def matched(
     scans: Scans, source: IntArray, index: Index, surface: Normals, start: Pose, options: MatchOptions
 ) -> SurfaceState:
-    """The states at which the runs of b source scans end, on targets given as an index and their normals."""
+    """The final states of the runs of b source scans, on targets given as an index and their normals."""
     seed = np.zeros(len(source), dtype=np.int64)
     problem = Problem(scans.points[source], index.points, scans.weights[source], start, seed)
 
@@ -369,7 +368,7 @@ def matched(
 
 
 def matches_of(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
-    """What the states say of sources i and targets j, (b,) each."""
+    """The matches of sources i to targets j, (b,) each, from the final states."""
     share, weakest = signs(state, options)
     believed = (state.status != Status.DEGENERATE) & (share >= options.least_share) & (weakest >= options.least_weakest)
     return Matches(
@@ -389,10 +388,11 @@ def signs(state: SurfaceState, options: MatchOptions) -> tuple[FloatArray, Float
 
 
 def information(state: SurfaceState, sigma: float) -> FloatArray:
-    """How much the pairs say of a small motion of the source in its own coordinates, (b, 3, 3): `Σ w g gᵀ / σ²` with
-    g the derivative of a pair's distance along the normal by (x, y, angle)."""
+    """The information of the pairs on a small motion of the source in its own coordinates, (b, 3, 3): `Σ w g gᵀ / σ²`,
+    with g the derivative of a pair's distance along the normal by (x, y, angle).
+    """
     which = np.arange(len(state.status))[:, None]
-    n = state.normals.vectors[which, state.pairing.rows] @ state.pose.R  # Rᵀ n, a row each
+    n = state.normals.vectors[which, state.pairing.rows] @ state.pose.R  # Rᵀ n, one per row
     p = state.problem.source
     g = np.concatenate([n, (n[..., 1] * p[..., 0] - n[..., 0] * p[..., 1])[..., None]], axis=-1)
     H = (g * state.pairing.weights[..., None]).swapaxes(1, 2) @ g / sigma**2

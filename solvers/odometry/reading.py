@@ -1,16 +1,16 @@
-"""Drives from files: a CSV of ranges with the odometry beside them, or a CARMEN log.
+"""Reading drives from files: a CSV of ranges and odometry, or a CARMEN log.
 
-CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then one line per scan: when, the
-odometry's motion since the scan before in the frame of the pose before, and the ranges in centimetres, 0 for no echo.
-The first scan's motion is not used. The beams are spread evenly over the field of view, the first to the right.
+CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then one line per scan: the time,
+the odometry's motion since the previous scan in the frame of the previous pose, and the ranges in centimetres, 0 for no
+echo. The first scan's motion is not used. The beams are spread evenly over the field of view, the first on the right.
 
-CARMEN: of the lines of a log those that begin with FLASER: `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host
-logger_time`, in metres and radians. The first pose is the laser's, the second the robot's, by odometry. The second is
-read, so `ahead` must say how far ahead of the robot the laser sits; in a raw log that is the distance between the two
-poses. Ranges from `LONGEST` on are not echoes. A SICK has 181 or 361 beams over half a circle, 1° or 0.5° apart; a
-log with 180 or 360 lacks the last of them, which is how CARMEN reads it too.
+CARMEN: the lines of a log that begin with FLASER, `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host logger_time`,
+in metres and radians. The first pose is the laser's, the second the robot's, by odometry. The second is used, so
+`ahead` must give the laser's distance ahead of the robot; in a raw log that is the distance between the two poses.
+Ranges of `LONGEST` or more are not echoes. A SICK has 181 or 361 beams over half a circle, 1° or 0.5° apart; a log with
+180 or 360 lacks the last of them, which is how CARMEN reads it too.
 
-It is given bytes and opens no file.
+The functions take bytes and open no files.
 """
 
 from __future__ import annotations
@@ -27,42 +27,43 @@ from solvers.scenes.drive import Drive, interlaced
 MOST_BYTES = 64_000_000
 MOST_SCANS = 20_000
 LONGEST = 80.0
-"""Metres: what lasers of the time say where no echo came back is more."""
+"""Metres; lasers of the time report more than this when no echo comes back."""
 LAST_LOST = (180, 360)
-"""Numbers of beams in a CARMEN log that lack the last of half a circle's, 90° to the left."""
+"""Numbers of beams in a CARMEN log with which the last beam of the half circle, 90° to the left, is missing."""
 _NAMES = ("seconds", "dx_m", "dy_m", "dphi_rad")
 
 
 def read_drive(
     data: bytes, *, view: float | None = None, ahead: float = 0.0, turns: int = 0, hertz: float = 75.0
 ) -> Drive:
-    r"""The drive that a file's bytes hold.
+    r"""Read a drive from a file's bytes.
 
     Parameters
     ----------
     data : bytes
         CSV or a CARMEN log, at most 64 MB and 20,000 scans.
     view : float, optional
-        From the first beam to the last, degrees, above 0 to 360, half of it on either side of ahead. None is 180; but
-        the 180 or 360 beams of a CARMEN log are then 1° or 0.5° apart, the first 90° to the right.
+        The angle from the first beam to the last, degrees, above 0, at most 360, half of it on either side of straight
+        ahead. None is 180, except that the 180 or 360 beams of a CARMEN log are then 1° or 0.5° apart, the first 90° to
+        the right.
     ahead : float, default 0.0
-        How far the laser sits ahead of the robot's reference point, metres. It applies to a CARMEN log too, since the
-        poses read from it are the robot's.
+        How far the laser sits ahead of the robot's reference point, metres. It applies to CARMEN logs too, since the
+        poses read from them are the robot's.
     turns : int, default 0
-        Turns of the laser's mirror that make a scan: each turn sends every `turns`-th beam. With 0 all beams are taken
-        to be sent at once.
+        Turns of the laser's mirror per scan: each turn sends every `turns`-th beam. With 0, all beams are assumed to
+        be sent at once.
     hertz : float, default 75.0
-        Turns of the mirror a second.
+        Turns of the mirror per second.
 
     Returns
     -------
     Drive
-        With two scans or more.
+        The drive, with at least two scans.
 
     Raises
     ------
     ValueError
-        If the data are not bytes or cannot be read; where a line is at fault the message says which, what was found
+        If the data are not bytes or cannot be read; if a line is at fault, the message says which, what was found
         there and what was expected.
 
     Examples
@@ -98,7 +99,7 @@ def read_drive(
 
 
 def _degrees(beams: int, view: float | None, logged: bool) -> FloatArray:
-    """The beams' bearings; view None is the usual one of a table or of a log."""
+    """The beams' bearings in degrees; view None takes the default of a table or of a log."""
     if view is None and logged and beams in LAST_LOST:
         return np.linspace(-90.0, 90.0, beams + 1)[:-1]
     half = 90.0 if view is None else view / 2
@@ -161,7 +162,7 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
 
 
 def _in_order(seconds: FloatArray, rows: list[int]) -> None:
-    """Refuse times that go backwards, by the line. `rows`: that of each scan."""
+    """Raise ValueError, naming the line, if the times go backwards. `rows`: the line of each scan."""
     for k in np.flatnonzero(np.diff(seconds) < 0.0)[:1]:
         now, before = (f"{seconds[j]:.15g} s" for j in (k + 1, k))
         raise ValueError(f"line {rows[k + 1] + 1}: its time is {now}, before the {before} of line {rows[k] + 1}")

@@ -1,7 +1,7 @@
-"""Scans made on the move: a laser sends its beams one after another, and meanwhile the robot drives on and turns.
+"""Scans taken on the move: a laser sends its beams one after another while the robot drives on and turns.
 
 At 1.5 m/s and 20 degrees a second the 20 ms between a scan's first beam and its last are 3 cm and 0.4 degrees. Each
-echo is put where a robot that stood still would have it, for the speed that the odometry tells.
+echo is moved to where a robot standing still would have seen it, given the speed from odometry.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from solvers.core.kinds import of_kind
 from solvers.scenes.drive import Drive
 
 AROUND = 2
-"""Scans before and after, over which a speed is taken: the times of single scans are not exact."""
+"""How many scans before and after to average a speed over, because the times of single scans are inexact."""
 
 
 def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
-    """The echoes of every scan, as from a robot that stood still.
+    """The echoes of every scan, as if the robot had stood still.
 
     Parameters
     ----------
     drive : Drive
-        Without `delays` its echoes are as they were recorded.
+        Without `delays` its echoes are returned as recorded.
     farthest : float, default inf
-        Metres beyond which an echo is left out.
+        The range beyond which echoes are left out, metres.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
 
 
 def speeds(drive: Drive) -> tuple[FloatArray, FloatArray]:
-    """Metres a second in the robot's coordinates, (n, 2), and radians a second, (n,), by the odometry."""
+    """The speeds by odometry: metres per second in the robot's coordinates, (n, 2), and radians per second, (n,)."""
     n = len(drive.seconds)
     first, last = np.maximum(np.arange(n) - AROUND, 0), np.minimum(np.arange(n) + AROUND, n - 1)
     took = drive.seconds[last] - drive.seconds[first]
