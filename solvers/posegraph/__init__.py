@@ -1,7 +1,7 @@
-"""Pose graphs in the plane: many poses, the relative poses measured between them, and
-the poses that agree with all measurements best.
+"""Pose graphs in the plane: many poses, the relative poses measured between them, and the poses that agree best with
+all measurements.
 
-`optimise` is the front door; `begin` and `advance` do the same one step at a time.
+`optimise` is the main entry point; `begin` and `advance` do the same one step at a time.
 """
 
 from solvers.core.edges import Edges

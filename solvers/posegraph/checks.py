@@ -1,6 +1,4 @@
-"""What is not a graph to be optimised is refused here, by a ValueError that names the
-argument.
-"""
+"""Checks of the arguments of pose graphs, which raise a ValueError that names the argument."""
 
 from __future__ import annotations
 
@@ -16,7 +14,7 @@ from solvers.core.pose import Pose
 
 
 def held(poses: Pose, edges: Edges, nodes: int | Sequence[int]) -> BoolArray:
-    """Which nodes of a graph are fixed, (n,), where its edges join every node to one of them."""
+    """Which nodes of a graph are fixed, (n,); a ValueError if its edges do not join every node to one of them."""
     n = graph(poses, edges)
     if not n:
         raise ValueError("poses: is empty; at least one node is needed")
@@ -39,7 +37,7 @@ def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
 
 
 def joined(edges: Edges, fixed: BoolArray) -> None:
-    """A ValueError when the edges join some node to no fixed one."""
+    """Raise ValueError if the edges do not join every node to a fixed one."""
     beside: list[list[int]] = [[] for _ in range(fixed.size)]
     for a, b in zip(edges.i.tolist(), edges.j.tolist(), strict=True):
         beside[a].append(b)
@@ -59,10 +57,10 @@ def joined(edges: Edges, fixed: BoolArray) -> None:
 
 
 def mask(values: ArrayLike | None, count: int, name: str, what: str = "an edge") -> BoolArray:
-    """Which of `count` edges or loops are meant, (count,); None is all of them."""
+    """`values` as a mask of `count` edges or loops, (count,); None selects all."""
     if values is None:
         return np.ones(count, dtype=np.bool_)
     flags = array(values, name)
-    if flags.shape != (count,) or (count and flags.dtype != np.bool_):  # an empty list is one of floats
+    if flags.shape != (count,) or (count and flags.dtype != np.bool_):  # an empty list becomes an array of floats
         raise ValueError(f"{name}: expected one bool {what}, shape ({count},), got {flags.dtype} of {flags.shape}")
     return flags.astype(np.bool_)

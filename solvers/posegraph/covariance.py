@@ -1,4 +1,4 @@
-"""How surely the edges of a graph place its nodes."""
+"""The marginal covariances of a graph's nodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from solvers.posegraph import checks, linear
 from solvers.posegraph.errors import derivatives
 from solvers.posegraph.linear import Solve
 
-TOGETHER = 64  # nodes that are solved for at once: all together take memory as the square of their number
+TOGETHER = 64  # nodes to solve for at once: memory grows with the square of their number
 
 
 def marginals(
@@ -30,40 +30,39 @@ def marginals(
 ) -> FloatArray:
     """The marginal covariances of nodes, given the fixed ones: blocks of (JᵀΩJ)⁻¹.
 
-    They are of the perturbation `t + v, θ + ω`, with v along the axes of the map, and
-    first order: right for errors that are small against the bends of the graph. They
-    say how noise with the stated information spreads, and nothing of a wrong edge.
+    They are of the perturbation `t + v, θ + ω`, with v along the axes of the map, to first order: right for errors
+    that are small against the bends of the graph. They show how noise with the given information spreads, and do not
+    account for wrong edges.
 
     Parameters
     ----------
     poses : Pose of shape (n,)
-        The nodes where the covariances are wanted, such as those that `optimise` found.
+        The poses at which to take the covariances, such as those that `optimise` found.
     edges : Edges
-        What was measured between them.
+        The measurements between them.
     nodes : array_like of int, shape (k,)
-        The nodes asked for.
+        The nodes whose covariances to return.
     fixed : int or sequence of int, default 0
         The nodes that are known; their covariance is zero.
     weights : array_like of shape (e,), optional
-        Positive factors on the information matrices, such as those a kernel left. None
-        is all one.
+        Positive factors on the information matrices, such as a kernel's weights. None is 1 for all.
     sparse : bool, optional
         As for `optimise`.
 
     Returns
     -------
     ndarray of shape (k, 3, 3)
-        Of (x, y, angle), in u², u rad and rad².
+        Over (x, y, angle), in u², u rad and rad².
 
     Raises
     ------
     ValueError
-        As `optimise` does, where a weight is not positive, and where the information of
-        the edges together is singular in floating point.
+        As `optimise` does, if a weight is not positive, or if the combined information of the edges is singular in
+        floating point.
 
     Examples
     --------
-    Along a chain the variances of straight steps add up:
+    Along a straight chain the variances of the steps add up:
 
     >>> import numpy as np
     >>> from solvers import Pose
@@ -96,7 +95,7 @@ def marginals(
 
 
 def _blocks(solve: Solve, nodes: IntArray, n: int) -> FloatArray:
-    """Of the inverse, these nodes' own blocks (k, 3, 3)."""
+    """The diagonal blocks (k, 3, 3) of the inverse for these nodes."""
     k = len(nodes)
     unit = np.zeros((n, 3, k, 3))
     unit[nodes, :, np.arange(k)] = np.eye(3)

@@ -1,4 +1,4 @@
-"""How far the poses of a graph are from what its edges measured.
+"""The residuals of a graph's poses against the measurements of its edges.
 
 With a node's pose `T = (R, t)` from its own coordinates to those of the map, and an
 edge's measured relative pose Z, the residual is the planar motion `E = Z⁻¹ Tᵢ⁻¹ Tⱼ`
@@ -6,9 +6,8 @@ written as (x, y, angle), the angle in [−π, π]:
 
     e = ( R_Zᵀ (Rᵢᵀ (tⱼ − tᵢ) − t_Z),  θⱼ − θᵢ − θ_Z )
 
-It is that of g2o's EDGE_SE2, so that information matrices and χ² mean the same. The
-logarithm of E differs from it in second order. Nodes are perturbed by `t + v, θ + ω`,
-with v along the axes of the map.
+It is the residual of g2o's EDGE_SE2, so that information matrices and χ² mean the same. It differs from the logarithm
+of E in second order. Nodes are perturbed by `t + v, θ + ω`, with v along the axes of the map.
 
 Source: Grisetti, Kümmerle, Stachniss & Burgard 2010, A tutorial on graph-based SLAM.
 """
@@ -30,7 +29,7 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
     poses : Pose of shape (n,)
         The nodes.
     edges : Edges
-        What was measured between them; e edges.
+        The measurements between them; e edges.
 
     Returns
     -------
@@ -41,8 +40,8 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
-        Edges, or an edge names a node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
+        node that does not exist.
 
     Examples
     --------
@@ -59,7 +58,7 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
 
 
 def offsets(poses: Pose, edges: Edges) -> FloatArray:
-    """`residuals` of a graph that was checked before."""
+    """`residuals` for a graph already checked."""
     first, Z = poses[edges.i], edges.relative
     relative = _turned_back(first.R, poses.t[edges.j] - first.t)
     off = _turned_back(Z.R, relative - Z.t)
@@ -75,7 +74,7 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
     poses : Pose of shape (n,)
         The nodes.
     edges : Edges
-        What was measured between them; e edges.
+        The measurements between them; e edges.
 
     Returns
     -------
@@ -85,8 +84,8 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
-        Edges, or an edge names a node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
+        node that does not exist.
 
     Examples
     --------
@@ -105,7 +104,7 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
 
 
 def derivatives(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
-    """`jacobians` of a graph that was checked before."""
+    """`jacobians` for a graph already checked."""
     first = poses[edges.i]
     back = edges.relative.R.swapaxes(1, 2) @ first.R.swapaxes(1, 2)
     apart = poses.t[edges.j] - first.t
@@ -119,26 +118,26 @@ def derivatives(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
 
 
 def chi_squared(poses: Pose, edges: Edges) -> FloatArray:
-    """χ² = eᵀ Ω e of each edge at these poses: its error in units of what was expected.
+    """χ² = eᵀ Ω e of each edge at these poses: its squared error in units of the expected one.
 
     Parameters
     ----------
     poses : Pose of shape (n,)
         The nodes.
     edges : Edges
-        What was measured between them; e edges.
+        The measurements between them; e edges.
 
     Returns
     -------
     ndarray of shape (e,)
-        No unit; 3 on average for an edge whose information tells its noise, at the true
-        poses. Infinite where the numbers overflow.
+        Dimensionless; 3 on average for an edge whose information matches its noise, at the true poses. Infinite where
+        the numbers overflow.
 
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
-        Edges, or an edge names a node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
+        node that does not exist.
 
     Examples
     --------

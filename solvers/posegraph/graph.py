@@ -1,8 +1,8 @@
-"""The poses that agree best with all that was measured between them.
+"""Pose-graph optimisation: the poses that agree best with the measurements between them.
 
 `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of `solvers.posegraph.errors`, is minimised by
-Levenberg–Marquardt on reweighted squares: damping in proportion to the diagonal, so that lengths and angles may have
-any units. A step is taken only where it lowers F. Measurements are relative, so one node at least is held where it is.
+Levenberg–Marquardt on reweighted squares, with damping proportional to the diagonal, so that lengths and angles may
+have any units. A step is taken only if it lowers F. Measurements are relative, so at least one node is held fixed.
 
 Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment mapping; Grisetti, Kümmerle,
 Stachniss & Burgard 2010, A tutorial on graph-based SLAM; for the kernels see `solvers.posegraph.kernels`.
@@ -30,13 +30,13 @@ from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
 
 _FIRST, _LEAST, _SLIGHT, _MOST, _ROUNDING = 1e-6, 1e-12, 1e-3, 1e12, 1e-14
-_NEAR = 1e-6  # a step of at most this, as `tolerance` has it, is at rest where rounding hides what it gains
+_NEAR = 1e-6  # a step this small, measured as for `tolerance`, is at rest if rounding hides its gain
 _WHY = {Status.STALLED: "no step lowers the objective", Status.DEGENERATE: "a step is beyond floating point"}
 
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """What stays the same in a run: what `optimise` was told, and the order of elimination."""
+    """The constants of a run: the options of `optimise` and the elimination order."""
 
     kernel: str
     threshold: float
@@ -48,26 +48,26 @@ class _Setting:
 
 @dataclass(frozen=True, eq=False)
 class GraphRun:
-    """An optimisation as it stands, immutable: begin it, advance it, drop it to stop.
+    """The immutable state of an optimisation: begin it, advance it, drop it to stop.
 
     Attributes
     ----------
     setting : object
-        What `begin` was told.
+        The options given to `begin`.
     edges : Edges
-        What was measured.
+        The measurements.
     poses : Pose of shape (n,)
         The nodes.
     chi2 : ndarray of shape (e,)
         χ² of each edge at `poses`, without the kernel.
     weights : ndarray of shape (e,)
-        What the kernel leaves of each edge's information, in [0, 1].
+        The kernel's factor on each edge's information, in [0, 1].
     objective : float
         F = Σ ρ(χ²); without a kernel the sum of χ².
     status : Status
-        How it stands.
+        Whether the run is still going, or how it stopped.
     reason : str
-        Words on how it stopped, possibly empty.
+        How it stopped, in words; may be empty.
     steps : int
         The steps taken.
     damping : float
@@ -106,7 +106,7 @@ class GraphRun:
 
 @dataclass(frozen=True, eq=False)
 class GraphResult:
-    """What `optimise` found.
+    """The result of `optimise`.
 
     Attributes
     ----------
@@ -115,13 +115,13 @@ class GraphResult:
     chi2 : ndarray of shape (e,)
         χ² of each edge, without the kernel.
     weights : ndarray of shape (e,)
-        What the kernel leaves of each edge's information, in [0, 1]; 1 where it does not apply.
+        The kernel's factor on each edge's information, in [0, 1]; 1 where it does not apply.
     objective : float
         F = Σ ρ(χ²); without a kernel the sum of χ².
     status : Status
         How it stopped.
     reason : str
-        Words on how it stopped, possibly empty.
+        How it stopped, in words; may be empty.
     steps : int
         The steps taken.
     history : History
@@ -170,16 +170,16 @@ def begin(
     tolerance: float = 1e-9,
     sparse: bool | None = None,
 ) -> GraphRun:
-    """An optimisation at its start, no step taken.
+    """An optimisation at its start, before any step.
 
     Parameters
     ----------
     poses : Pose of shape (n,)
-        Where the nodes start.
+        The starting poses of the nodes.
     edges : Edges
-        What was measured between nodes.
+        The measurements between nodes.
     fixed : int or sequence of int, default 0
-        The nodes that stay where they are.
+        The nodes that stay fixed.
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
         As for `optimise`.
     robust : array_like of bool, shape (e,), optional
@@ -232,12 +232,12 @@ def begin(
 
 
 def advance(run: GraphRun) -> GraphRun:
-    """One step on: the first damped step that lowers the objective.
+    """Advance a run by one step: the first damped step that lowers the objective.
 
     Parameters
     ----------
     run : GraphRun
-        The run so far. A finished one is returned as it is.
+        The run so far. A finished run is returned unchanged.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def advance(run: GraphRun) -> GraphRun:
     Raises
     ------
     ValueError
-        If `run` is no GraphRun.
+        If `run` is not a GraphRun.
 
     Examples
     --------
@@ -289,7 +289,7 @@ def _advanced(run: GraphRun) -> GraphRun:
         gain = -float((gradient * step).sum())
         enough = max(run.setting.tolerance, _NEAR if gain <= _ROUNDING * run.objective else 0.0)
         small = bool((np.abs(step) <= enough * size).all())
-        if small and damping <= _SLIGHT:  # else it may be the damping that makes it small
+        if small and damping <= _SLIGHT:  # otherwise the damping may be what makes it small
             return replace(run, status=Status.CONVERGED, damping=damping)
         after = _judged(run.setting, edges, moved(run.poses, step))
         if after.objective < run.objective:
@@ -316,45 +316,45 @@ def optimise(
     Parameters
     ----------
     poses : Pose of shape (n,)
-        Where the nodes start: poses from each node's own coordinates to those of the map, such as those of odometry.
+        The starting poses of the nodes, from their own coordinates to those of the map, such as odometry's.
     edges : Edges
-        What was measured between nodes.
+        The measurements between nodes.
     fixed : int or sequence of int, default 0
-        The nodes that stay where they are. Each part of the graph needs one.
+        The nodes that stay fixed. Each part of the graph needs one.
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
-        What becomes of large errors (`solvers.posegraph.kernels`). The start matters most with "cauchy" and "dcs".
+        The kernel for large errors (`solvers.posegraph.kernels`). The start matters most with "cauchy" and "dcs".
     robust : array_like of bool, shape (e,), optional
-        The edges that the kernel applies to, such as loops; with "none" they are as others. None is all.
+        The edges that the kernel applies to, such as loops; no effect with "none". None is all.
     threshold : float, default 2.8
-        The χ from which on an error counts as large.
+        The χ above which an error counts as large.
     max_steps : int, default 100
         The most steps.
     tolerance : float, default 1e-9
-        It has converged where no node moves by more than this fraction of the longest measured translation, nor turns
-        by more than this many radians; or 1e-6 of either, where rounding hides what the step gains.
+        Converged when a step moves no node by more than this fraction of the longest measured translation and turns
+        none by more than this many radians, or 1e-6 of either if rounding hides the gain.
     sparse : bool, optional
-        Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
-        where it is installed. Without it, 3000 free nodes are the most.
+        Whether scipy solves the normal equations. None uses scipy, if installed, from 300 free nodes on. Without
+        scipy, at most 3000 nodes may be free.
     progress : callable, optional
-        Called as `progress(steps, max_steps)` after every step, and once more, with the same number, where the run ends
-        without another one.
+        Called as `progress(steps, max_steps)` after every step, and once more with the same number if the run ends
+        without another step.
 
     Returns
     -------
     GraphResult
-        Poses at a minimum near the start, which far from it need not be the least; the edges' χ² and weights, and how
-        it stopped.
+        Poses at a minimum near the start, not necessarily the global one, the edges' χ² and weights, and how it
+        stopped.
 
     Raises
     ------
     ValueError
-        If an argument is not what it should be, if an edge names a node that does not exist, if edges join a node to
-        no fixed one, or if more than 3000 nodes are free without scipy.
+        If an argument is invalid, if an edge names a node that does not exist, if the edges do not join every node to
+        a fixed one, or if more than 3000 nodes are free without scipy.
 
     Examples
     --------
     Two legs out along a corridor and two back, the last measured 0.4 u too short: the loop does not close, and each
-    leg takes a quarter of the excess.
+    leg takes a quarter of the gap.
 
     >>> import numpy as np
     >>> from solvers import Pose
@@ -385,7 +385,7 @@ def optimise(
 
 
 def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
-    """A run that stands at these poses: what its edges say there."""
+    """A run at these poses, with its edges evaluated there."""
     chi2 = squares(offsets(poses, edges), edges.information)
     under, kernel, threshold = setting.robust, setting.kernel, setting.threshold
     weights = np.where(under, kernels.weights(kernel, chi2, threshold), 1.0)

@@ -1,4 +1,4 @@
-"""Robust kernels on the χ² of an edge: a weight in (0, 1] and the loss it belongs to.
+"""Robust kernels on the χ² of an edge: the weight, in (0, 1], and the loss.
 
 With `x = χ²`, the threshold k and `Φ = k²`, the weight is the loss's derivative ρ'(x):
 
@@ -6,9 +6,9 @@ With `x = χ²`, the threshold k and `Φ = k²`, the weight is the loss's deriva
     cauchy   w = 1 / (1 + x/Φ)                      ρ = Φ log(1 + x/Φ)
     dcs      w = min(1, 2Φ / (Φ + x))²              ρ = x (x ≤ Φ), Φ (3x − Φ) / (Φ + x) beyond: at most 3Φ
 
-Sources: Huber 1964, Robust estimation of a location parameter; Agarwal, Tipaldi,
-Spinello, Stachniss & Burgard 2013, Robust map optimization using dynamic covariance
-scaling (its s, squared, is the weight; the loss is the one whose derivative that is).
+Sources: Huber 1964, Robust estimation of a location parameter; Agarwal, Tipaldi, Spinello, Stachniss & Burgard 2013,
+Robust map optimization using dynamic covariance scaling (the weight is the square of its s; the loss is the one with
+that derivative).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from solvers.core.arrays import FloatArray
 
 KERNELS = ("none", "huber", "cauchy", "dcs")
 THRESHOLD = 2.8
-"""√7.8: of the edges whose information tells their noise, 95 % have a smaller χ (three degrees of freedom)."""
+"""√7.8: of the edges whose information matches their noise, 95 % have a smaller χ (three degrees of freedom)."""
 
 
 def weights(kernel: str, chi2: FloatArray, threshold: float) -> FloatArray:

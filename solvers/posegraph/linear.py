@@ -1,9 +1,8 @@
-"""The normal equations of a graph: assembled by edges, solved by eliminating nodes.
+"""The normal equations of a graph, assembled from its edges and solved by eliminating nodes.
 
-A node's elimination joins its neighbours, so the order matters and is chosen by least
-degree: along a chain with few loops nearly nothing is filled in, and the work grows
-with the number of nodes instead of with its cube. From `SPARSE` nodes on scipy's sparse
-factorisation does the same, where scipy is installed.
+Eliminating a node joins its neighbours, so the order matters; it is chosen by least degree. Along a chain with few
+loops there is hardly any fill-in, and the work grows with the number of nodes, not with its cube. From `SPARSE` nodes
+on, scipy's sparse factorisation does the same if scipy is installed.
 """
 
 from __future__ import annotations
@@ -23,11 +22,10 @@ Solve = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Which unknowns a graph has, and in which order they are eliminated.
+    """The unknowns of a graph and the order in which they are eliminated.
 
-    place: (n,) each node's place in the order, −1 for a fixed one. later: for each
-    place the places that its elimination touches, ascending. sparse: whether scipy
-    does it.
+    place: (n,) each node's place in the order, −1 for a fixed one. later: for each place, the places that its
+    elimination touches, ascending. sparse: whether scipy solves the system.
     """
 
     place: IntArray
@@ -41,8 +39,8 @@ class Plan:
 
 
 def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | None = None) -> Plan:
-    """The order in which the free nodes of a graph are eliminated; sparse None asks
-    whether the graph is large and scipy is there, and True without scipy is refused.
+    """The order in which the free nodes of a graph are eliminated. `sparse=None` uses scipy if the graph is large and
+    scipy is installed; True without scipy raises ValueError.
     """
     free = np.flatnonzero(~fixed)
     if sparse is None:
@@ -77,8 +75,8 @@ def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | 
 def blocks(
     by_i: FloatArray, by_j: FloatArray, weighted: FloatArray, errors: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Each edge's part of JᵀΩJ and JᵀΩe: the blocks ii, ij, jj (e, 3, 3) and the
-    gradients by i and by j (e, 3), for weighted information matrices (e, 3, 3).
+    """Each edge's contribution to JᵀΩJ and JᵀΩe: the blocks ii, ij, jj (e, 3, 3) and the gradients by i and by j (e,
+    3), for weighted information matrices (e, 3, 3).
     """
     left, right = by_i.swapaxes(1, 2) @ weighted, by_j.swapaxes(1, 2) @ weighted
     column = errors[..., None]
@@ -96,10 +94,10 @@ def diagonal(count: int, i: IntArray, j: IntArray, ii: FloatArray, jj: FloatArra
 def factor(
     plan: Plan, i: IntArray, j: IntArray, ii: FloatArray, ij: FloatArray, jj: FloatArray, damping: FloatArray
 ) -> Solve:
-    """A function that solves `(H + diag(damping)) x = b` for b (n, 3, k), whose rows of
-    fixed nodes count for nothing; x is 0 there. damping: (n, 3).
+    """A function that solves `(H + diag(damping)) x = b` for b (n, 3, k). Rows of b at fixed nodes are ignored, and x
+    is 0 there. damping: (n, 3).
 
-    Raises numpy.linalg.LinAlgError where the matrix is singular.
+    Raises numpy.linalg.LinAlgError if the matrix is singular.
     """
     at_i, at_j = plan.place[i], plan.place[j]
     both = (at_i >= 0) & (at_j >= 0)
@@ -127,7 +125,7 @@ def factor(
 
 
 def _eliminated(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArray, spread: FloatArray) -> Solve:
-    """By a block LDLᵀ that visits only the blocks that the order fills."""
+    """Solve by a block LDLᵀ factorisation that visits only the blocks filled in this order."""
     m = plan.size
     whole = np.zeros((m, m, 3, 3))
     np.add.at(whole, (rows, columns), values)
