@@ -1,1 +1,1 @@
-"""Methods compared: the race, its benchmark, four kinds of state on one scene."""
+"""Comparisons of methods: the race and its benchmark, the walkthrough of four methods, and the coverage study."""

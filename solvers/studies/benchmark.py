@@ -1,8 +1,7 @@
-"""The race run to its end on many seeds at once: errors against the truth, steps, and
-time.
+"""The benchmark: the race run to its end on many seeds at once, with errors against the truth, steps and time.
 
-`benchmark` does it in one call. Where a page must stay alive it steps by itself:
-`Contestant.begin`, then `solvers.stepper.advance` while there is time, then `line`.
+`benchmark` does it in one call. A page that must stay responsive steps by itself: `Contestant.begin`, then
+`solvers.stepper.advance` while there is time, then `line`.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ CLOSE_DISTANCE = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """What one contestant did on s problems.
+    """The results of one contestant on s problems.
 
     Attributes
     ----------
@@ -87,8 +86,7 @@ class Line:
 
     @property
     def close(self) -> int:
-        """How many have a rotation error below 5° and a translation error below 0.2 u.
-        """
+        """How many have a rotation error below 5° and a translation error below 0.2 u."""
         return int(np.count_nonzero((self.rre < CLOSE_DEGREES) & (self.rte < CLOSE_DISTANCE)))
 
     @property
@@ -101,13 +99,13 @@ class Line:
 
     @property
     def stops(self) -> dict[str, int]:
-        """How many stopped how: 'converged', 'stalled', … No stop is a success."""
+        """The number of runs per kind of stop: 'converged', 'stalled', … None of them means success."""
         count = np.bincount(self.status, minlength=len(Status))
         return {Status(k).label: int(n) for k, n in enumerate(count) if n}
 
 
 def line(contestant: Contestant, batch: Batch[Any], truth: Pose, seconds: float) -> Line:
-    """A contestant's row of the table from its run as it stands.
+    """A contestant's row of the table, from the current state of its run.
 
     Parameters
     ----------
@@ -128,7 +126,7 @@ def line(contestant: Contestant, batch: Batch[Any], truth: Pose, seconds: float)
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above.
+        If an argument is not of the type given above.
 
     Examples
     --------
@@ -161,29 +159,27 @@ def benchmark(
     Parameters
     ----------
     controls : Controls, optional
-        Of the race. None is its defaults.
+        The race's settings. None takes the defaults.
     seeds : sequence of int
-        One a problem; by default the benchmark's 25, 40 + 13k.
+        One per problem; by default the benchmark's 25, 40 + 13k.
     contestants : sequence of Contestant or str
-        Who runs, in this order, each a contestant or the name of a method that races; by
-        default the nine.
+        Who runs, in this order: contestants or names of methods that race; by default the nine.
     max_steps : int, default 70
         The most steps of a contestant.
     progress : callable, optional
-        Called as `progress(contestant)` before each; a true answer ends the benchmark
-        there.
+        Called as `progress(contestant)` before each; a true return value ends the benchmark there.
 
     Returns
     -------
     tuple of Line
-        One a contestant that ran.
+        One per contestant that ran.
 
     Raises
     ------
     ValueError
-        If an argument is not of the kind said above, if the seeds are not integers, are
-        negative, or are none at all, if a name is of no method that races, a contestant's
-        method needs pairs, or an option of a contestant is out of its range.
+        If an argument is not of the type given above, if the seeds are not integers, are negative or are missing, if a
+        name is not that of a method that races, if a contestant's method needs pairs, or an option of a contestant is
+        out of its range.
     KeyError, TypeError
         As `Contestant.begin`.
 
@@ -220,22 +216,22 @@ def benchmark(
 
 
 def entry(method: str, name: str, **controls: Any) -> float:
-    """One entry of the table on the usual 25 seeds.
+    """One entry of the table on the benchmark's 25 seeds.
 
     Parameters
     ----------
     method : str
         A method that races.
     name : str
-        "median_rre" (degrees), "median_rte" (world units), "turned", "close",
-        "median_steps", or a kind of stop, such as "converged", to be counted.
+        "median_rre" (degrees), "median_rte" (world units), "turned", "close", "median_steps", or a kind of stop to
+        count, such as "converged".
     **controls
         Of `solvers.race.Controls`.
 
     Returns
     -------
     float
-        The entry. A run is kept in memory, so that its other entries cost nothing.
+        The entry. The run is cached, so its other entries cost nothing.
 
     Raises
     ------
@@ -271,12 +267,12 @@ def table(lines: Sequence[Line]) -> str:
     Parameters
     ----------
     lines : sequence of Line
-        What `benchmark` gave.
+        The result of `benchmark`.
 
     Returns
     -------
     str
-        A heading, the rows, and the total of the times in milliseconds.
+        A heading, the rows, and the total time in milliseconds.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""How often a 95 % region holds the truth, counted over redrawn scans.
+"""The coverage study: how often a 95 % region holds the truth, counted over redrawn scans.
 
-Each draw is registered from a start of its own, and its region is compared with the truth.
-A correct region holds the truth in 95 of 100 draws, chance aside.
+Each draw is registered from its own start, and its region is compared with the truth. A correct region holds the truth
+in 95 of 100 draws, chance aside.
 """
 
 from __future__ import annotations
@@ -40,24 +40,23 @@ LEVEL = 0.95
 
 @dataclass(frozen=True, eq=False)
 class CoverageLine:
-    """How one way of estimating the spread did on k draws.
+    """The results of one way of estimating the spread on k draws.
 
     Attributes
     ----------
     place : str
         "room", "corridor" or "hall".
     method : str
-        What registered the scans.
+        The registration method.
     way : str
         "hessian", "censi", "starts" (censi, with the start's spread carried through) or
         "sampled".
     covered : int
-        The draws whose region held the truth.
+        The number of draws whose region held the truth.
     count : int
-        The draws.
+        The number of draws.
     widest : float
-        The median of the regions' largest standard deviation, world units; infinite
-        where most have a free direction.
+        The median of the regions' largest standard deviation, world units; infinite if most have a free direction.
 
     Examples
     --------
@@ -83,9 +82,9 @@ class Runs:
     Attributes
     ----------
     scans : Redrawn
-        What was registered.
+        The scans registered.
     start : Pose
-        From where, (k,).
+        The starts, (k,).
     spread : tuple of float
         The standard deviations of the starts: degrees and world units.
     noise : float
@@ -93,7 +92,7 @@ class Runs:
     result : Result
         Of `solvers.register`.
     options : mapping
-        The method's, as `solvers.register` was given them.
+        The method's options, as passed to `solvers.register`.
 
     Examples
     --------
@@ -114,29 +113,28 @@ def runs(
     place: str, method: str = "point-to-plane", count: int = 1000, *, seed: int = 40, end: float | None = None,
     noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, **options: Any,
 ) -> Runs:  # fmt: skip
-    """Register redrawn scans, each from a start of its own about the truth.
+    """Register redrawn scans, each from its own start near the truth.
 
     Parameters
     ----------
     place : str
         "room", "corridor" or "hall".
     method : str, default "point-to-plane"
-        Of `solvers.METHODS`; where a ray may find no echo, one that takes weights.
+        One of `solvers.METHODS`; it must take weights if a ray may find no echo.
     count : int, default 1000
         How many draws.
     seed : int, default 40
-        What all of them are drawn from.
+        The seed of all random numbers.
     end : float, optional
-        How far the end walls are from the middle, in u.
+        The distance of the end walls from the middle, in u.
     noise : float, default 0.04
         σ of a range, in u.
     heading : float, default 3.0
         The standard deviation of the starts' angle, degrees.
     shift : float, default 0.15
-        That of their place, in each coordinate, in u.
+        That of each coordinate of their position, in u.
     **options
-        The method's own. "icp", "point-to-plane" and "gicp" get a gate of 2 u unless
-        they are given another.
+        The method's own. "icp", "point-to-plane" and "gicp" get a gate of 2 u unless given another.
 
     Returns
     -------
@@ -170,17 +168,17 @@ def ends_of(draws: Runs) -> Spread:
     Parameters
     ----------
     draws : Runs
-        What `runs` gave, two draws or more.
+        The result of `runs`, with at least two draws.
 
     Returns
     -------
     Spread
-        About the truth's place of the first source.
+        About the centre of the first source.
 
     Raises
     ------
     ValueError
-        If there is one draw alone.
+        If there is only one draw.
 
     Examples
     --------
@@ -204,10 +202,10 @@ def regions(draws: Runs, way: str) -> Covariance:
     Parameters
     ----------
     draws : Runs
-        What `runs` gave.
+        The result of `runs`.
     way : str
-        "hessian", "censi", "starts" or "sampled". The last is one matrix for all, that
-        of the twists between the ends and their mean, about each draw's pose.
+        "hessian", "censi", "starts" or "sampled". The last uses one matrix for all draws, that of the twists between
+        the ends and their mean, about each draw's pose.
 
     Returns
     -------
@@ -217,7 +215,7 @@ def regions(draws: Runs, way: str) -> Covariance:
     Raises
     ------
     ValueError
-        If there is no such way, or the method has none.
+        If there is no such way, or the method does not offer it.
 
     Examples
     --------
@@ -265,15 +263,15 @@ def coverage(
     place : str
         "room", "corridor" or "hall".
     method : str, default "point-to-plane"
-        What registers the scans.
+        The registration method.
     ways : tuple of str, optional
-        How the spread is estimated. None is every way that the method has: all four where it has
-        Censi's formula, as "icp" and "point-to-plane" do; "hessian" and "sampled" for
-        "gicp"; "sampled" for methods without a closed form.
+        The ways of estimating the spread. None is every way that the method offers: all four if it has Censi's
+        formula, as "icp" and "point-to-plane" do; "hessian" and "sampled" for "gicp"; "sampled" for methods without a
+        closed form.
     count : int, default 1000
         How many draws.
     seed : int, default 40
-        What they are drawn from.
+        The seed of the draws.
     level : float, default 0.95
         The regions' probability.
     noise : float, default 0.04
@@ -281,16 +279,16 @@ def coverage(
     heading : float, default 3.0
         The standard deviation of the starts' angle, degrees.
     shift : float, default 0.15
-        That of their place, in u.
+        That of each coordinate of their position, in u.
     end : float, optional
-        How far the end walls are from the middle, in u.
+        The distance of the end walls from the middle, in u.
     **options
         As for `runs`.
 
     Returns
     -------
     tuple of CoverageLine
-        One a way.
+        One per way.
 
     Raises
     ------
@@ -317,7 +315,7 @@ def coverage(
 
 
 def _censi(draws: Runs) -> Covariance:
-    # A ray without an echo is in no pair: its noise plays no part.
+    # A ray without an echo is in no pair, so its noise plays no part.
     p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (draws.scans.source, draws.scans.target))
     noises = range_bearing(p, draws.noise), range_bearing(q, draws.noise)
     return covariance(draws.result, "censi", source_noise=noises[0], target_noise=noises[1])

@@ -1,13 +1,11 @@
-"""The race: nine methods on the same two scans from the same start, as panels,
-benchmark and sweeps run it.
+"""The race: nine methods on the same two scans from the same start, for panels, benchmark and sweeps.
 
-One list of contestants with the options that they race with, one set of controls, one
-way to make the problems; what steps them is `solvers.stepper`. RANSAC takes no start:
-it ignores the starting pose, and its panel says so. Among the extras so does
-`correlative`. `graduated-nonconvexity` does not race: it needs pairs.
+One list of contestants with the options that they race with, one set of controls, one way to make the problems;
+`solvers.stepper` steps them. RANSAC ignores the starting pose, and its panel says so; among the extras, so does
+`correlative`. `graduated-nonconvexity` does not race, because it needs pairs.
 
-A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing
-beyond itself, and steps of different methods are different amounts of work.
+It is a controlled experiment: one room, one sampling, options chosen for it. Its ranking does not carry over to other
+scenes, and steps of different methods are different amounts of work.
 """
 
 from __future__ import annotations
@@ -36,7 +34,7 @@ MAX_STEPS = 70
 
 @dataclass(frozen=True)
 class Controls:
-    """What the race can be set to.
+    """The settings of the race.
 
     Parameters
     ----------
@@ -89,7 +87,7 @@ class Controls:
         Parameters
         ----------
         seed : int
-            What the random numbers are drawn from, not negative.
+            The seed of the random numbers, not negative.
 
         Returns
         -------
@@ -112,7 +110,7 @@ class Controls:
 
     @property
     def start(self) -> Pose:
-        """The starting pose: turned about the world's origin, then moved."""
+        """The starting pose: turned about the world's origin, then shifted."""
         return room_start(self.degrees, self.distance)
 
 
@@ -125,11 +123,11 @@ class Contestant:
     method : str
         A name of `solvers.METHODS`.
     label : str
-        What its panel and table row are called.
+        The name on its panel and table row.
     options : mapping
         The method's options by name; those left out keep their defaults.
     note : str
-        What a reader must know to read its result.
+        What a reader must know to interpret its result.
 
     Examples
     --------
@@ -146,7 +144,7 @@ class Contestant:
     note: str = ""
 
     def begin(self, problem: Problem, max_steps: int = MAX_STEPS) -> Batch[Any]:
-        """The contestant at its start; step it by `solvers.stepper.advance`.
+        """The contestant's run at its start; step it with `solvers.stepper.advance`.
 
         Parameters
         ----------
@@ -196,7 +194,7 @@ CONTESTANTS: tuple[Contestant, ...] = (
         "an experiment, not PMBM: no Poisson part, no existence, no posterior handed on",
     ),
 )  # fmt: skip
-"""The nine of the race, in the order of their panels."""
+"""The nine contestants of the race, in the order of their panels."""
 
 EXTRAS: tuple[Contestant, ...] = (
     Contestant("trimmed-icp", "Trimmed ICP", {"keep": 0.8}, "told that 80 % of the source has a partner"),
@@ -215,21 +213,21 @@ EXTRAS: tuple[Contestant, ...] = (
         "searches a grid of poses everywhere and ignores the start; the race's true heading is on the grid",
     ),
 )
-"""Others that may take the place of one of the nine."""
+"""Other contestants that may replace one of the nine."""
 
 
 def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
-    """The contestants of these methods, the nine and the extras each in their order.
+    """The contestants of the given methods: the nine, then the extras, each in their order.
 
     Parameters
     ----------
     names : sequence of str, optional
-        Names of methods, or the field's other names for them. None is the nine.
+        Names of methods, or common aliases of them. None is the nine.
 
     Returns
     -------
     tuple of Contestant
-        In the order of the panels, whatever that of the names.
+        In the order of the panels, whatever the order of the names.
 
     Raises
     ------
@@ -251,7 +249,7 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
 
 
 def racing(name: object, argument: str) -> Contestant:
-    """The contestant of a method's name; a ValueError that says why there is none."""
+    """The contestant for a method's name; else a ValueError that says why there is none."""
     racers = {c.method: c for c in (*CONTESTANTS, *EXTRAS)}
     own = ALIASES.get(name, name) if isinstance(name, str) else name
     if isinstance(own, str) and own in METHODS and own not in racers:
@@ -269,9 +267,9 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Parameters
     ----------
     controls : Controls
-        What the race is set to.
+        The settings of the race.
     seeds : sequence of int
-        One a problem, not negative; by default the benchmark's 25, 40 + 13k.
+        One per problem, not negative; by default the benchmark's 25, 40 + 13k.
 
     Returns
     -------
@@ -283,8 +281,7 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Raises
     ------
     ValueError
-        If `controls` are not Controls, or the seeds are not a sequence, not integers, negative,
-        or none at all.
+        If `controls` are not Controls, or the seeds are not a sequence, are not integers, are negative or are missing.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Repeated scans of one place: the same two stands, other rays, other noise.
+"""Repeated scans of one place from the same two stands, each with different rays and noise.
 
 Three places with a known truth. In the room both end walls are within the scanner's
 reach; in the corridor neither is; the hall looks the same after half a turn. `room` with
@@ -22,16 +22,19 @@ PLACES = ("room", "corridor", "hall")
 REACH = 5.0
 """How far the scanner sees, in u."""
 ENDS = {"room": 2.6, "corridor": 6.0, "hall": 2.8}
-"""How far an end wall is from the middle, in u."""
+"""The distance of an end wall from the middle, in u."""
 SIDES = {"room": 1.6, "corridor": 1.6, "hall": 1.7}
-"""How far a side wall is."""
+"""The distance of a side wall from the middle, in u."""
 _MIDDLE = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-0.7, -0.25), (0.45, 0.2)]))
 _ASIDE = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-1.5, -0.6), (-0.6, 0.3)]))
 STANDS = {"room": _MIDDLE, "corridor": _MIDDLE, "hall": _ASIDE}
-"""Where the two scans are made, source and target, in room coordinates; in the hall away from its middle."""
+"""The poses from which the two scans are made, source and target, in room coordinates; in the hall away from its
+middle.
+"""
 NO_ECHO = 1e3
-"""Where a target ray without echo is put, in u: beyond any gate, so a length that a method would take from the target's
-size has to be given."""
+"""Both coordinates of a target ray without echo, in u: beyond any gate, so lengths that a method would derive from the
+target's size must be given.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +79,7 @@ def walls_of(place: str, end: float | None = None) -> tuple[FloatArray, ...]:
     place : str
         "room", "corridor" or "hall".
     end : float, optional
-        How far each end wall is from the middle, in u, 1.5 to 20. None is the place's
-        own.
+        The distance of each end wall from the middle, in u, 1.5 to 20. None is the place's own.
 
     Returns
     -------
@@ -106,8 +108,8 @@ def redrawn(
 ) -> Redrawn:  # fmt: skip
     """Scan a place repeatedly from the same two stands.
 
-    Each draw turns both fans of rays by an angle of its own and measures ranges with
-    noise of its own. The first draws are the same however many there are.
+    Each draw turns both fans of rays by random angles and measures ranges with fresh noise. The first draws are the
+    same whatever `count` is.
 
     Parameters
     ----------
@@ -116,13 +118,13 @@ def redrawn(
     count : int, default 200
         How many draws.
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     end : float, optional
         As for `walls_of`.
     noise : float, default 0.04
         σ of a range, in u.
     rays : int, default 90
-        The rays of a scan, at least 12.
+        The number of rays in a scan, at least 12.
 
     Returns
     -------
@@ -165,20 +167,20 @@ def redrawn(
 
 
 def starts(truth: Pose, count: int, *, heading: float = 3.0, shift: float = 0.15, seed: int = 40) -> Pose:
-    """Starts about the truth, as an odometer would give them.
+    """Random starts near the truth, as an odometer would give them.
 
     Parameters
     ----------
     truth : Pose
-        What they spread about, a single pose of the plane.
+        The pose about which they spread, a single pose of the plane.
     count : int
         How many.
     heading : float, default 3.0
         The standard deviation of the angle, degrees.
     shift : float, default 0.15
-        That of each coordinate of the scanner's place, in u.
+        That of each coordinate of the scanner's position, in u.
     seed : int, default 40
-        What they are drawn from.
+        The seed of the random numbers.
 
     Returns
     -------

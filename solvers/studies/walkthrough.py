@@ -1,9 +1,7 @@
-"""The four methods of the walkthrough as it runs them: a similarity CPD, a FilterReg,
-an MMD-Reg and a learned flow.
+"""The four methods of the walkthrough with its options: similarity CPD, FilterReg, MMD-Reg and a learned flow.
 
-All four are given the moving cloud as it lies at the start, and no starting pose of
-their own. What a run finds is therefore the motion from there, and the pose of the
-scene is that motion after the start.
+All four get the moving cloud already moved by the start, and no starting pose. A run therefore finds the motion from
+there, and the scene's pose is that motion composed with the start.
 """
 
 from __future__ import annotations
@@ -30,9 +28,9 @@ from solvers.scenes.rooms import Scene
 AREA = SIDE**2
 """V, u²: both mixtures spread their clutter with density 1/V. A parameter of the demo."""
 EVERY = 4
-"""The flow is given every fourth point: it was trained on clouds of 28 to 48."""
+"""The flow gets every fourth point, since it was trained on clouds of 28 to 48."""
 MOST = 120
-"""Steps at most."""
+"""The most steps."""
 
 FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
     {
@@ -42,26 +40,26 @@ FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
         "flow": (FLOW, FlowOptions()),
     }
 )
-"""Name → method and its options, in the order of the panels."""
+"""Maps each name to a method and its options, in the order of the panels."""
 MIXTURES = ("cpd", "filterreg")
-"""Those of `FOUR` that have clutter in a mixture."""
+"""The methods of `FOUR` whose mixture has a clutter part."""
 
 
 def begin_walk(
     name: str, scenes: Sequence[Scene], starts: Sequence[Pose], project: bool = True, most: int = MOST
 ) -> Batch[Any]:
-    """One of the four methods on scenes of one size, no step taken.
+    """Begin one of the four methods on scenes of equal size, without taking a step.
 
     Parameters
     ----------
     name : str
         A key of `FOUR`.
     scenes : sequence of Scene
-        b scenes, as from `solvers.walk_scenes.fish`, of equally many points.
+        b scenes, as from `solvers.walk_scenes.fish`, with equal numbers of points.
     starts : sequence of Pose
-        Where each scene's moving cloud lies at first.
+        The initial pose of each scene's moving cloud.
     project : bool, default True
-        Whether the flow's endpoints are made rigid; nothing to the other methods.
+        Whether to make the flow's endpoints rigid; ignored by the other methods.
     most : int, default 120
         The most steps.
 
@@ -101,16 +99,16 @@ def begin_walk(
 
 
 def scene_poses(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
-    """The poses of the scenes, as far as the runs have come.
+    """The current poses of the scenes.
 
-    Each composes the start with the motion found from there.
+    Each is the start followed by the motion found so far.
 
     Parameters
     ----------
     batch : Batch
         A run of b problems, from `begin_walk`.
     starts : sequence of Pose
-        The starts that it was given, rigid motions.
+        The starts passed to `begin_walk`, rigid motions.
 
     Returns
     -------
@@ -148,7 +146,7 @@ def clutter(name: str) -> float:
     Raises
     ------
     ValueError
-        If it is another name.
+        If the name is any other.
 
     Examples
     --------
