@@ -1,19 +1,17 @@
-"""How sure a registered pose is.
+"""The uncertainty of a registered pose.
 
-A pose is an estimate, and an estimate has a spread. Four ways lead to one, and they
-answer different questions:
+A pose is an estimate, and an estimate has a spread. There are four ways to compute it, and they answer different
+questions:
 
-- `covariance(result, "hessian")`: σ² (JᵀJ)⁻¹, from the pairs that the run ended with, taken
-  as given.
+- `covariance(result, "hessian")`: σ² (JᵀJ)⁻¹, from the pairs that the run ended with, assumed to be right.
 - `covariance(result, "censi")`: the noise of the measured points carried through the
   minimum, in closed form (Censi 2007).
-- `monte_carlo(source, target, …)`: redrawn scans registered again, all ends kept.
-- `from_starts(source, target, …)`: one pair of scans from several starts (Brossard,
-  Bonnabel & Barrau 2020), to which a closed form is added.
+- `monte_carlo(source, target, …)`: registers redrawn scans and keeps all end poses.
+- `from_starts(source, target, …)`: registers one pair of scans from several starts (Brossard, Bonnabel & Barrau 2020)
+  and can add a closed form.
 
-`Covariance` says in which frame its small motion acts, names its directions, draws
-regions and poses through the exponential map, and changes frames by the adjoint. All of
-it is in the plane. It is loaded when it is first used.
+`Covariance` records the frame in which its small motion acts, names its directions, draws regions and poses through
+the exponential map, and changes frames by the adjoint. Everything is in the plane. The package is loaded on first use.
 """
 
 from solvers.uncertainty.chi_square import quantile

@@ -10,9 +10,8 @@ from solvers.core import validate
 def quantile(level: float, freedom: int = 3) -> float:
     """The χ² quantile for 1, 2 or 3 degrees of freedom.
 
-    The distribution functions are closed forms, erf(√(x/2)), 1 − e^(−x/2) and
-    erf(√(x/2)) − √(2x/π) e^(−x/2) (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). The
-    second has an inverse; the others are inverted by bisection.
+    The distribution functions have closed forms, erf(√(x/2)), 1 − e^(−x/2) and erf(√(x/2)) − √(2x/π) e^(−x/2)
+    (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). The second is inverted in closed form, the others by bisection.
 
     Parameters
     ----------

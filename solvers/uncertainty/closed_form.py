@@ -1,4 +1,4 @@
-"""The covariance of a registered pose from the clouds at that pose, in closed form."""
+"""The closed-form covariance of a registered pose, from the clouds at that pose."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from solvers.uncertainty.region import Covariance
 POINT = ("icp", "trimmed-icp", "capped-icp", "kiss-threshold-icp")
 HESSIAN = ("kabsch", *POINT, "point-to-plane", "gicp")
 CENSI = ("kabsch", *POINT, "point-to-plane")
-_ORDER = [2, 0, 1]  # gauss_newton has (x, y, ρω), this package (ρω, x, y)
+_ORDER = [2, 0, 1]  # from gauss_newton's (x, y, ρω) to this package's (ρω, x, y)
 
 
 def covariance(
@@ -41,23 +41,22 @@ def covariance(
     Parameters
     ----------
     result : Result
-        Of `solvers.register`, in the plane: one problem, a batch or a list of clouds. Of a
-        list, each noise is one number for all or a list with one entry for each cloud.
+        From `solvers.register`, in the plane: one problem, a batch or a list of clouds. For a list, each noise is one
+        number for all or a list with one entry per cloud.
     how : str, default "hessian"
-        "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, `icp`, `trimmed-icp`, `capped-icp`,
-        `kiss-threshold-icp`, `point-to-plane` and `gicp`; "censi", which carries the noise
-        of every measured point through the minimum, for the same but `gicp`.
+        "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, `icp`, `trimmed-icp`, `capped-icp`, `kiss-threshold-icp`, `point-to-plane`
+        and `gicp`; "censi", which carries the noise of every measured point through the minimum, for the same except
+        `gicp`.
     sigma : array_like of shape (...), optional
-        For "hessian": the standard deviation of a residual of weight 1, in world units, per
-        coordinate where the residual is a vector; one of weight w is taken to have σ/√w.
-        For `gicp`, whose residuals are told in units of its model, a factor without unit.
-        None estimates it from the residuals.
+        For "hessian": the standard deviation of a residual of weight 1, in world units, per coordinate if the residual
+        is a vector; a residual of weight w is assumed to have σ/√w. For `gicp`, whose residuals are in units of its
+        model, a dimensionless factor. None estimates it from the residuals.
     source_noise : array_like of shape (), (m,) or (..., m, 2, 2), optional
-        For "censi": what the source points' noise is, as a standard deviation per
-        coordinate in world units, one for all or one each, or as covariances in source
-        coordinates, such as those of `range_bearing`. None takes them as exact.
+        For "censi": the source points' noise, as a standard deviation per coordinate in world units, one for all or
+        one each, or as covariances in source coordinates, such as those of `range_bearing`. None treats the points as
+        exact.
     target_noise : array_like of shape (), (n,) or (..., n, 2, 2), optional
-        The same of the target points, in target coordinates. "censi" needs one of the two.
+        The same for the target points, in target coordinates. "censi" needs at least one of the two.
     free_below : float, default 1e-6
         The fraction of the Hessian's largest eigenvalue below which a direction is free.
 
@@ -69,43 +68,36 @@ def covariance(
     Raises
     ------
     ValueError
-        If `result` is not a Result, if its method has no such covariance, if it is not of
-        the plane, if a noise is not finite, is negative or not of the shape, is what the
-        other form takes, or if "censi" is given none.
+        If `result` is not a Result, if its method has no such covariance, if it is not of the plane, if a noise is not
+        finite, is negative or has a wrong shape, if it belongs to the other form, or if "censi" is given none.
 
     Notes
     -----
-    Both hold to first order, at a minimum that the run has reached, for the pairs that
-    it ended with: neither knows that other pairs, or another start, would have led
-    elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic noise whose
-    variances go as 1/w, and where no two of the `pairs` share a point. For
-    the others it takes the partner of each point and its normal as given, and the
-    residuals as independent, which makes it overconfident. Of 100 redrawn pairs of scans
-    of a room, with range noise of 0.04 u, its 95 % regions held the truth in about 89 with
-    `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and
-    `kiss-threshold-icp`, and 10 with `trimmed-icp`; in a corridor in 51 with
-    `point-to-plane`, 6 with `gicp` and none with `icp`.
-    `solvers.uncertainty_study.coverage` counts this. The noisier the points are for their
-    spacing, the less the normals are worth: of 100 draws of `room("noise")`, σ = 0.11 u,
-    the regions with `point-to-plane` held the truth in about 40, those of "censi" in 92.
+    Both hold to first order, at a minimum that the run has reached, for the pairs that it ended with: neither accounts
+    for other pairs, or another start, leading elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic
+    noise whose variances are proportional to 1/w, if no two of the `pairs` share a point. For the others it treats each
+    point's partner and its normal as given and the residuals as independent, which makes it overconfident. Of 100
+    redrawn pairs of scans of a room, with range noise of 0.04 u, its 95 % regions held the truth in about 89 with
+    `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and `kiss-threshold-icp`, and 10 with `trimmed-icp`;
+    in a corridor in 51 with `point-to-plane`, 6 with `gicp` and none with `icp`. `solvers.uncertainty_study.coverage`
+    counts this. The noisier the points are relative to their spacing, the less reliable the normals are: of 100 draws
+    of `room("noise")`, σ = 0.11 u, the regions with `point-to-plane` held the truth in about 40, those of "censi" in
+    92.
 
-    "censi" differentiates the condition of the minimum, ∂E/∂x = 0, by pose and
-    measurements: cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point
-    that is the partner of several counts as the one measurement that it is (but not where
-    `pairs` say so: of these each counts as two points of its own), and with
-    `point-to-plane` so do the neighbours that make a normal. Weights are taken as
-    constants. `gicp` is left out because its precisions, which depend on the pose, are
-    frozen in each step.
+    "censi" differentiates the condition for the minimum, ∂E/∂x = 0, by pose and measurements:
+    cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point that is the partner of several counts as one
+    measurement (but not for given `pairs`, each of which counts as two points of its own), and with `point-to-plane` so
+    do the neighbours that determine a normal. Weights are treated as constants. `gicp` is left out because its
+    precisions, which depend on the pose, are frozen in each step.
 
-    Where a direction is free its deviation is infinite.
+    The deviation along a free direction is infinite.
 
     References
     ----------
     .. [1] A. Censi, "An accurate closed-form estimate of ICP's covariance", 2007.
        doi:10.1109/ROBOT.2007.363961
     .. [2] S. Bonnabel, M. Barczyk, F. Goulette, "On the covariance of ICP-based
-       scan-matching techniques", 2014 (why pairs taken as given mislead point to
-       point). arXiv:1410.7632
+       scan-matching techniques", 2014 (why pairs taken as given mislead point-to-point ICP). arXiv:1410.7632
 
     Examples
     --------
@@ -131,7 +123,8 @@ def covariance(
         raise ValueError(f"result: covariances are of the plane, the points have {result.pose.dim} coordinates")
     _noise_of_its_form(how, sigma, source_noise, target_noise)
     validate.number(free_below, "free_below", 0.0, 1.0)
-    # Of a list of one cloud, an entry for it is a list of one; of a cloud of one point it may be that point's.
+    # For a list of one cloud, a noise may be a list of one entry; for a cloud of one point, that may also be the
+    # point's.
     problem = result.states[0].problem
     alone = result.pose.batch == (1,) and any(
         isinstance(x, list | tuple) and len(x) == 1 and (np.ndim(cast(Any, x[0])) or cloud.shape[1] > 1)
@@ -158,7 +151,7 @@ def covariance(
 
 
 def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | None) -> Covariance:
-    """`covariance` of a list of clouds: each its own, and side by side."""
+    """`covariance` of a list of clouds: computed one by one and stacked."""
     n = len(result.states)
     noise_entries: dict[str, Any] = {}
     for name, noise in noises.items():
@@ -177,7 +170,7 @@ def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | No
 
 
 def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: Any) -> None:
-    """Raises ValueError where a noise is given that the form would pass over, or where "censi" is given none."""
+    """Raise ValueError if a noise is given that the form would ignore, or if "censi" is given none."""
     if how == "censi" and sigma is not None:
         raise ValueError("sigma: 'censi' takes the points' noise instead: source_noise, target_noise or both")
     if how == "censi" and source_noise is None and target_noise is None:
@@ -188,17 +181,17 @@ def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: An
 
 
 def offered(result: Result) -> Covariance | None:
-    """What `Result.covariance` is: "hessian" by the residuals, None where there is none.
+    """The value of `Result.covariance`: "hessian" with σ from the residuals, or None if there is none.
 
     Parameters
     ----------
     result : Result
-        Of `solvers.register`.
+        From `solvers.register`.
 
     Returns
     -------
     Covariance or None
-        None for other methods than `HESSIAN`, in space, and for a pose with a scale.
+        None for methods not in `HESSIAN`, in space, and for a pose with a scale.
     """
     planar = result.pose.dim == 2 and bool(np.all(np.abs(np.asarray(result.pose.scale) - 1.0) <= 1e-9))
     return covariance(result) if result.method in HESSIAN and planar else None
@@ -206,10 +199,9 @@ def offered(result: Result) -> Covariance | None:
 
 @dataclass(frozen=True, eq=False)
 class _Pairs:
-    """What stands at b poses. moved, partners: (b, m, 2). precision: (b, m, 2, 2).
-    weights: (b, m), 0 where unused. rows: (b, m) of the target. dims: of a residual.
-    index, normals: of the target, (b, n, …), where normals play a part; neighbours: how
-    many made one.
+    """The pairs at b poses. moved, partners: (b, m, 2). precision: (b, m, 2, 2). weights: (b, m), 0 where unused.
+    rows: (b, m) of the target. dims: of a residual. index, normals: of the target, (b, n, …), if normals matter;
+    neighbours: how many determine a normal.
     """
 
     moved: FloatArray
@@ -229,7 +221,7 @@ class _Pairs:
 
 
 def _pairs(result: Result) -> _Pairs:
-    """The pairs that a run ended with. Points without weight are put at the centre."""
+    """The pairs that a run ended with. Points without a weight are placed at the centre."""
     state: Any = result.states[0]
     problem, pose = state.problem, state.pose
     if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
@@ -277,10 +269,10 @@ def _hessian(
         variance = np.square(s)
     else:
         left = at.moved - at.partners
-        # Of a wall without noise the sum may come out a little below zero.
+        # For a noiseless wall, rounding may leave the sum a little below zero.
         squares = np.maximum(np.einsum("bm,bmi,bmij,bmj->b", w, left, at.precision, left, optimize=True), 0.0)
         spare = at.dims * (w > 0.0).sum(axis=1) - 3
-        # As many unknowns as residuals leave nothing to judge the noise by.
+        # With as many unknowns as residuals, nothing is left to estimate the noise from.
         variance = np.where(spare > 0, squares / np.maximum(spare, 1), np.inf)
     inverse, free = _inverse(H, below)
     none = np.isinf(variance)
@@ -297,7 +289,7 @@ def _censi(
     pull = (at.precision @ (at.moved - at.partners)[..., None])[..., 0]
     arm = at.moved - at.centre[:, None]
     H = np.einsum("bm,bmip,bmij,bmjq->bpq", at.weights, J, at.precision, J, optimize=True)
-    # The one second derivative of x = c + R(ω)(x − c) + v: by the angle twice.
+    # The only second derivative of x = c + R(ω)(x − c) + v that is not zero: by the angle twice.
     H[:, 0, 0] -= (at.weights * np.einsum("bmi,bmi->bm", arm, pull)).sum(axis=1) / np.square(at.radius)
     by_target = -w * (J.swapaxes(-1, -2) @ at.precision)
     by_source = -by_target
@@ -308,7 +300,7 @@ def _censi(
     rotation = at.turn[:, None]
     noise_p = rotation @ S @ rotation.swapaxes(-1, -2)
     middle = np.einsum("bmpi,bmij,bmqj->bpq", by_source, noise_p, by_source, optimize=True)
-    # Each target point once, however many pairs it is in.
+    # Each target point counts once, however many pairs it is in.
     each = np.zeros((b, at.count, 3, 2))
     which = np.arange(b)[:, None]
     np.add.at(each, (which, at.rows), by_target)
@@ -321,9 +313,8 @@ def _censi(
 
 
 def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
-    """What the target points do through the normals: n turns by α about its point where
-    its neighbourhood's points y are moved by dz, with α (λ₁ − λ₂) k = Σ (t·dz)(y·n) +
-    (t·y)(n·dz), t across n.
+    """Add the target points' effect through the normals: n turns by α when the points y of its neighbourhood move by
+    dz, with α (λ₁ − λ₂) k = Σ (t·dz)(y·n) + (t·y)(n·dz), t across n.
     """
     assert at.index is not None
     assert at.normals is not None
@@ -339,7 +330,7 @@ def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
     across, along = (y @ at.normals[..., None]), (y @ t[..., None])
     turn = (across * t[:, :, None] + along * at.normals[:, :, None]) / y.shape[2]
     turn = np.where(at.flagged[..., None, None], 0.0, turn / np.where(gap < 0.0, gap, -1.0)[..., None, None])
-    # For each pair, by the turn α of its normal: w Jᵀ [t (n·d) + n (t·d)].
+    # For each pair, the derivative by the turn α of its normal: w Jᵀ [t (n·d) + n (t·d)].
     d = at.moved - at.partners
     n_i, t_i = at.normals[which, at.rows], t[which, at.rows]
     bent = t_i * (n_i * d).sum(-1, keepdims=True) + n_i * (t_i * d).sum(-1, keepdims=True)
@@ -350,8 +341,8 @@ def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
 
 
 def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
-    """The inverses of (b, 3, 3) outside their free directions, and these, (b, 3, 3): a
-    column each, zero for the others.
+    """The inverses of H (b, 3, 3) outside its free directions, and those directions (b, 3, 3), one per column, zero
+    for the others.
     """
     size = np.abs(H).max(axis=(1, 2))
     sound = np.asarray((size > 1e-300) & (size < np.inf))  # eigh does not converge on subnormal numbers

@@ -1,4 +1,4 @@
-"""The spread of poses that many runs end at: by redrawn scans, and by the spread of starts."""
+"""The spread of the end poses of many runs, from redrawn scans or from a spread of starts."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from solvers.uncertainty.matrices import from_scaled
 from solvers.uncertainty.region import Covariance
 
 APART = 0.25
-"""Modes are this fraction of the cloud's radius apart, or more."""
+"""The default distance between modes, as a fraction of the cloud's radius."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """End poses of k runs, all of them, with what one matrix would say and what modes say.
+    """The end poses of k runs, described by one matrix and by their modes.
 
     Attributes
     ----------
     poses : Pose
         The k end poses.
     mode : ndarray of int64, shape (k,)
-        Which group each belongs to; 0 is the largest. Poses whose distance is below the
-        threshold belong together, as do all that a chain of such poses connects.
+        The group of each pose; 0 is the largest. Poses closer than the threshold belong together, as do all connected
+        by a chain of such poses.
     whole : Covariance
-        One mean and one matrix of all poses.
+        One mean and one matrix for all poses.
     modes : tuple of Covariance
-        One for each group, largest first; a group of one pose has no spread.
+        One per group, largest first; a group of one pose has no spread.
 
     Examples
     --------
@@ -92,10 +92,10 @@ def spread_of(
     radius : float
         The cloud's RMS radius, world units.
     apart : float, optional
-        From which distance on two poses are of two modes: the root mean square distance
-        between where they put the cloud, world units. None is a quarter of the radius.
+        The distance from which on two poses belong to different modes, world units: the RMS distance between the
+        cloud's points as moved by each. None is a quarter of the radius.
     made_by : str, default "sampled"
-        What the covariances say of where they come from.
+        The `made_by` of the covariances.
 
     Returns
     -------
@@ -110,9 +110,9 @@ def spread_of(
 
     Notes
     -----
-    The mean is that of the twists about it, found by iteration; the covariance is the
-    sum of the outer products of these twists over k − 1. With modes half a turn apart
-    there is no meaningful mean: `whole` is what one matrix makes of them.
+    The mean is the pose about which the twists average to zero, found by iteration; the covariance is the sum of the
+    outer products of these twists over k − 1. With modes half a turn apart there is no meaningful mean: `whole` shows
+    what one matrix makes of them.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def spread_of(
         raise ValueError(f"centre: expected shape (2,), got {middle.shape}")
     mode = _modes(poses, middle, radius, limit)
     groups = tuple(_gaussian(poses[mode == k], middle, radius, made_by) for k in range(int(mode.max()) + 1))
-    # From the largest mode's mean, which the iteration leaves only where that helps.
+    # Start from the largest mode's mean, which the iteration leaves only for a smaller spread.
     whole = groups[0] if len(groups) == 1 else _gaussian(poses, middle, radius, made_by, groups[0].mean)
     return Spread(poses, mode, whole, groups)
 
@@ -142,21 +142,21 @@ def monte_carlo(
     method: str | Method[Any] = "icp", *, start: Pose | None = None,
     weights: ArrayLike | Sequence[ArrayLike | None] | None = None, apart: float | None = None, **options: Any,
 ) -> Spread:  # fmt: skip
-    """Register redrawn scans, each as if it were the one, and keep all end poses.
+    """Register redrawn scans, each as if it were the only one, and keep all end poses.
 
-    What is redrawn is the caller's: the noise, the rays, the start. Whatever is left
-    out of it is left out of the spread.
+    The caller decides what to redraw: the noise, the rays, the start. Sources of error that are not redrawn do not
+    appear in the spread.
 
     Parameters
     ----------
     source : array_like of shape (k, m, 2) or (m, 2), or list of k (m, 2) arrays
-        The clouds that are moved, one per draw, or one for all.
+        The clouds to move, one per draw or one for all.
     target : array_like of shape (k, n, 2) or (n, 2), or list of k (n, 2) arrays
         The clouds that stay.
     method : str or Method, default "icp"
         As for `solvers.register`.
     start : Pose, optional
-        Where the runs begin, of shape () or (k,).
+        The starting poses, of shape () or (k,).
     weights : array_like, optional
         As for `solvers.register`.
     apart : float, optional
@@ -172,11 +172,11 @@ def monte_carlo(
     Raises
     ------
     ValueError
-        If there are fewer than two draws, the method finds a scale, and whatever `solvers.register` objects to.
+        If there are fewer than two draws, if the method finds a scale, or if `solvers.register` rejects an argument.
 
     Examples
     --------
-    Forty draws of the corridor: across it all agree, and along it none do.
+    Forty draws of the corridor agree across it but not along it.
 
     >>> import numpy as np
     >>> from solvers.uncertainty import monte_carlo
@@ -203,46 +203,45 @@ def from_starts(
     noise: Covariance | None = None, weights: ArrayLike | None = None, draws: int = 0, seed: int = 0,
     **options: Any,
 ) -> Covariance:  # fmt: skip
-    """The covariance of a run's end that the uncertainty of its start leaves.
+    """The covariance of a run's end pose that the uncertainty of its start causes.
 
-    One pair of scans is registered from several starts. With `draws` = 0 they are the
-    six of the unscented transform, √3 deviations up and down each direction of the
-    start's covariance; otherwise they are drawn from it.
+    One pair of scans is registered from several starts. With `draws` = 0 these are the six points of the unscented
+    transform, √3 deviations to either side along each direction of the start's covariance; otherwise they are drawn
+    from it.
 
     Parameters
     ----------
     source : array_like of shape (m, 2)
-        The cloud that is moved.
+        The cloud to move.
     target : array_like of shape (n, 2)
         The cloud that stays.
     method : str or Method, default "icp"
         As for `solvers.register`.
     start : Covariance
-        The starting pose and how uncertain it is; no direction of it is free.
+        The starting pose with its uncertainty, without free directions.
     noise : Covariance, optional
-        What the points' noise adds, such as a closed form's: the two matrices are added.
-        Its free directions stay free.
+        The covariance due to the points' noise, such as a closed form's: the two matrices are added. Its free
+        directions stay free.
     weights : array_like, optional
         As for `solvers.register`.
     draws : int, default 0
-        How many starts are drawn; 0 for the unscented six.
+        How many starts to draw; 0 takes the unscented six.
     seed : int, default 0
-        What they are drawn from.
+        The seed of the draws.
     **options
         The method's own.
 
     Returns
     -------
     Covariance
-        In the frame "target", about the pose that the run from the mean start ends at.
-        The spread is measured from that pose, not from the ends' own mean, so that a run
-        from the mean that misses what the others find counts as spread.
+        In the frame "target", about the end pose of the run from the mean start. The spread is measured from that
+        pose, not from the mean of the ends, so that it shows if the run from the mean misses what the others find.
 
     Raises
     ------
     ValueError
-        If `start` or `noise` is not a single Covariance, if a direction of the start is
-        free, if the method finds a scale, and whatever `solvers.register` objects to.
+        If `start` or `noise` is not a single Covariance, if a direction of the start is free, if the method finds a
+        scale, or if `solvers.register` rejects an argument.
 
     References
     ----------
@@ -251,7 +250,7 @@ def from_starts(
 
     Examples
     --------
-    In a corridor the end lies where along it the start lay:
+    In a corridor the end pose keeps the start's error along it:
 
     >>> import numpy as np
     >>> from solvers.uncertainty import from_matrix, from_starts
@@ -288,7 +287,7 @@ def from_starts(
 
 
 def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
-    """Centre and RMS radius of the first cloud's points with weight."""
+    """The centre and RMS radius of the first cloud's points with a weight."""
     first = points.reshape(-1, *points.shape[-2:])[0]
     if isinstance(weights, list | tuple) and (weights[0] is None or np.ndim(weights[0])):
         weights = weights[0]
@@ -302,8 +301,8 @@ def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
 
 
 def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
-    """The same covariance told about another centre and in units of another radius."""
-    # From centre to centre, not by way of the origin, which may be far.
+    """The same covariance about another centre and in units of another radius."""
+    # From centre to centre directly, not via the origin, which may be far away.
     anew = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre - spread.centre)
     anew = anew / np.array([float(spread.radius), 1.0, 1.0])
     span = anew @ spread.directions[:, spread.free]
@@ -331,7 +330,7 @@ def _twists(poses: Pose, mean: Pose, centre: FloatArray, radius: float) -> Float
 
 
 def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean: Pose | None = None) -> Covariance:
-    """Mean and covariance of poses (k,)."""
+    """The mean and covariance of poses (k,)."""
     mean = poses[0] if mean is None else mean
     spread = np.inf
     for _ in range(20):
@@ -350,7 +349,7 @@ def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean
 
 
 def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntArray:
-    """Labels of the connected groups, the largest 0."""
+    """The labels of the connected groups, 0 for the largest."""
     at = poses.apply(middle[None])[:, 0]
     angle = np.asarray(poses.angle)
     label = np.full(len(at), -1, dtype=np.int64)
@@ -358,7 +357,7 @@ def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntA
         if label[first] >= 0:
             continue
         label[first] = first
-        queue = [first]  # of this group, those whose neighbours have not been looked for
+        queue = [first]  # members of this group whose neighbours are not yet searched
         while queue:
             k = queue.pop()
             rest = np.flatnonzero(label < 0)

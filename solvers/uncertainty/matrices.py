@@ -1,4 +1,4 @@
-"""Covariances made from matrices."""
+"""Making covariances from matrices."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def from_matrix(
     frame : str, default "target"
         "target" or "source".
     made_by : str, default "given"
-        Where it comes from.
+        How the matrix was obtained.
 
     Returns
     -------
     Covariance
-        With the directions ordered by their deviation.
+        With the directions ordered by falling deviation.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def from_matrix(
 
 
 def _of_shape(a: FloatArray, shape: tuple[int, ...], name: str) -> FloatArray:
-    """`a` broadcast to the shape that the mean asks for."""
+    """`a` broadcast to the shape that fits the mean; else a ValueError."""
     try:
         return np.broadcast_to(a, shape)
     except ValueError:
@@ -107,17 +107,17 @@ def from_scaled(
     unit = np.where(largest > 0.0, largest, 1.0)
     relative = scaled / unit
     if free is not None:
-        # What is free is put far beyond the rest, to come first among the eigenvectors.
+        # Free directions get eigenvalues far above the rest, so that they come first.
         relative = relative + _FAR * (free @ free.swapaxes(-1, -2))
     values, vectors = np.linalg.eigh(relative)
     if values.min(initial=0.0) < -1e-6:
         raise ValueError("matrix: it is not positive semidefinite")
     values, vectors = values[..., ::-1], vectors[..., ::-1]
     infinite = values > 0.5 * _FAR if free is not None else np.zeros(values.shape, dtype=np.bool_)
-    # What is left of a deviation of zero is rounding.
+    # Values this small are the rounding error of zero.
     values = np.where(values > 8.0 * _EPS * values.max(axis=-1, keepdims=True), values, 0.0)
     deviations = np.where(infinite, np.inf, np.sqrt(values * unit[..., 0]))
-    # The sign of a direction is a choice: its largest component is positive.
+    # The sign of a direction is arbitrary: make its largest component positive.
     at = np.abs(vectors).argmax(axis=-2)[..., None, :]
     vectors = vectors * np.where(np.take_along_axis(vectors, at, axis=-2) < 0.0, -1.0, 1.0)
     return Covariance(mean, deviations, vectors, np.array(centre), np.array(radius), frame, made_by)

@@ -1,4 +1,4 @@
-"""The noise of measured points: a scanner's by range and bearing, and whatever a caller gives as covariances."""
+"""The noise of measured points: a scanner's, from range and bearing, and any that a caller gives as covariances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from solvers.core.numbers import finite, numbers
 def range_bearing(
     points: ArrayLike, range_sigma: float, bearing_sigma: float = 0.0, origin: ArrayLike = (0.0, 0.0)
 ) -> FloatArray:
-    """The covariances of points that a range scanner has measured.
+    """The covariances of points measured by a range scanner.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def range_bearing(
     bearing_sigma : float, default 0.0
         That of a bearing, radians.
     origin : array_like of shape (2,), default (0.0, 0.0)
-        Where the scanner stood.
+        The scanner's position.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def range_bearing(
 
 
 def covariances(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> FloatArray:
-    """Covariances (b, count, 2, 2) from what the caller gave."""
+    """Covariances (b, count, 2, 2) from the caller's deviations or covariances."""
     a = finite(numbers(given, name), name)
     if a.shape in ((), (count,)):
         if (a < 0.0).any():
@@ -78,7 +78,7 @@ def covariances(given: ArrayLike, name: str, batch: tuple[int, ...], count: int)
 
 
 def _semidefinite(a: FloatArray) -> bool:
-    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, up to the rounding of each."""
+    """Whether all matrices of a, (..., 2, 2), are symmetric and positive semidefinite, up to rounding."""
     little = 1e-9 * np.abs(a).max(axis=(-2, -1))
     symmetric = (np.abs(a - a.swapaxes(-1, -2)).max(axis=(-2, -1)) <= little).all()
     return bool(symmetric and (np.linalg.eigvalsh(a).min(axis=-1) >= -little).all())

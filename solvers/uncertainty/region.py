@@ -1,4 +1,4 @@
-"""A pose with its spread: the matrix, where it acts, its regions and its directions."""
+"""A pose with its spread: the matrix, the frame in which it acts, its regions and its directions."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _EPS = float(np.finfo(np.float64).eps)
 class Covariance:
     """How far, and in which directions, poses spread about a mean.
 
-    The true pose is taken to be `exp(ξ) ∘ mean` in the frame "target" (the small motion happens in target coordinates,
-    after the pose) and `mean ∘ exp(ξ)` in the frame "source", with ξ normal, of mean zero. It is kept by its
-    eigen-directions, of the twist about the cloud's centre with its angle multiplied by the cloud's RMS radius: then
-    all are lengths, and their order depends neither on units nor on the origin. Where the data say nothing about a
-    direction its deviation is infinite.
+    The true pose is modelled as `exp(ξ) ∘ mean` in the frame "target" (the small motion happens in target coordinates,
+    after the pose) and `mean ∘ exp(ξ)` in the frame "source", with ξ normal, of mean zero. The spread is stored as
+    eigen-directions of the twist about the cloud's centre with its angle multiplied by the cloud's RMS radius: then all
+    components are lengths, and their order depends neither on units nor on the origin. If the data do not determine a
+    direction, its deviation is infinite.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Covariance:
     directions : ndarray of shape (..., 3, 3)
         Unit vectors (radius · angle, x, y) of the motions, one per column.
     centre : ndarray of shape (..., 2)
-        What the motions turn about, in the frame's coordinates.
+        The centre of the motions' turns, in the frame's coordinates.
     radius : ndarray of shape (...)
         RMS radius of the cloud, world units.
     frame : str
@@ -93,7 +93,7 @@ class Covariance:
     def matrix(self) -> FloatArray:
         """The covariance (..., 3, 3) over (angle, x, y), about the frame's origin.
 
-        rad², rad·u and u². A free direction is left out, as if it did not move: no finite matrix holds it.
+        rad², rad·u and u². Free directions are left out, as if they had no spread: no finite matrix can hold them.
         """
         finite = np.where(self.free, 0.0, self.deviations)
         half = self._basis() * finite[..., None, :]
@@ -103,7 +103,7 @@ class Covariance:
     def information(self) -> FloatArray:
         """The information matrix (..., 3, 3) over (angle, x, y), about the frame's origin.
 
-        The inverse of the covariance, zero along a free direction. Pose graphs take `edge_information`.
+        The inverse of the covariance, zero along free directions. For pose graphs use `edge_information`.
 
         Raises
         ------
@@ -117,14 +117,14 @@ class Covariance:
         return half @ half.swapaxes(-1, -2)
 
     def edge_information(self) -> FloatArray:
-        """The information of edges that measure these poses, as `solvers.posegraph.Edges` takes it.
+        """The information of edges that measure these poses, in the form of `solvers.posegraph.Edges`.
 
         `information` in the frame "source", over (x, y, angle): the source is the measured node j, the target i.
 
         Returns
         -------
         ndarray of shape (..., 3, 3)
-            1/u², 1/(u rad) and 1/rad². `Edges` refuses it where a direction is free.
+            1/u², 1/(u rad) and 1/rad². `Edges` rejects it if a direction is free.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class Covariance:
     def distance(self, pose: Pose) -> FloatArray:
         """The squared Mahalanobis distance of poses from the mean.
 
-        Free directions count nothing; a motion along a direction without spread is infinitely far.
+        Free directions do not count; a motion along a direction without spread is infinitely far.
 
         Parameters
         ----------
@@ -181,11 +181,11 @@ class Covariance:
         Returns
         -------
         ndarray of shape (...)
-            Without unit; χ² distributed where the model is right, of as many degrees as directions are determined.
+            Dimensionless; χ² distributed if the model is right, with one degree of freedom per determined direction.
         """
         along = np.abs(self.along(pose))
         size = np.abs(self.centre).sum(axis=-1) + np.abs(self.mean.t).sum(axis=-1) + self.radius
-        # Without spread, what is zero up to rounding is zero.
+        # Along a direction without spread, a distance of zero up to rounding counts as zero.
         rest = (along == 0.0) | ((self.deviations == 0.0) & (along <= 64.0 * _EPS * np.asarray(size)[..., None]))
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(rest, 0.0, along / self.deviations)
@@ -215,7 +215,7 @@ class Covariance:
         return along
 
     def covers(self, pose: Pose, level: float = 0.95) -> BoolArray:
-        """Whether poses lie in the region that should hold the truth with a probability.
+        """Whether poses lie in the region that should hold the truth with a given probability.
 
         Parameters
         ----------
@@ -227,7 +227,7 @@ class Covariance:
         Returns
         -------
         ndarray of bool, shape (...)
-            True where they do. Where all directions are free it is always true.
+            True where they do; always true if all directions are free.
 
         Raises
         ------
@@ -239,14 +239,14 @@ class Covariance:
         return within
 
     def point_covariance(self, point: ArrayLike = (0.0, 0.0), reach: float | None = None) -> FloatArray:
-        """The covariance (..., 2, 2) of where a source point comes to lie, in u².
+        """The covariance (..., 2, 2) of a moved source point's position, in u².
 
         Parameters
         ----------
         point : array_like of shape (2,), default (0.0, 0.0)
-            In source coordinates; the origin is where the scanner stood.
+            In source coordinates; the origin is the scanner's position.
         reach : float, optional
-            What is taken for the deviation of a free direction, world units.
+            The deviation to assume for a free direction, world units.
 
         Returns
         -------
@@ -256,7 +256,7 @@ class Covariance:
         Raises
         ------
         ValueError
-            If a direction is free and there is no reach.
+            If a direction is free and no reach is given.
         """
         half = self.to("target")._lever(point) * self._finite(reach)[..., None, :]
         return half @ half.swapaxes(-1, -2)
@@ -264,21 +264,21 @@ class Covariance:
     def ellipse(
         self, level: float = 0.95, point: ArrayLike = (0.0, 0.0), count: int = 72, reach: float | None = None
     ) -> FloatArray:
-        """The curve about where a source point comes to lie that holds it with a probability.
+        """The curve that encloses a moved source point with a given probability.
 
-        For each point of the ellipse of the linearised spread the most likely motion that leads there is carried
-        through the exponential map, so that a spread of angles bends the curve.
+        For each point on the ellipse of the linearised spread, the most likely motion to it is carried through the
+        exponential map, so that a spread of angles bends the curve.
 
         Parameters
         ----------
         level : float, default 0.95
             The probability.
         point : array_like of shape (2,), default (0.0, 0.0)
-            In source coordinates; the origin is where the scanner stood.
+            In source coordinates; the origin is the scanner's position.
         count : int, default 72
-            The points of the curve.
+            The number of points on the curve.
         reach : float, optional
-            What is taken for the deviation of a free direction, world units.
+            The deviation to assume for a free direction, world units.
 
         Returns
         -------
@@ -288,13 +288,13 @@ class Covariance:
         Raises
         ------
         ValueError
-            If this is a batch, if a direction is free and there is no reach, or if the point, the level (a probability)
-            or the count (1 or more) is not what it should be.
+            If this is a batch, if a direction is free and no reach is given, or if the point, the level (a
+            probability) or the count (1 or more) is invalid.
         """
         self._single("ellipse")
         here = self.to("target")
         half = here._lever(point) * here._finite(reach)
-        # A triangular root, which unlike eigenvectors is steady where the ellipse is round.
+        # A triangular root, which unlike eigenvectors is continuous where the ellipse is round.
         C = half @ half.T
         a = sqrt(C[0, 0])
         b = C[0, 1] / a if a > 0.0 else 0.0
@@ -306,16 +306,16 @@ class Covariance:
         return where
 
     def sample(self, count: int, seed: int = 0, reach: float | None = None) -> Pose:
-        """Poses drawn from the normal distribution, through the exponential map.
+        """Poses drawn from the normal distribution through the exponential map.
 
         Parameters
         ----------
         count : int
             How many.
         seed : int, default 0
-            What the random numbers are drawn from.
+            The seed of the random numbers.
         reach : float, optional
-            What is taken for the deviation of a free direction, world units.
+            The deviation to assume for a free direction, world units.
 
         Returns
         -------
@@ -325,14 +325,14 @@ class Covariance:
         Raises
         ------
         ValueError
-            If this is a batch, or if a direction is free and there is no reach.
+            If this is a batch, or if a direction is free and no reach is given.
         """
         self._single("sample")
         rng = np.random.default_rng(validate.count(seed, "seed"))
         return self.poses(rng.standard_normal((validate.count(count, "count", 1), 3)) * self._finite(reach))
 
     def poses(self, along: ArrayLike) -> Pose:
-        """The poses that lie so far along each direction: the inverse of `along`.
+        """The poses at the given distances along each direction: the inverse of `along`.
 
         Parameters
         ----------
@@ -354,7 +354,7 @@ class Covariance:
         return motions.compose(self.mean) if self.frame == "target" else self.mean.compose(motions)
 
     def words(self) -> str:
-        """What is free or widest, in words, for a single pose."""
+        """The free directions or the widest one, in words, for a single pose."""
         self._single("words")
         return said(self.directions[:, 0], self.centre, float(self.radius), self.deviations)
 
@@ -379,7 +379,7 @@ class Covariance:
         return np.stack([self.radius, *(np.ones_like(self.radius) for _ in "xy")], axis=-1)
 
     def _towards(self) -> FloatArray:
-        """From a twist about the origin to scaled coordinates about the centre."""
+        """The matrix from a twist about the origin to scaled coordinates about the centre."""
         return self._scale()[..., :, None] * se2.shifted(self.centre)
 
     def _basis(self) -> FloatArray:
@@ -387,7 +387,7 @@ class Covariance:
         return se2.shifted(-self.centre) @ (self.directions / self._scale()[..., :, None])
 
     def _lever(self, point: ArrayLike) -> FloatArray:
-        """How a moved source point goes along each direction, (..., 2, 3), in target coordinates."""
+        """The velocity of a moved source point along each direction, (..., 2, 3), in target coordinates."""
         arm = self.mean.apply(se2.place(point)[None])[..., 0, :] - self.centre
         J = np.zeros((*self.mean.batch, 2, 3))
         J[..., 0, 1] = J[..., 1, 2] = 1.0
@@ -395,6 +395,6 @@ class Covariance:
         return J @ self.directions
 
     def _motions(self, along: FloatArray) -> Pose:
-        """The motions that go so far along each direction, (n, 3)."""
+        """The motions at the given distances along each direction, (n, 3)."""
         shift = Pose.trusted(np.eye(2), self.centre)
         return shift.compose(se2.exp((along @ self.directions.T) / self._scale())).compose(shift.inverse())

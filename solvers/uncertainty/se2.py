@@ -1,8 +1,7 @@
 """Small motions of the plane: the exponential map of SE(2), its inverse, and the adjoint.
 
-A twist is (angle, x, y): radians and world units, in this order everywhere in
-`solvers.uncertainty`. `exp` moves with constant angular and linear velocity for one
-unit of time, so that a twist with an angle leads along an arc.
+A twist is (angle, x, y): radians and world units, in this order everywhere in `solvers.uncertainty`. `exp` moves with
+constant angular and linear velocity for one unit of time, so a twist with an angle follows an arc.
 
 Sources: Barfoot & Furgale 2014, Associating uncertainty with three-dimensional poses
 for use in estimation problems (perturbations through the exponential map); Long et al.
@@ -22,7 +21,7 @@ from solvers.core.pose import Pose
 
 
 def exp(twist: ArrayLike) -> Pose:
-    """The motion that a twist leads to.
+    """The motion that a twist generates.
 
     Parameters
     ----------
@@ -58,7 +57,7 @@ def exp(twist: ArrayLike) -> Pose:
 
 
 def log(pose: Pose) -> FloatArray:
-    """The shortest twist that leads to a motion.
+    """The shortest twist that generates a motion.
 
     Parameters
     ----------
@@ -91,8 +90,7 @@ def log(pose: Pose) -> FloatArray:
 def adjoint(pose: Pose) -> FloatArray:
     """The matrix that takes a twist from one side of a pose to the other.
 
-    `T ∘ exp(ξ) = exp(Ad(T) ξ) ∘ T`: a small motion in source coordinates, told in target
-    coordinates.
+    `T ∘ exp(ξ) = exp(Ad(T) ξ) ∘ T`: a small motion in source coordinates, expressed in target coordinates.
 
     Parameters
     ----------
@@ -125,14 +123,14 @@ def adjoint(pose: Pose) -> FloatArray:
 
 
 def shifted(centre: FloatArray) -> FloatArray:
-    """The adjoint of the shift that puts `centre` (..., 2) at the origin, (..., 3, 3): a
-    twist about the frame's origin, told about `centre`.
+    """The adjoint of the shift that puts `centre` (..., 2) at the origin, (..., 3, 3): it takes a twist about the
+    frame's origin to one about `centre`.
     """
     return adjoint(Pose.trusted(np.eye(2), -np.asarray(centre)))
 
 
 def place(point: ArrayLike) -> FloatArray:
-    """The coordinates (2,) of a point of the plane."""
+    """`point` as the coordinates (2,) of a point of the plane; else a ValueError."""
     p = finite(numbers(point, "point"), "point")
     if p.shape != (2,):
         raise ValueError(f"point: expected shape (2,), got {p.shape}")
@@ -140,7 +138,7 @@ def place(point: ArrayLike) -> FloatArray:
 
 
 def triples(values: ArrayLike, name: str) -> FloatArray:
-    """Rows of three finite numbers, (n, 3)."""
+    """`values` as rows of three finite numbers, (n, 3); else a ValueError."""
     rows = finite(numbers(values, name), name)
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"{name}: expected shape (n, 3), got {rows.shape}")
@@ -148,6 +146,6 @@ def triples(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _rigid(pose: Pose) -> Pose:
-    """`pose` when it is a rigid motion of the plane."""
+    """`pose` if it is a rigid motion of the plane; else a ValueError."""
     validate.pose(of_kind(pose, Pose, "pose"), 2, "pose", "a twist is planar")
     return validate.unscaled(pose, "pose", "a twist leads to a rigid motion, of scale 1")

@@ -1,4 +1,4 @@
-"""What is free or widest of a spread, in words."""
+"""Describing a spread in words: its free directions, or its widest."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from solvers.core.arrays import AnyArray, FloatArray
 
-SLIDE = 0.1  # of a unit direction's part that turns: about a point ten radii away, which is a slide to the eye
+SLIDE = 0.1  # turning part of a unit direction: a turn about a point ten radii away, which looks like a slide
 
 
 def said(direction: AnyArray, centre: FloatArray, radius: float, deviations: FloatArray) -> str:
-    """Of a spread with these deviations (3,), the first of them along `direction`."""
+    """A spread with these deviations (3,), the first of them along `direction`, in words."""
     free = int(np.isinf(deviations).sum())
     if free > 1:
         return f"{free} of 3 directions of motion are free"
