@@ -92,10 +92,17 @@ class BuildFailed(Exception):
 
 
 def read_text(path: Path, name: str, problems: Problems) -> str:
-    """Read an author's file as any editor may save it, with line ends normalised to LF. Text that is not UTF-8 and
-    unresolved merge conflicts go to `problems`; what can be read is returned, so that other problems are found too."""
+    """Read an author's file as any editor may save it, with line ends normalised to LF. Text that is not UTF-8, control
+    characters and unresolved merge conflicts go to `problems`; what can be read is returned, so that other problems are
+    found too."""
     text = _decoded(path.read_bytes(), name, problems).removeprefix("\ufeff")
-    text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "\ufffd")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if controls := list(CONTROL.finditer(text)):
+        first, more = controls[0].start(), len(controls) - 1
+        place = Place(name, text.count("\n", 0, first) + 1, first - text.rfind("\n", 0, first))
+        also = f"; {more} more below" if more else ""
+        problems.add(place, f"a character that cannot be seen, U+{ord(text[first]):04X}: delete it{also}")
+        text = CONTROL.sub("\ufffd", text)
     for match in CONFLICT.finditer(text):
         first, last = (text.count("\n", 0, place) + 1 for place in (match.start(), match.end()))
         problems.add(Place(name, first, 1), f"two versions stand here, up to line {last}: a merge was not finished")
@@ -115,6 +122,8 @@ def _decoded(raw: bytes, name: str, problems: Problems) -> str:
         return raw.decode("utf-8", "replace")
 
 
+# No page may hold these: what a PDF or a terminal leaves in copied text, and a mark of bytes within joined files.
+CONTROL = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufeff]")
 CONFLICT = re.compile(r"^<{7}(?: .*)?\n((?:.*\n)*?)={7}\n((?:.*\n)*?)>{7}(?: .*)?$", re.MULTILINE)
 
 

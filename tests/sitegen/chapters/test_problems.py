@@ -209,7 +209,7 @@ FRONT = {
     "another type": ("title: T\nrung: 1\nsummary: S", "", ["3:1: rung: a text is expected, not 1"]),
     "no yaml": ("title: [T", "", ["2:8: not YAML: the list that begins here is never closed by ]"]),
     "a list for a key": ("[title]: T", "", ["2:1: not YAML: "]),
-    "a control character": ('title: "a\x07"', "", ["2:1: not YAML: unacceptable character"]),
+    "a control character": ('title: "a\x07"', "", ["2:10: a character that cannot be seen, U+0007: delete it"]),
     "a date that is none": ("title: T\nsummary: 2001-02-31", "", ["2:1: not YAML: day is out of range for month"]),
     "a list within itself": ("title: T\nredirects: &r [*r]", "", ["2:1: not YAML: "]),
     "twice": ("title: T\ntitle: U\nsummary: S", "", ["3:1: 'title' appears twice"]),

@@ -17,6 +17,10 @@ SLIPS = {
         ["7:1: a non-breaking blank follows ##, and a heading needs a plain one"],
     ),
     "a comment": ("A <!-- todo --> b\n", ["7:3: <!--: HTML is not read here, and would be printed"]),
+    "what a PDF leaves": (
+        "A\nb c\x02d\x1b \ufeffe\n",
+        ["8:4: a character that cannot be seen, U+0002: delete it; 2 more below"],
+    ),
     "a tag": (
         "A <b>c</b>\n",
         [f"7:{n}: {tag}: HTML is not read here, and would be printed" for n, tag in ((3, "<b>"), (7, "</b>"))],
