@@ -27,6 +27,7 @@ from mdit_py_plugins.footnote import footnote_plugin
 from sitegen.markup.directives import Directive, DirectiveError, read
 from sitegen.markup.fences import open_fence
 from sitegen.markup.inline import BLOCK, INLINE, citation, directive_in_line, misplaced, placed
+from sitegen.markup.leftovers import leftovers
 from sitegen.markup.located import (
     Anchor,
     EquationLabel,
@@ -239,6 +240,12 @@ def _heading_ids(state: StateCore) -> None:
 def _places(state: StateCore) -> None:
     """Give every child with an offset its place in the file."""
     source: Source = state.env["source"]
+    addresses = state.env.get("references", {})
+    for again in state.env.get("duplicate_refs", []):
+        if again["href"] != addresses[again["label"]]["href"]:
+            where = Place(source.path, again["map"][0] + 1, 1)
+            first = addresses[again["label"]]["map"][0] + 1
+            source.problems.add(where, f"[{again['label'].lower()}] has another address in line {first}")
     cell = columns = 0
     for i, token in enumerate(state.tokens):
         cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
@@ -252,6 +259,9 @@ def _places(state: StateCore) -> None:
             note(token, Located(label, source.at(dollars), partial(_offset_in, source, dollars + 2), -2))
         elif token.type.startswith("container_") and token.map:
             _container(source, token)
+            if token.nesting == 1 and state.tokens[i + 1].type.endswith("_close"):
+                where = Place(source.path, token.map[0] + 1, 1)
+                source.problems.add(where, f"{token.markup}{token.info.strip()} is empty")
         elif token.type == "tr_open" and token.map:
             line = source.lines[token.map[0]]
             columns = cells(line) if state.tokens[i - 1].type == "thead_open" else columns
@@ -272,6 +282,8 @@ def _places(state: StateCore) -> None:
         for offset, says in slips(token.content):
             source.problems.add(at(offset), says)
             lose(state.env, token.content)
+        for offset, says in leftovers(token.content, token.children or [], addresses):
+            source.problems.add(at(offset), says)
         for child in token.children or []:
             if (remark := noted(child, InLine)) is None:
                 continue

@@ -22,6 +22,7 @@ SLIPS = (
     (r"^#{2,6}(?=\u00a0)", "a non-breaking blank follows {0}, and a heading needs a plain one"),
     (rf"(?<!\\)<!--|(?<!\\)</?(?:{TAGS})(?:\s[^<>]*)?/?>", "{0}: HTML is not read here, and would be printed"),
     (r"\]\((?=[^()\s\"'<>]+ [^()\"'<>]*\))", "a blank in an address is written %20"),
+    (r"\]\((?=(?:data:(?!image/)|file:|javascript:|vbscript:))", "no link may lead to such an address"),
     (r"(?<!\\)\\\((?=.*?\\\))", "a formula is written between dollars: $a$"),
     (r"(?<!\\)\\begin(?=\{)", "an equation is written between two lines of $$"),
     (r"(?<![\\\w])\^\[(?=[^\]]*\])", "a footnote is a mark, [^name], and a line that begins with [^name]:"),
@@ -42,23 +43,28 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
         elif not depth:
             yield match.start(), "':::' closes nothing here: no block is open"
         depth += 1 if name else -1 if depth else 0
-    plain = LITERAL.sub(lambda match: " " * len(match[0]), text)
+    words = plain(text)
     for pattern, says in SLIPS:
-        for match in re.finditer(pattern, plain, re.MULTILINE):
+        for match in re.finditer(pattern, words, re.MULTILINE):
             yield match.start(), says.format(match[0])
-    for match in NEARLY.finditer(plain):
-        name, opens = match[3].lower(), plain[match.end()]
+    for match in NEARLY.finditer(words):
+        name, opens = match[3].lower(), words[match.end()]
         if (match[2] or match[3] != name) if opens != "(" else not match[2]:
             colons = "::" if name in BLOCK else ":"
             yield match.start(), f"a directive is written {colons}{name}[text]{{…}}"
-    lines = plain.split("\n")
+    lines = words.split("\n")
     if UNPARTED.fullmatch(lines[0]):
         yield 0, "a table's second line is | --- | --- |, with as many cells as its first"
 
 
+def plain(text: str) -> str:
+    """The text with blanks for what is printed as written."""
+    return LITERAL.sub(lambda match: " " * len(match[0]), text)
+
+
 def unread_anchor(heading: str) -> int | None:
     """The offset of a malformed anchor at the end of a heading; None if there is none."""
-    match = BRACES.search(LITERAL.sub(lambda m: " " * len(m[0]), heading))
+    match = BRACES.search(plain(heading))
     return match.start() if match else None
 
 

@@ -50,6 +50,38 @@ SLIPS = {
         ["7:8: a heading cannot contain references, citations or footnotes"],
     ),
     "a heading of nothing": ("## {#a}\n", ["7:1: a heading has no text"]),
+    "a link to nothing": (
+        "A [b]() c [d](https://)\n",
+        [f"7:{n}: the link has no address: [words](address)" for n in (7, 15)],
+    ),
+    "a link of nothing": ("A [](second.html)\n", ["7:6: the link has no words: [words](address)"]),
+    "a file of the author's own": (
+        "A [b](file:///C:/b.csv)\n",
+        ["7:5: no link may lead to such an address"],
+    ),
+    "a link's address that stands nowhere": (
+        "A [b][c] and [d][e] and [f][]\n\n[e]: second.html\n",
+        [
+            f"7:{n}: no line '[{name}]: address' says where this leads; [words](address) needs none"
+            for n, name in ((3, "c"), (25, "f"))
+        ],
+    ),
+    "a link's address that stands twice": (
+        "A [b][c]\n\n[c]: second.html\n[c]: #a\n\n## Head {#a}\n",
+        ["10:1: [c] has another address in line 9"],
+    ),
+    "bold text that never ends": (
+        "Some **bold** text, **then *more*\nand &amp; **so on\n",
+        [
+            f"{place}: ** begins or ends no bold text: its other half is missing, or a blank stands inside it"
+            for place in ("7:21", "8:11")
+        ],
+    ),
+    "code that never ends": (
+        "Call `a` and ``b`\n",
+        ["7:14: `` begins code that no `` ends in its paragraph; the sign itself is written \\`"],
+    ),
+    "a block of nothing": ("A\n\n:::answer\n\n:::\n", ["9:1: :::answer is empty"]),
     "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link cannot contain another: put it beside"]),
 }  # fmt: skip
 
@@ -63,6 +95,9 @@ FINE = (
     ":::evidence\nA\n::: \n",
     "> :::answer\n> A\n> :::\n",
     ":value[ 1 + 1 ] is two.\n",
+    "\\*\\*a \\` 2 * 3 * 4, ***b*** and ``a ` b``, :value[2**3] and `2**3`.\n",
+    "[a][B], [b][], [b]\\[c], `x[a][0]`, x[a][0] and [[d]].\n\n[b]: second.html\n[b]: second.html\n"
+    "[//]: # (one)\n[//]: # (two)\n",
 )
 
 
