@@ -22,9 +22,9 @@ FIELDS = {
         lambda v: isinstance(v, list) and bool(v) and all(isinstance(n, str) and n for n in v),
         required=True,
     ),
-    "title": yaml_schema.text(required=True),
+    "title": yaml_schema.plain(required=True),
     "year": yaml_schema.year(required=True),
-    "venue": yaml_schema.text(),
+    "venue": yaml_schema.plain(),
     "doi": yaml_schema.Field(
         "a DOI like 10.1109/34.88573",
         lambda v: isinstance(v, str) and bool(re.match(r"10\.\d{4,}/\S+$", v)),
@@ -33,7 +33,7 @@ FIELDS = {
     "url": yaml_schema.Field(
         "an address", lambda v: isinstance(v, str) and bool(re.match(r"https?://\S+$", v)), default=""
     ),
-    "note": yaml_schema.text(),
+    "note": yaml_schema.plain(),
 }
 PARTICLES = {"van", "von", "der", "den", "de", "del", "della", "di", "da", "la", "le", "ter", "ten"}
 SUFFIXES = {"Jr.", "Sr.", "Jr", "Sr", "II", "III"}

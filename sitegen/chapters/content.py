@@ -28,9 +28,9 @@ DOCS_INDEX = "index.md"  # the page that links to the others
 
 SETTINGS = "content/site.yaml"
 SITE = {
-    "title": yaml_schema.text(required=True),
-    "description": yaml_schema.text(required=True),
-    "author": yaml_schema.text(required=True),
+    "title": yaml_schema.plain(required=True),
+    "description": yaml_schema.plain(required=True),
+    "author": yaml_schema.plain(required=True),
     "year": yaml_schema.year(required=True),
     "language": yaml_schema.text(default="en"),
     "url": yaml_schema.text(),
@@ -40,20 +40,20 @@ SITE = {
     "macros": yaml_schema.Field("a mapping of macros to LaTeX", lambda v: isinstance(v, dict), default={}),
 }
 DOC_FRONT = {
-    "title": yaml_schema.text(required=True),
-    "question": yaml_schema.text(required=True),
-    "summary": yaml_schema.text(),
+    "title": yaml_schema.plain(required=True),
+    "question": yaml_schema.plain(required=True),
+    "summary": yaml_schema.plain(),
     "redirects": yaml_schema.texts(),
     "hidden": yaml_schema.flag(),
 }
 LICENCE = {"name": yaml_schema.text(required=True), "url": yaml_schema.text(required=True)}
-RUNG = {"rung": yaml_schema.text(required=True), "title": yaml_schema.text(required=True)}
+RUNG = {"rung": yaml_schema.text(required=True), "title": yaml_schema.plain(required=True)}
 FRONT = {
-    "title": yaml_schema.text(required=True),
+    "title": yaml_schema.plain(required=True),
     "slug": yaml_schema.text(),
     "rung": yaml_schema.text(),
-    "question": yaml_schema.text(),
-    "summary": yaml_schema.text(),
+    "question": yaml_schema.plain(),
+    "summary": yaml_schema.plain(),
     "emblem": yaml_schema.text(),
     "redirects": yaml_schema.texts(),
     "draft": yaml_schema.flag(),

@@ -15,8 +15,8 @@ from sitegen.problems import Place, Problems, hint, read_text
 
 NAME = "content/glossary.yaml"
 FIELDS = {
-    "term": yaml_schema.text(required=True),
-    "says": yaml_schema.text(required=True),
+    "term": yaml_schema.plain(required=True),
+    "says": yaml_schema.plain(required=True),
     "chapter": yaml_schema.text(required=True),
     "also": yaml_schema.texts(),
 }

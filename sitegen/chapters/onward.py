@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sitegen.chapters import yaml_schema
 from sitegen.problems import Place, Problems
 
-ONWARD = {"to": yaml_schema.text(required=True), "says": yaml_schema.text(required=True)}
+ONWARD = {"to": yaml_schema.text(required=True), "says": yaml_schema.plain(required=True)}
 MOST = 3
 
 

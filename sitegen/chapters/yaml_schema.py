@@ -16,23 +16,35 @@ from sitegen.problems import Place, Problems, hint
 
 Path = tuple[str | int, ...]
 KEY = re.compile(r"[a-z][a-z0-9-]*")
+MARKUP = re.compile(
+    r"\$[^\s$](?:[^$]*[^\s$])?\$|\*\*|`|\]\(|(?<!\w):[a-z]+\[|\[@|(?<![\w*])\*[^\s*](?:[^*]*[^\s*])?\*(?![\w*])"
+)
 CUT = re.compile(r" +#(?=[^\s#])")  # our comments have a blank after the #
 CUT_OFF = "YAML reads a # after a blank as the start of a comment: a text that holds one stands in quotes"
 
 
 @dataclass(frozen=True)
 class Field:
-    """The schema of one key: `expects` describes it in words, `accepts` tests a value, `default` replaces none."""
+    """The schema of one key: `expects` describes it in words, `accepts` tests a value, `default` replaces none.
+
+    plain: a text that is printed as it is, and so may not look like markup.
+    """
 
     expects: str
     accepts: Callable[[Any], bool]
     required: bool = False
     default: Any = None
+    plain: bool = False
 
 
 def text(required: bool = False, default: str = "") -> Field:
     """A text."""
     return Field("a text", lambda v: isinstance(v, str) and bool(v.strip()), required, default)
+
+
+def plain(required: bool = False) -> Field:
+    """A text that is printed as it stands: no Markdown, no formula."""
+    return dataclasses.replace(text(required), plain=True)
 
 
 def texts() -> Field:
@@ -164,6 +176,9 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
             problems.add(document.at(*at, name), f"{name}: {_unaccepted(fields[name], name, value, document, at)}")
         else:
             result[name] = value
+            if fields[name].plain and (found := MARKUP.search(value)):
+                says = f"{name}: this text is plain, and {found[0]!r} would be printed as it stands"
+                problems.add(document.at(*at, name), says)
     for name, field in fields.items():
         if field.required and name not in mapping:
             problems.add(document.at(*at), f"{name} is missing: {field.expects}")

@@ -210,6 +210,19 @@ FRONT = {
     "no yaml": ("title: [T", "", ["2:8: not YAML: the list that begins here is never closed by ]"]),
     "a list for a key": ("[title]: T", "", ["2:1: not YAML: "]),
     "a control character": ('title: "a\x07"', "", ["2:10: a character that cannot be seen, U+0007: delete it"]),
+    "markup where text is plain": (
+        "title: T of $x$\nsummary: S **b**\nquestion: Do `a` and *b*?\nnext:\n- to: index\n  says: See :ref[index].",
+        "",
+        [
+            f"{place}: this text is plain, and {it!r} would be printed as it stands"
+            for it, place in {
+                "$x$": "2:1: title",
+                "**": "3:1: summary",
+                "`": "4:1: question",
+                ":ref[": "7:3: says",
+            }.items()
+        ],
+    ),
     "a date that is none": ("title: T\nsummary: 2001-02-31", "", ["2:1: not YAML: day is out of range for month"]),
     "a list within itself": ("title: T\nredirects: &r [*r]", "", ["2:1: not YAML: "]),
     "twice": ("title: T\ntitle: U\nsummary: S", "", ["3:1: 'title' appears twice"]),
@@ -234,6 +247,12 @@ def test_front_matter(project: Project, name: str) -> None:
     messages = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
     assert len(messages) == len(expected), messages
     assert all(text.startswith(wanted) for text, wanted in zip(messages, expected, strict=True)), messages
+
+
+def test_plain_text_may_hold_signs_of_markup(project: Project) -> None:
+    project.write("content/03-plain.md", "---\ntitle: 2 * 3 * 4 at $5 or $6\nsummary: A_b and [c] (d) e\n---\n")
+    project.build()
+    assert "2 * 3 * 4 at $5 or $6" in project.page("plain.html")
 
 
 def test_two_chapters_of_one_name_or_number(project: Project) -> None:
