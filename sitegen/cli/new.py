@@ -16,7 +16,8 @@ from string import Template
 import yaml
 
 from sitegen.cache.files import write
-from sitegen.chapters.content import OWN_PAGES, SLUG
+from sitegen.chapters.content import OWN_PAGES, SLUG, read_chapters, read_docs, read_site
+from sitegen.problems import Problems
 
 SKELETONS = Path(__file__).with_name("skeletons")
 NUMBERED = re.compile(r"(\d+)(?:\.\d+)?[a-z]?-(.+)\.md")
@@ -64,8 +65,22 @@ def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
         raise NameTaken(f"there is content/{there[name][0]}; choose another name")
     if name in OWN_PAGES or name == "index":
         raise NameTaken(f"{name}.html is one of the site's own pages; choose another name")
+    if owner := _pages(root).get(name):
+        raise NameTaken(f"{name}.html is a page of {owner}; choose another name")
     number = 1 + max((int(match[1]) for match in there.values()), default=-1)
     return _fill(root, name, title, {"chapter.md": f"content/{number:02d}-{name}.md"})
+
+
+def _pages(root: Path) -> dict[str, str]:
+    """The file behind each page that chapters and docs have, or once had, by the page's name."""
+    unsaid = Problems()  # what is wrong in other chapters, a build tells
+    chapters, _ = read_chapters(root, read_site(root, unsaid), unsaid, drafts=True)
+    written = [*chapters, *read_docs(root, unsaid)]
+    return {
+        name.removesuffix(".html"): one.source.path
+        for one in written
+        for name in (one.name, one.slug, one.deck, one.checks, *one.redirects)
+    }
 
 
 def new_figure(root: Path, name: str, title: str = "") -> list[Path]:

@@ -54,6 +54,19 @@ def test_a_new_chapter_builds_as_it_is(project: Project) -> None:
     assert "my-chapter.html" not in project.build().pages  # a draft
 
 
+@pytest.mark.parametrize("name", ["other", "old-name", "slides-other", "checks-other", "docs-style"])
+def test_no_new_chapter_takes_the_page_of_another(tmp_path: Path, name: str) -> None:
+    """A chapter's page is called by its slug, which need not be in its file's name; with both, nothing would build."""
+    front = "---\ntitle: T\nslug: other\nsummary: S\nredirects: [old-name]\nslides:\n  - {title: T, text: A.}\n---\n"
+    plain = "---\ntitle: T\nquestion: Q\nsummary: S\n---\n"
+    for file, text in (("00-start.md", plain), ("02-second.md", front), ("docs/style.md", plain)):
+        (tmp_path / "content" / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "content" / file).write_text(text, "utf-8")
+    with pytest.raises(NameTaken, match=f"{name}.html is a page of content/"):
+        new_chapter(tmp_path, name)
+    assert sorted(path.name for path in (tmp_path / "content").glob("*.md")) == ["00-start.md", "02-second.md"]
+
+
 def test_a_new_chapter_is_written_as_the_docs_say(tmp_path: Path) -> None:
     """A lead before the bar, a bold button, and all that a chapter of the site is held to have."""
     (made,) = new_chapter(tmp_path, "my-chapter")
