@@ -9,6 +9,7 @@ import json
 import keyword
 import re
 import sys
+import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 from string import Template
@@ -17,6 +18,7 @@ import yaml
 
 from sitegen.cache.files import write
 from sitegen.chapters.content import OWN_PAGES, SLUG, read_chapters, read_docs, read_site
+from sitegen.chapters.yaml_schema import MARKUP
 from sitegen.problems import Problems
 
 SKELETONS = Path(__file__).with_name("skeletons")
@@ -27,7 +29,7 @@ EVERY_TEST = ("test_.py", "tests", "widgets", "figures")  # what the path of eve
 
 
 class NameTaken(ValueError):
-    """The name will not do, or stands for something already; the message says what to do."""
+    """The name or the title will not do, or it stands for something already; the message says what to do."""
 
 
 def new_command(root: Path, kind: str, name: str, title: str) -> int:
@@ -60,6 +62,9 @@ def chosen(name: str) -> str:
 def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
     """A chapter after the last one. Raises NameTaken."""
     _sound(name)
+    _titled(title)
+    if found := MARKUP.search(title):
+        raise NameTaken(f"a title is plain text, and {found[0]!r} would be printed as it stands")
     there = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
     if name in there:
         raise NameTaken(f"there is content/{there[name][0]}; choose another name")
@@ -86,6 +91,7 @@ def _pages(root: Path) -> dict[str, str]:
 def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
     """A figure's module and its test. Raises NameTaken."""
     _sound(name)
+    _titled(title)
     module = name.replace("-", "_")
     if keyword.iskeyword(module):
         raise NameTaken(f"{name!r} is a Python keyword, so no module can have this name; {LONGER}")
@@ -108,6 +114,11 @@ def _sound(name: str) -> None:
         raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
     if DEVICES.fullmatch(name):
         raise NameTaken(f"{name!r} is a device name on Windows, where no file can have it; {LONGER}")
+
+
+def _titled(title: str) -> None:
+    if title and (title.isspace() or any(unicodedata.category(sign) in ("Cc", "Cs") for sign in title)):
+        raise NameTaken(f"--title {title!r} is no title: a line of text in UTF-8, without control characters")
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:

@@ -67,6 +67,14 @@ def test_no_new_chapter_takes_the_page_of_another(tmp_path: Path, name: str) -> 
     assert sorted(path.name for path in (tmp_path / "content").glob("*.md")) == ["00-start.md", "02-second.md"]
 
 
+@pytest.mark.parametrize("title", ["  ", "caf\udce9", "a\tb", "of $x$"])
+def test_a_title_that_no_chapter_can_have_is_refused(tmp_path: Path, title: str) -> None:
+    """A blank one, one in Latin-1 as a terminal hands it over, one with a tab, one with a formula."""
+    with pytest.raises(NameTaken, match="title"):
+        new_chapter(tmp_path, "my-chapter", title)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_new_chapter_is_written_as_the_docs_say(tmp_path: Path) -> None:
     """A lead before the bar, a bold button, and all that a chapter of the site is held to have."""
     (made,) = new_chapter(tmp_path, "my-chapter")
