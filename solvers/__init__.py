@@ -29,7 +29,7 @@ __version__ = "0.1.0"
 __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
 
 if TYPE_CHECKING:
-    # The modules too, and `register` and `METHODS` by each method's name.
+    # Types of the modules, and of `register` and `METHODS` for each method's name.
     from solvers._functions import *  # noqa: F403
 else:
     from solvers.api import register
@@ -47,7 +47,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Modules and the methods' functions come when they are first asked for: a page pays for what it shows."""
+    """Import modules and make the methods' functions on first access, so that a page pays only for what it shows."""
     if name in _MODULES:
         return import_module(f"solvers.{_MODULES[name]}")
     functions = _functions()

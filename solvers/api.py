@@ -21,7 +21,7 @@ from solvers.core.result import Result, from_batch, side_by_side
 from solvers.core.stepper import Callback, begin, run
 
 OTHER_NAMES = {"gate": "max_distance", "cap": "max_distance"}
-"""What the field calls an option: understood where a method has the option."""
+"""The field's usual name of each option; accepted if the method has that option."""
 _GATES = ("gate", "cap", "inlier")
 _MEANT = {
     **dict.fromkeys(("init", "initial"), ("start",)),
@@ -33,7 +33,7 @@ _MEANT = {
     **dict.fromkeys(("threshold", "distance_threshold"), ("inlier", "gate", "cap")),
     **dict.fromkeys(("w", "outlier_ratio"), ("clutter", "outliers")),
 }
-"""What other libraries call an argument, and what it may be here: named in the message, not understood."""
+"""Argument names of other libraries, with the likely names here: suggested in the message, not accepted."""
 
 
 def register(
@@ -55,9 +55,9 @@ def register(
     Leading axes form a batch. Those of `source`, `target`, `start`, `seed`, `pairs` and
     `weights` broadcast against each other: one pair of clouds with a thousand starts is
     a batch of a thousand. Pass clouds of unequal size as a list of (m, d) arrays; they
-    are run one by one, and the result is shaped like a batch; of a list of one, like a
-    batch of one. Whatever comes beside such a list is either shared by all clouds or
-    given once for each, as a list or as an array with one leading axis.
+    are run one by one, and the result is shaped like a batch, even for a list of one.
+    The other inputs are then either shared by all clouds or given once for each, as a
+    list or as an array with one leading axis.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def register(
     method : str or Method, default "icp"
         A name in `METHODS`, or a method of your own (`solvers.stepper.Method`).
     options : object, optional
-        The method's own options as one object, a `METHODS[method].options(…)`.
+        The method's own options as one object, an instance of `METHODS[method].options`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
         Where local methods start: poses, or their homogeneous matrices. None is the
         identity. The scale must be 1 for a method that finds rigid motions.
@@ -87,8 +87,8 @@ def register(
     callback : callable, optional
         Called as `callback(k, state)` after every step k = 1, 2, … with the states of
         all problems (with one leading axis even for a single problem). Returning a true
-        value ends the run. Each cloud of a list is a run of its own: the states are of
-        that cloud, k begins again at 1, and a true value ends that run alone.
+        value ends the run. Each cloud of a list is a separate run: the states are that
+        cloud's, k restarts at 1, and a true value ends only that run.
     **keywords
         The same options one by one: the fields of `METHODS[method].options`.
         `max_distance` is accepted for `gate` and for `cap`.
@@ -184,12 +184,12 @@ def _options(method: Method[Any], whole: Any, keywords: dict[str, Any]) -> Any:
 
 
 def _plain(options: dict[str, Any]) -> dict[str, Any]:
-    """The options as Python's numbers: in numpy's small types what a method computes from one could overflow."""
+    """The options with numpy scalars as Python numbers: arithmetic in numpy's small types could overflow."""
     return {name: validate.scalar(value) for name, value in options.items()}
 
 
 def _hint(wrong: str, method: Method[Any], options: list[str]) -> str:
-    """What may have been meant by a name that is not an option, and what the method takes."""
+    """The end of the message about an unknown option: the name probably meant, and what the method takes."""
     takes = [*options, *(name for name, does in (("pairs", method.paired), ("weights", method.weighted)) if does)]
     every = [*takes, "start", "seed", "max_steps"]
     candidates = [name for name in _MEANT[wrong] if name in every] if wrong in _MEANT else [wrong]
@@ -200,7 +200,7 @@ def _hint(wrong: str, method: Method[Any], options: list[str]) -> str:
 def _problem(
     method: Method[Any], source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray
 ) -> tuple[Problem, tuple[int, ...]]:
-    """The validated problem with its leading axes made one, and those axes."""
+    """The validated problem, its leading axes flattened into one, and the shape of those axes."""
     p = validate.cloud(source, "source")
     d = p.shape[-1]
     q = validate.cloud(target, "target", d)
@@ -228,8 +228,8 @@ def _problem(
     if 0 in batch:
         raise ValueError(f"start, seed: a batch of shape {batch} holds no problem")
 
-    # Copies: a state that shared memory with the caller's clouds would change with them. Row by row: numpy sums in the
-    # order of memory, and the last digits would depend on it.
+    # Copies, because a state that shared memory with the caller's clouds would change with them. In C order, because
+    # numpy sums in memory order, which affects the last digits.
     p, q, w = (np.array(values, order="C") for values in (p, q, w))
 
     def flat(a: Any, tail: tuple[int, ...]) -> Any:
@@ -249,8 +249,8 @@ def _gather(points: FloatArray, rows: IntArray, name: str) -> FloatArray:
 
 
 def _is_list(clouds: Any, name: str) -> bool:
-    """Whether this is a list of clouds, rather than one array or nested numbers. A ValueError where some of it are
-    clouds and some are none.
+    """Whether this is a list of clouds, rather than one array or nested numbers. Raises ValueError if only some of its
+    entries are clouds.
     """
     if not isinstance(clouds, list | tuple) or not clouds:
         return False
@@ -265,7 +265,7 @@ def _is_list(clouds: Any, name: str) -> bool:
 def _one_by_one(
     source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray, solve: Callable[..., Result]
 ) -> Result:
-    """A list of clouds: each its own run."""
+    """Run each cloud of a list separately, and join the results."""
     inputs = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
     lists = {name: inputs[name] for name in ("source", "target") if _is_list(inputs[name], name)}
     n = len(next(iter(lists.values())))
@@ -275,8 +275,8 @@ def _one_by_one(
         if other:
             message = f"number 0 of the list has {dims[0]} and number {other} has {dims[other]}"
             raise ValueError(f"source: expected clouds of one dimension, but {message}")
-    # All but the lists may be one for all, or one each: a list, or an array with one
-    # leading axis.
+    # Every other input is shared by all clouds, or given once for each: as a list, or as
+    # an array with one leading axis.
     axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
     further = {name: ndim(x) - axes[name] for name, x in inputs.items() if name in axes and name not in lists}
     further["start"] = len(start.batch) if isinstance(start, Pose) else 0

@@ -1,4 +1,4 @@
-"""The race's benchmark: rates of success over seeds."""
+"""The race's benchmark: success rates over seeds."""
 
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, Line, benchmark, entry, line, table
 

@@ -1,4 +1,4 @@
-"""Pairs in a line, and the rotation that they leave free."""
+"""Collinear pairs, and the rotation that they leave free."""
 
 from solvers.geometry.collinear import poses_about_line
 

@@ -1,4 +1,4 @@
-"""Random Fourier features, and the exact squared MMD beside them."""
+"""Random Fourier features, and the exact squared MMD that they approximate."""
 
 from solvers.numerics.fourier_features import (
     BLOCK,

@@ -1,4 +1,4 @@
-"""Pose graphs from and to files in the g2o format."""
+"""Read and write pose graphs in the g2o format."""
 
 from solvers.io.g2o import MOST_BYTES, GraphText, read, write
 

@@ -1,4 +1,4 @@
-"""A hall in space."""
+"""A hall in 3-D."""
 
 from solvers.scenes.hall_3d import FLOOR, HEIGHT, Hall, hall
 

@@ -1,7 +1,7 @@
 """How far an estimate is from the truth, and how well it fits its pairs: two different
 questions.
 
-Each answer has the shape of the batch; for a batch of none it is a numpy scalar.
+Every metric has the shape of the batch; for a single pose it is a numpy scalar.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
 
 
 def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
-    """The distance left between each moved source row and its target row.
+    """The distance between each moved source row and its target row.
 
     Parameters
     ----------
@@ -192,8 +192,8 @@ def rms(
 ) -> FloatArray:
     """The weighted root mean square residual of matched rows.
 
-    `√(Σ wᵢ rᵢ² / Σ wᵢ)`, r the `residuals`: what a fit of known pairs minimises. It
-    says how well the pairs agree with the pose, and nothing of how near the pose is to
+    `√(Σ wᵢ rᵢ² / Σ wᵢ)`, where r are the `residuals`: a fit of known pairs minimises it.
+    It says how well the pose fits the pairs, and nothing about how close the pose is to
     the truth.
 
     Parameters
@@ -205,7 +205,7 @@ def rms(
     target : array_like of shape (..., n, d)
         Their partners, row by row.
     weights : array_like of shape (..., n), optional
-        Of the pairs, not negative. None is all one.
+        Weights of the pairs, not negative. None means all ones.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def rms(
 
 
 def _left(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
-    """What is left between each moved source row and its target row, (..., n, d)."""
+    """The vector from each target row to its moved source row, (..., n, d)."""
     d = of_kind(pose, Pose, "pose").dim
     p, q = validate.matched(source, target)
     if p.shape[-1] != d:

@@ -1,4 +1,4 @@
-"""A mug with a handle, in space."""
+"""A mug with a handle, in 3-D."""
 
 from solvers.scenes.mug import (
     AXIS,

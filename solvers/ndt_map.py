@@ -1,4 +1,4 @@
-"""NDT's map: a Gaussian a cell."""
+"""NDT's map: one Gaussian per cell."""
 
 from solvers.methods.ndt.ndt_map import (
     FLOOR,

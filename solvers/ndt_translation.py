@@ -1,4 +1,4 @@
-"""NDT's score over translations, and Newton's climb on it."""
+"""Climbing NDT's score by Newton steps over translations alone."""
 
 from solvers.methods.ndt.translation import Climb, climb
 

@@ -1,6 +1,6 @@
 """Options of the methods as classes: `register(source, target, options=IcpOptions(gate=0.5))`.
 
-Where a default is a share of a cloud's RMS radius, points 20 times as far out as the median point are left out of it.
+A default that is a share of a cloud's RMS radius ignores points more than 20 times as far out as the median point.
 """
 
 from solvers.core.method import NoOptions

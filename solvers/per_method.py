@@ -1,7 +1,8 @@
 """Each method as a function of its own: `solvers.icp(source, target, gate=0.5)`.
 
-Made from `register` and from the method's options: names, defaults and words stand once. The types that an editor and
-a type checker read, those of `register` among them, are in `solvers/_functions.pyi`; a test holds them to this.
+Built from `register` and the method's options, so that names, defaults and docstrings are written only once. The types
+for editors and type checkers, including those of `register`, are in `solvers/_functions.pyi`; a test checks that they
+agree.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ from solvers.core.registry import ALIASES, METHODS
 from solvers.core.result import Result
 
 NAMES = {name.replace("-", "_"): name for name in METHODS}
-"""The functions' names, and the methods'."""
+"""From function name to method name."""
 ALSO = {alias.replace("-", "_"): name.replace("-", "_") for alias, name in ALIASES.items()}
-"""Other names of functions, and the functions' own: understood, not listed."""
+"""From alias to function name: accepted, but not listed."""
 
 
 @cache
 def function(name: str) -> Callable[..., Result]:
-    """The function of a method.
+    """Return a method's function.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def function(name: str) -> Callable[..., Result]:
     Returns
     -------
     callable
-        `register` with the method chosen. It takes what that method takes, nothing else.
+        `register` with the method fixed. It takes only the arguments of that method.
 
     Examples
     --------
@@ -62,7 +63,7 @@ def function(name: str) -> Callable[..., Result]:
 
 
 def parameters(method: str) -> list[inspect.Parameter]:
-    """What a method's function takes: the clouds, its own options, their other names, and what `register` takes.
+    """The parameters of a method's function: the clouds, its own options, their other names, and those of `register`.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def _option(name: str, default: Any, annotation: Any) -> inspect.Parameter:
 
 
 def _words(method: str) -> str:
-    """A docstring in numpydoc's form, put together from those of the method, its options and `register`."""
+    """A numpydoc docstring, assembled from those of the method, its options and `register`."""
     entry = METHODS[method]
     texts = {**_parameters_of(register.__doc__), **_parameters_of(entry.options.__doc__)}
     texts |= {other: f"{other} : float\n    The same as `{own}`." for own, other in OTHER_NAMES.items() if own in texts}
@@ -100,7 +101,7 @@ def _words(method: str) -> str:
 
 
 def _parameters_of(docstring: str | None) -> dict[str, str]:
-    """The entries of a docstring's parameters, by name; without docstrings (python -OO) there are none."""
+    """The entries of a docstring's Parameters section, by name; empty without docstrings (python -OO)."""
     section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", inspect.cleandoc(docstring or ""), re.M | re.S)
     entries = re.split(r"^(?=\S)", section[1].rstrip(), flags=re.M) if section else []
     return {re.split(r"\W", entry, maxsplit=1)[0]: entry.rstrip() for entry in entries if entry.strip()}

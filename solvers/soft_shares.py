@@ -1,4 +1,4 @@
-"""What the soft methods work with, pair by pair: shares, overlaps, and what clutter weighs."""
+"""The pairwise terms of the soft methods: shares, overlaps, and the weight of clutter."""
 
 from solvers.methods.soft.shares import clutter_weight, filterreg_shares, gmmreg_overlaps
 

@@ -1,4 +1,4 @@
-"""Fewer points, evenly: thinned clouds, slabs, spacing."""
+"""Reducing clouds: thinned copies, horizontal slabs, and point spacing."""
 
 from solvers.geometry.downsample import FINEST, slab, spacing, thinned
 

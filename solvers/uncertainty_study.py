@@ -1,4 +1,4 @@
-"""Scans made again and again in one place, and how often a region holds the truth."""
+"""Scans simulated again and again at one place, and how often a region contains the truth."""
 
 from solvers.studies.coverage import (
     GATE,

@@ -1,9 +1,9 @@
-"""Signs by which a registration is judged where no truth is known.
+"""Evidence for judging a registration when the truth is unknown.
 
-Overlap, residuals, conditioning, agreement. None of them is a proof. Points of one scan
-share what misled a fit, so a wrong pose that lays wall on wall passes them all; only
-what comes from elsewhere, such as a motion prediction, can tell (`solvers.metrics.rre`
-and `rte` against the predicted pose). The thresholds are the caller's.
+Overlap, residuals, conditioning, agreement: none of them is a proof. All points of a scan
+share whatever misled the fit, so a wrong pose that lays wall on wall passes every check.
+Only independent information, such as a motion prediction, can tell (`solvers.metrics.rre`
+and `rte` against the predicted pose). The thresholds are up to the caller.
 """
 
 from __future__ import annotations
@@ -32,30 +32,30 @@ from solvers.numerics.fits import weighted_centroid, weighted_radius
 
 _Said = TypeVar("_Said")
 _AXES = {"source": 2, "target": 2, "weights": 1, "seed": 0}
-"""Of what goes with one cloud."""
+"""The number of axes that each argument has for a single cloud."""
 SPACINGS = 3.0
-"""The usual reach, in spacings of the target: beyond noise and the gap between two of its points."""
+"""The default reach in point spacings of the target: longer than the noise and than the gap between two points."""
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What two clouds say of a pose.
+    """What two clouds say about a pose.
 
-    A point is explained where the target has a point within reach of it.
+    A moved source point is explained if a target point lies within reach of it.
 
     Attributes
     ----------
     explained : ndarray of bool, shape (..., m)
-        Which of the moved source points are explained; of a list of clouds of unequal
-        size a list of such arrays.
+        Which of the moved source points are explained; for a list of clouds of unequal
+        size, a list of such arrays.
     share : ndarray of shape (...)
-        How large a fraction they are.
+        The fraction of source points that are explained.
     rms : ndarray of shape (...)
-        Of their distances to their nearest target points, world units; 0 where there is
-        none.
+        The root mean square distance of the explained points to their nearest target
+        points, in world units; 0 if none is explained.
     weakest : ndarray of shape (...)
         The smallest eigenvalue of their point-to-plane system (`solvers.numerics.gauss_newton`)
-        over the largest: 0 where a motion is free.
+        divided by the largest: 0 if a motion is free.
 
     Examples
     --------
@@ -76,18 +76,18 @@ class Evidence:
 
 
 def usual_reach(target: ArrayLike | Sequence[ArrayLike]) -> FloatArray:
-    """How near a target point must be to explain a source point, if nothing else is said.
+    """The default distance within which a target point explains a source point.
 
     Parameters
     ----------
     target : array_like of shape (..., n, d), or list of (n, d) arrays
-        The points that stay, in world units. Clouds of unequal size are a list.
+        The fixed points, in world units. Pass clouds of unequal size as a list.
 
     Returns
     -------
     ndarray of shape (...)
-        Three times a target's point spacing (`solvers.thinning.spacing`), world units; 1
-        where all its points are equal.
+        Three times each target's point spacing (`solvers.thinning.spacing`), in world
+        units; 1 if all its points are equal.
 
     Raises
     ------
@@ -113,20 +113,20 @@ def evidence(
 ) -> Evidence:  # fmt: skip
     """Judge poses by the clouds alone, in the plane.
 
-    Leading axes broadcast against each other, as those of `solvers.register` do. Clouds of
-    unequal size are lists, as there.
+    Leading axes broadcast against each other, and clouds of unequal size are passed as
+    lists, both as for `solvers.register`.
 
     Parameters
     ----------
     source : array_like of shape (..., m, 2), or list of (m, 2) arrays
-        The points that are moved, in world units.
+        The points to move, in world units.
     target : array_like of shape (..., n, 2), or list of (n, 2) arrays
-        The points that stay.
+        The fixed points.
     pose : Pose
-        The poses to be judged, of shape (...).
+        The poses to judge, of shape (...).
     reach : float, optional
-        How near a target point must be to explain a source point: world units, of the
-        order of spacing and noise. None is each target's `usual_reach`.
+        The distance within which a target point explains a source point: in world units,
+        of the order of spacing and noise. None is each target's `usual_reach`.
 
     Returns
     -------
@@ -188,7 +188,7 @@ def evidence(
 
 
 def _one_by_one(inputs: dict[str, Any], judge: Callable[..., _Said]) -> list[_Said]:
-    """`judge` of each cloud of a list, with what is given for it or for all, by name."""
+    """Call `judge` for each cloud of a list, with its own or the shared value of each input, by name."""
     n = len(inputs["source"] if unequal(inputs["source"]) else inputs["target"])
     axes = {name: _further(x, name) for name, x in inputs.items()}
     for name, x in inputs.items():
@@ -198,7 +198,7 @@ def _one_by_one(inputs: dict[str, Any], judge: Callable[..., _Said]) -> list[_Sa
 
 
 def _further(x: Any, name: str) -> int:
-    """The leading axes of an argument beside lists of clouds: 1 where there is an entry for each, 0 for one for all."""
+    """The number of leading axes of an argument given with lists of clouds: 1 for an entry per cloud, 0 if shared."""
     if isinstance(x, Pose):
         return len(x.batch)
     if isinstance(x, list | tuple) and any(row is None or 0 < _AXES[name] == ndim(row) for row in x):
@@ -214,7 +214,7 @@ def _side_by_side(each: list[Evidence]) -> Evidence:
 
 
 def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
-    """The clouds (..., n, 2) of leading axes that broadcast to `axes`, one per problem, (b, n, 2)."""
+    """The clouds (..., n, 2) broadcast to the leading axes `axes` and flattened to one per problem, (b, n, 2)."""
     return np.broadcast_to(points, (*axes, *points.shape[-2:])).reshape(-1, *points.shape[-2:])
 
 
@@ -224,25 +224,25 @@ def halves(
 ) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
-    One sees every second point from the first on, the other the rest; both see the
-    whole target, or of matched rows the partners, and begin at `pose`. Points of one scan agree on a wrong pose as well
-    as on a right one where both runs come to rest there. Clouds of unequal size are lists, as for `solvers.register`.
+    One gets every second point from the first on, the other the rest. Both get the whole target (with a paired method,
+    their points' partners) and begin at `pose`. Agreement does not make the pose right: both runs may come to rest at
+    the same wrong one. Clouds of unequal size are passed as lists, as for `solvers.register`.
 
     Parameters
     ----------
     source : array_like of shape (..., m, d), or list of (m, d) arrays
-        The points that are moved, in world units, m ≥ 2.
+        The points to move, in world units, m ≥ 2.
     target : array_like of shape (..., n, d), or list of (n, d) arrays
-        The points that stay.
+        The fixed points.
     pose : Pose
         Where both runs start, of shape (...).
     method : str or Method, default "icp"
         As for `solvers.register`.
     weights : array_like of shape (..., m), or list, optional
-        Of all source points; each run has those of its half. Beside a list of clouds a list has an entry for each, None
-        for none.
+        Weights of all source points; each run uses those of its half. For a list of clouds, a list has one entry per
+        cloud, None for no weights.
     **options
-        As for `solvers.register`, but for `start` and `pairs`.
+        As for `solvers.register`, except `start` and `pairs`.
 
     Returns
     -------
@@ -252,8 +252,8 @@ def halves(
     Raises
     ------
     ValueError
-        If the source is a single point, if `pose` is not a Pose, if there are `pairs` or a `start`,
-        and whatever `solvers.register` objects to.
+        If the source is a single point, if `pose` is not a Pose, if `pairs` or `start` is given,
+        or if `solvers.register` rejects an argument.
 
     Examples
     --------
