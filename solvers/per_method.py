@@ -68,7 +68,7 @@ def parameters(method: str) -> list[inspect.Parameter]:
     Parameters
     ----------
     method : str
-        A name of `METHODS`.
+        A name in `METHODS`.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""What every solver is made of: arrays, poses, statuses, results, steps, checks, and the list of methods."""
+"""What all solvers share: arrays, poses, statuses, results, the step loop, checks, and the list of methods."""

@@ -1,5 +1,5 @@
-"""The array types signatures speak of: float64 for geometry, int64 wherever an integer
-matters (wasm is 32-bit).
+"""The array types used in signatures: float64 for geometry, int64 wherever an integer's
+width matters (wasm is 32-bit).
 """
 
 from typing import Any, TypeAlias
@@ -11,15 +11,15 @@ FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 StatusArray: TypeAlias = NDArray[np.int8]
-# Reasons in words: an object array, so that the words are indexed, taken and put back
-# like every other row.
+# Reasons in words: an object array, so that they are indexed, taken and put back like
+# any other row.
 ReasonArray: TypeAlias = NDArray[np.object_]
 AnyArray: TypeAlias = NDArray[Any]
 
 
 def leading(index: Any, axes: tuple[int, ...]) -> Any:
-    """An index of the leading axes `axes` that reaches into none behind them: a tuple or `...` as whole numbers, an
-    array of them for each axis; anything else as it is.
+    """`index`, confined to the leading axes `axes`: a tuple or `...` becomes one integer array per axis, so that it
+    cannot reach the axes after them; anything else is returned unchanged.
     """
     if not isinstance(index, tuple) and index is not Ellipsis:
         return index

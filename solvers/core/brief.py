@@ -1,4 +1,4 @@
-"""How a record of arrays shows itself at a prompt: in a line, however many points it holds."""
+"""The repr of a record of arrays: one line, however many points it holds."""
 
 from __future__ import annotations
 

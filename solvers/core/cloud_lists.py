@@ -1,4 +1,4 @@
-"""Lists of clouds of unequal size, of which no array can be made: they are worked through one by one."""
+"""Lists of clouds of unequal size, which do not fit in one array and are processed one by one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _Found = TypeVar("_Found")
 
 
 def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
-    """`solve(k)` of every cloud k of a list; a ValueError that it raises names k."""
+    """The results of `solve(k)` for every cloud k of a list; the message of a ValueError that it raises names k."""
     results = []
     for k in range(count):
         try:
@@ -22,7 +22,7 @@ def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
 
 
 def ndim(value: Any) -> int:
-    """The number of axes; −1 where rows of unequal length make no array."""
+    """The number of axes; −1 if rows of unequal length do not form an array."""
     try:
         return np.ndim(value)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The edges of a pose graph: what was measured between pairs of poses, and how surely."""
+"""The edges of a pose graph: measured relative poses and their information matrices."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from solvers.core.poses import concatenated
 class Edges:
     """Measured relative poses between the nodes of a graph, in the plane.
 
-    Edge k says that node j, seen from node i, stands at `relative[k]`. With poses that
-    take each node's own coordinates to those of the map, it measures `Tᵢ⁻¹ Tⱼ`: what
+    Edge k says that node j has the pose `relative[k]` in the frame of node i. With poses
+    that map each node's own coordinates to the map's, it measures `Tᵢ⁻¹ Tⱼ`: what
     registering scan j (source) to scan i (target) yields. The arrays are copied and
-    cannot be written to.
+    read-only.
 
     Parameters
     ----------
@@ -94,26 +94,26 @@ class Edges:
 
     @classmethod
     def between(cls, poses: Pose, i: ArrayLike, j: ArrayLike, information: ArrayLike) -> Edges:
-        """The edges that these poses agree with: each measures what the poses say.
+        """Edges between given poses, which agree with them exactly.
 
         Parameters
         ----------
         poses : Pose of shape (n,)
             The nodes.
         i, j : array_like of int, shape (e,)
-            The nodes to be joined.
+            The nodes that each edge joins.
         information : array_like of shape (e, 3, 3) or (3, 3)
             As for the class.
 
         Returns
         -------
         Edges
-            The edges, without any error.
+            The edges, free of error.
 
         Raises
         ------
         ValueError
-            If a node does not exist, and whatever the class objects to.
+            If a node does not exist, or the class rejects an argument.
 
         Examples
         --------
@@ -146,12 +146,12 @@ class Edges:
         Returns
         -------
         Edges
-            One set.
+            All edges in one set.
 
         Raises
         ------
         ValueError
-            If there is none, or one is not Edges.
+            If `parts` is empty, or one of them is not Edges.
 
         Examples
         --------
@@ -172,13 +172,13 @@ class Edges:
 
 
 def rigid(pose: Pose, name: str) -> Pose:
-    """`pose` when it is planar and of scale 1, else a ValueError that names it."""
+    """Return `pose` if it is planar with scale 1, else raise a ValueError that names it."""
     pose = validate.pose(of_kind(pose, Pose, name), 2, name, "expected motions of the plane")
     return validate.unscaled(pose, name, "expected rigid motions, of scale 1")
 
 
 def pose_count(poses: Pose) -> int:
-    """The number n of rigid motions of the plane, of shape (n,); else a ValueError."""
+    """The number n of poses; raises ValueError unless they are rigid motions of the plane of shape (n,)."""
     batch = rigid(poses, "poses").batch
     if len(batch) != 1:
         raise ValueError(f"poses: expected shape (n,), got {batch}")
@@ -186,7 +186,7 @@ def pose_count(poses: Pose) -> int:
 
 
 def graph(poses: Pose, edges: Edges) -> int:
-    """The number n of nodes at `poses` when the edges join no others; else a ValueError."""
+    """The number n of nodes; raises ValueError if an edge joins a node that has no pose."""
     n = pose_count(poses)
     if not isinstance(edges, Edges):
         raise ValueError(f"edges: expected Edges, got {type(edges).__name__}")
@@ -196,7 +196,7 @@ def graph(poses: Pose, edges: Edges) -> int:
 
 
 def within(nodes: IntArray, count: int, name: str, what: str = "node") -> None:
-    """A ValueError when a node is not one of 0 … count − 1."""
+    """Raise ValueError if a node is not one of 0 … count − 1."""
     wrong = np.flatnonzero((nodes < 0) | (nodes >= count))
     if wrong.size:
         k = wrong[0]
@@ -204,7 +204,7 @@ def within(nodes: IntArray, count: int, name: str, what: str = "node") -> None:
 
 
 def row_numbers(values: ArrayLike, name: str) -> IntArray:
-    """`values` as a read-only copy of int64, (k,), none of them negative; an empty list will do."""
+    """`values` as a read-only int64 copy, (k,), possibly empty; raises ValueError if one is negative."""
     rows = array(values, name)
     if rows.ndim != 1 or (rows.size and rows.dtype.kind not in "iu"):
         raise ValueError(f"{name}: expected integers of shape (k,), got {rows.dtype} of shape {rows.shape}")
@@ -230,7 +230,8 @@ def _positive(values: ArrayLike, count: int) -> FloatArray:
     for k in np.flatnonzero(skew > 1e-9 * size):
         raise ValueError(f"information: the matrix of edge {k} is not symmetric")
     matrices = 0.5 * (matrices + matrices.swapaxes(1, 2))
-    # A diagonal of ones: metres and radians may differ by orders of magnitude without the matrix being singular.
+    # Scaled to a diagonal of ones: metres and radians may differ by orders of magnitude without the matrix being
+    # singular.
     diagonal = np.diagonal(matrices, axis1=1, axis2=2)
     root = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     least = np.linalg.eigvalsh(matrices / root[:, :, None] / root[:, None, :]).min(axis=1, initial=np.inf)

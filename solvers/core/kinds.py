@@ -1,4 +1,4 @@
-"""What is not of the kind that a function works on is refused here, by a ValueError that names the argument."""
+"""Type checks of arguments, which raise a ValueError that names the argument."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _PARTS = {
     ("Pose", "GraphResult"): "result.poses",
     ("Pose", "Result"): "result.pose",
 }
-"""What may have been meant where the whole was given."""
+"""The part that was probably meant when the whole was passed, by (expected, given) class."""
 _LONGEST = 60
 
 
 def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
-    """`value` when it is of this class."""
+    """Return `value` if it is of this class, else raise ValueError."""
     if not isinstance(value, kind):
         expected, got = kind.__name__, type(value).__name__
         part = _PARTS.get((expected, got))
@@ -38,29 +38,29 @@ def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
 
 
 def or_usual(value: object, kind: type[_Kind], name: str) -> _Kind:
-    """`value` when it is of this class; None is the class's defaults."""
+    """As `of_kind`, except that None gives an instance with the class's defaults."""
     return kind() if value is None else of_kind(value, kind, name)
 
 
 def several(values: object, name: str, what: str) -> tuple[Any, ...]:
-    """`values` as a tuple; a ValueError for text, one number or anything else that is not a sequence of `what`."""
+    """`values` as a tuple; raises ValueError for text, a single number or anything else that cannot be iterated."""
     try:
         if isinstance(values, Iterable) and not isinstance(values, str | bytes):
             return tuple(values)
-    except TypeError:  # numpy's array of a single number says so only when it is gone through
+    except TypeError:  # a numpy array without axes passes for an iterable until it is iterated
         pass
     raise ValueError(f"{name}: expected a sequence of {what}, got {shown(values)}")
 
 
 def function(value: _Function, name: str) -> _Function:
-    """`value` when it can be called, or is None."""
+    """Return `value` if it is callable or None, else raise ValueError."""
     if value is not None and not callable(value):
         raise ValueError(f"{name}: expected a function, got {shown(value)}")
     return value
 
 
 def shown(value: object) -> str:
-    """A value as a message has it: short, and of a long array its shape."""
+    """A value as shown in a message: shortened, and for a long array its shape."""
     text = " ".join(repr(value).split())
     if len(text) <= _LONGEST:
         return text

@@ -1,6 +1,6 @@
-"""What the package says to Python's `logging`, at level DEBUG, under the name "solvers".
+"""Messages to Python's `logging`, at level DEBUG, to the logger "solvers".
 
-`logging` itself is not imported: whoever has not imported it listens to nothing, and a page would pay for it.
+`logging` itself is not imported: unless the caller has imported it, nobody is listening, and a page would pay for it.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import sys
 
 
 def debug(message: str, *values: object) -> None:
-    """Pass a message on to whoever listens, in logging's own form: values go in by %."""
+    """Log a message if `logging` has been imported; `values` are filled in by %, as in `logging.debug`."""
     logging = sys.modules.get("logging")
     if logging is not None:
         logging.getLogger("solvers").debug(message, *values)

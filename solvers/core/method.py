@@ -8,8 +8,8 @@ To add a method, write a module with:
    `field(metadata=SHARED)`; see `solvers.core.tree`.
 2. `start`, which fills the state at `problem.start` and draws all random numbers of the
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
-   gets `Status.DEGENERATE` and a reason (`status.mark`). The loop says so itself of a cloud
-   whose points are all equal, wherever the run stops.
+   gets `Status.DEGENERATE` and a reason (`status.mark`). For a cloud whose points are all
+   equal the loop does so itself, whenever the run stops.
 3. `step`, which returns `tree.changed(state, pose=…, objective=…, status=…, …)`:
    running, converged, stalled, finished or degenerate. It must not raise for geometry and must
    not write into arrays.
@@ -38,11 +38,11 @@ class Problem:
     target : ndarray of shape (b, n, d)
         The fixed clouds. Paired methods get m = n, with row i's partner in row i.
     weights : ndarray of shape (b, m)
-        Of the source rows (of the pairs, when paired).
+        Weights of the source rows (of the pairs, if paired).
     start : Pose
         b starting poses.
     seed : ndarray of int64, shape (b,)
-        What each problem's random numbers are drawn from.
+        The seed of each problem's random numbers.
 
     Examples
     --------
@@ -92,19 +92,19 @@ class State(Protocol):
 
     @property
     def pose(self) -> Pose:
-        """The poses as they stand, (b,)."""
+        """The current poses, (b,)."""
 
     @property
     def objective(self) -> FloatArray:
-        """What the method minimises, at `pose`, (b,)."""
+        """The function that the method minimises, at `pose`, (b,)."""
 
     @property
     def status(self) -> StatusArray:
-        """How each problem stands, (b,)."""
+        """The status of each problem, (b,)."""
 
     @property
     def reason(self) -> ReasonArray:
-        """The same in words, possibly empty, (b,)."""
+        """The reason for each status in words, possibly empty, (b,)."""
 
 
 S = TypeVar("S", bound=State)
@@ -129,7 +129,7 @@ class Method(Generic[S]):
     Parameters
     ----------
     name : str
-        What `register(method=…)` calls it.
+        Its name in `register(method=…)`.
     summary : str
         One line.
     source : str
@@ -141,7 +141,8 @@ class Method(Generic[S]):
     options : type
         The frozen dataclass of its own options, with defaults.
     partners : callable, or None
-        `partners(state) -> (b, m)`, each source row's target row, −1 for none; None: soft.
+        `partners(state) -> (b, m)`, each source row's target row, −1 for none. None if
+        source rows have no single partners, as in soft methods.
     paired : bool
         Whether it matches row i with row i, and takes `pairs`.
     weighted : bool
@@ -153,7 +154,7 @@ class Method(Generic[S]):
     max_steps : int
         The default step limit.
     any_extent : bool
-        Whether it copes with clouds so narrow that squares of lengths vanish; without, a
+        Whether it copes with clouds so narrow that squared lengths underflow; if not, a
         run on such clouds is degenerate.
 
     Examples
@@ -181,9 +182,9 @@ class Method(Generic[S]):
     any_extent: bool = False
 
     def __post_init__(self) -> None:
-        # What `help(METHODS["icp"])` shows, in place of the words about the class.
-        first, *rest = (self.options.__doc__ or "").splitlines() or [""]  # python -OO leaves nothing to tell
-        margin = min((len(line) - len(line.lstrip()) for line in rest if line.strip()), default=0)  # 3.13 has none
+        # What `help(METHODS["icp"])` shows, in place of the class's docstring.
+        first, *rest = (self.options.__doc__ or "").splitlines() or [""]  # python -OO strips docstrings
+        margin = min((len(line) - len(line.lstrip()) for line in rest if line.strip()), default=0)  # 0 from Python 3.13
         text = "\n".join([first, *(line[margin:] for line in rest)]).rstrip()
         object.__setattr__(self, "__doc__", f"{self.summary} ({self.source}).\n\n{text}")
 

@@ -1,4 +1,4 @@
-"""What is not an array of real numbers is refused here, by a ValueError that names the argument."""
+"""Arguments as arrays of real numbers; anything else raises a ValueError that names the argument."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ _Given = TypeVar("_Given")
 
 
 def unmasked(values: _Given, name: str) -> _Given | AnyArray:
-    """`values`; for a masked array that hides nothing, the plain one. A mask would be lost, and what it hides used."""
-    ma = sys.modules.get("numpy.ma")  # whoever has a masked array has imported it; the page's numpy lacks it
+    """`values`, a masked array without masked numbers as a plain one. Raises ValueError if any are masked: the mask
+    would be lost, and what it hides used."""
+    ma = sys.modules.get("numpy.ma")  # a caller with a masked array has imported it; the page's numpy lacks it
     if ma is None or not isinstance(values, ma.MaskedArray):
         return values
     if ma.is_masked(values):
@@ -32,7 +33,7 @@ def unmasked(values: _Given, name: str) -> _Given | AnyArray:
 
 
 def array(values: ArrayLike, name: str) -> AnyArray:
-    """`values` as an array of any kind, without a mask and of equal rows."""
+    """`values` as an array of any dtype; raises ValueError for masked numbers and for rows of unequal length."""
     values = unmasked(values, name)
     try:
         return np.asarray(values)
@@ -42,7 +43,7 @@ def array(values: ArrayLike, name: str) -> AnyArray:
 
 
 def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
-    """`values` as a float64 array; they may be infinite or no number. `text`: what to do where they are words."""
+    """`values` as a float64 array; infinity and NaN pass. `text` goes into the message if a text or path was given."""
     a = array(values, name)
     if a.dtype.kind not in "iuf":
         raise ValueError(f"{name}: expected real numbers, got {_got(values, a, text)}")
@@ -50,14 +51,14 @@ def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
 
 
 def copied(values: ArrayLike, name: str) -> FloatArray:
-    """`values` as a float64 array of its own, which cannot be written to."""
+    """`values` as a read-only float64 copy."""
     own: FloatArray = np.array(numbers(values, name), order="C")
     own.flags.writeable = False
     return own
 
 
 def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
-    """Whether this is a list of clouds (n, d) that differ in n, and no array can be made of it."""
+    """Whether this is a list of clouds (n, d) that differ in n, and so do not fit in one array."""
     if not isinstance(values, list | tuple):
         return False
     counts = set()
@@ -66,14 +67,14 @@ def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
             shape = np.shape(cloud)
         except ValueError:
             return False
-        if len(shape) != 2:  # as of a row of one cloud
+        if len(shape) != 2:  # such as a row of a single cloud
             return False
         counts.add(shape[0])
     return len(counts) > 1
 
 
 def _got(values: object, a: AnyArray, text: str) -> str:
-    """What came in place of numbers, and what to do about it."""
+    """What was given instead of numbers, and how to convert it."""
     if isinstance(values, str | bytes | PathLike):
         return f"{type(values).__name__}{text}"
     if a.dtype.names:
@@ -87,7 +88,7 @@ def _got(values: object, a: AnyArray, text: str) -> str:
 
 
 def finite(a: FloatArray, name: str) -> FloatArray:
-    """`a`, in which every number is finite."""
+    """Return `a` if every number is finite, else raise ValueError."""
     bad = a.size - int(np.count_nonzero(np.isfinite(a)))
     if bad:
         what = f"{a.item():g} is" if a.size == 1 else f"{bad} of {a.size} numbers {'is' if bad == 1 else 'are'}"
@@ -96,9 +97,9 @@ def finite(a: FloatArray, name: str) -> FloatArray:
 
 
 def moderate(a: FloatArray, name: str) -> FloatArray:
-    """`a`, in which every number is finite and has a square."""
+    """Return `a` if every number is finite and none exceeds `LARGEST`, else raise ValueError."""
     # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
-    # infinity and what would overflow.
+    # infinity and numbers whose squares would overflow.
     if a.size and not np.abs(a).max() <= LARGEST:
         finite(a, name)
         raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")

@@ -10,10 +10,10 @@ NONE = -1
 
 
 def own_rows(used: BoolArray) -> IntArray:
-    """Of known pairs: row i for row i where it is used, (b, m), else `NONE`."""
+    """The partners in known pairs: i for row i where the pair is used, else `NONE`, (b, m)."""
     return chosen(np.arange(used.shape[1]), used)
 
 
 def chosen(rows: IntArray, used: BoolArray) -> IntArray:
-    """The rows that are used, (b, m), `NONE` for the others."""
+    """`rows` where used, else `NONE`, (b, m)."""
     return np.where(used, rows, NONE).astype(np.int64)

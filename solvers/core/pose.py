@@ -20,13 +20,13 @@ from solvers.core.rotations import angle, planar, rotvec, spatial
 class Pose:
     """A rigid motion or similarity `T(p) = s R p + t`.
 
-    It maps source to target coordinates. The leading axes of the three are broadcast to
-    one batch shape. The arrays are copied and read-only.
+    It maps source to target coordinates. The leading axes of R, t and scale are broadcast
+    to one batch shape. The arrays are copied and read-only.
 
     Parameters
     ----------
     R : array_like of shape (..., d, d)
-        Rotations: orthogonal matrices with det R = +1. What six digits or float32 leave to that is put right.
+        Rotations: orthogonal matrices with det R = +1. Rounding to six digits or to float32 is corrected.
     t : array_like of shape (..., d)
         Translations, in world units.
     scale : array_like of shape (...), default 1.0
@@ -84,9 +84,9 @@ class Pose:
 
     @classmethod
     def trusted(cls, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> Pose:
-        """The pose of parts known to be valid: shapes are broadcast, values not checked.
+        """The pose of parts taken as they are: shapes are broadcast, values not checked.
 
-        For the results of computations. `fit_rigid(..., proper=False)` may return a
+        For the results of computations: `fit_rigid(..., proper=False)` may return a
         reflection, and a step that overflows may return NaN.
 
         Parameters
@@ -109,7 +109,7 @@ class Pose:
         return pose
 
     def _fill(self, R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> None:
-        """Bring the three to one batch shape, as arrays that cannot be written to."""
+        """Broadcast the three to one batch shape, as read-only copies."""
         self.__dict__["R"], self.__dict__["t"], self.__dict__["scale"] = of_one_batch(R, t, scale)
 
     @classmethod
@@ -180,7 +180,7 @@ class Pose:
 
         Notes
         -----
-        Rodrigues' formula, `R = I + sin θ [u]× + (1 − cos θ) [u]×²`, its coefficients accurate at θ = 0.
+        Rodrigues' formula, `R = I + sin θ [u]× + (1 − cos θ) [u]×²`, with coefficients accurate even at θ = 0.
 
         Examples
         --------
@@ -197,7 +197,7 @@ class Pose:
 
     @classmethod
     def _turned(cls, R: FloatArray, t: ArrayLike, scale: ArrayLike) -> Pose:
-        """The pose of rotations that were made here, and of the rest as it was given."""
+        """The pose of rotations computed here, with the caller's `t` and `scale`, which are checked."""
         pose = cls.trusted(R, numbers(t, "t"), numbers(scale, "scale"))
         check(pose.t, np.asarray(pose.scale))
         return pose
@@ -261,7 +261,7 @@ class Pose:
         Raises
         ------
         ValueError
-            In other dimensions than 3.
+            In dimensions other than 3.
         """
         return rotvec(self.R)
 
@@ -298,7 +298,7 @@ class Pose:
             raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
         fits(p.shape[:-2], self.batch, "points")
         moved: FloatArray = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
-        for k in range(self.dim):  # with d innermost numpy's loop would be d long
+        for k in range(self.dim):  # one broadcast addition would run numpy's inner loop over d numbers only
             moved[..., k] += self.t[..., k, None]
         return moved
 
@@ -348,7 +348,7 @@ class Pose:
         return Pose.trusted(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
 
     def __matmul__(self, first: object) -> Pose:
-        """`self ∘ first`, as `compose`. Three points would pass for the rows of a matrix: only a pose is taken."""
+        """`self ∘ first`, as `compose`. Only a pose is accepted: three points could pass for the rows of a matrix."""
         if not isinstance(first, Pose):
             raise TypeError("@: joins two poses; pose(points) moves points, pose.matrix is the matrix")
         return self.compose(first)
@@ -379,16 +379,16 @@ class Pose:
         return len(self[:].t)
 
     def __bool__(self) -> bool:
-        return True  # else Python would ask for the length, and a single pose has none
+        return True  # otherwise Python would call __len__, which raises for a single pose
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are poses of one shape with equal numbers, none of them NaN; metrics say how near two are."""
+        """Whether both are poses of one shape with equal numbers, none NaN; for closeness see `solvers.metrics`."""
         if not isinstance(other, Pose):
             return NotImplemented
         return all(np.array_equal(getattr(self, part), getattr(other, part)) for part in ("R", "t", "scale"))
 
     def __hash__(self) -> int:
-        # −0 is 0, whose bytes are others.
+        # Adding 0.0 turns −0 into 0: they are equal, but their bytes differ.
         return hash((self.R.shape, *((np.asarray(part) + 0.0).tobytes() for part in (self.R, self.t, self.scale))))
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Several poses made one batch."""
+"""Joining several poses into one batch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from solvers.core.pose import Pose
 
 
 def stacked(poses: Sequence[Pose]) -> Pose:
-    """Poses of one shape side by side, along a new leading axis.
+    """Stack poses of one shape along a new leading axis.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def stacked(poses: Sequence[Pose]) -> Pose:
     Returns
     -------
     Pose
-        Of shape (k, ...).
+        The batch, of shape (k, ...).
 
     Raises
     ------
@@ -46,22 +46,22 @@ def stacked(poses: Sequence[Pose]) -> Pose:
 
 
 def concatenated(parts: Sequence[Pose]) -> Pose:
-    """Batches of poses one after the other, along their first axis.
+    """Concatenate batches of poses along their first axis.
 
     Parameters
     ----------
     parts : sequence of Pose of shape (n, ...)
-        At least one; they may differ in n alone, which may be 0.
+        At least one; they may differ only in n, which may be 0.
 
     Returns
     -------
     Pose
-        As many poses as all parts together.
+        All poses of the parts, as one batch.
 
     Raises
     ------
     ValueError
-        If `parts` is not a sequence of poses, is empty, one is a single pose, or they differ in more than n.
+        If `parts` is not a sequence of poses or is empty, if one is a single pose, or if they differ in more than n.
 
     Examples
     --------

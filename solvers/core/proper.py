@@ -1,4 +1,4 @@
-"""What makes a pose is brought to one shape here, and refused where it is not a rotation, a translation or a scale."""
+"""The parts of a pose: broadcast to one batch shape, and rejected if not a rotation, a translation or a scale."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from solvers.core.arrays import FloatArray
 from solvers.core.numbers import finite, numbers
 
 ROUNDING = 1e-12
-"""How far from 1 a scale may be and still be told as 1."""
+"""How far a matrix's scale may be from 1, or R Rᵀ from the identity, by rounding alone."""
 SHEARED = 2e-6
-"""How far R Rᵀ may be from the identity, and the scale of a rigid motion from 1: what is written with six digits still
-passes, and so does float32."""
+"""How far R Rᵀ may be from the identity, and the scale of a rigid motion from 1, to be accepted: numbers written with
+six digits pass, and so does float32."""
 
 
 def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """R (..., d, d), t (..., d) and scale (...) with the leading axes that they broadcast to, as copies that cannot be
-    written to."""
+    """R (..., d, d), t (..., d) and scale (...) broadcast to the same leading axes, as read-only copies."""
     R, t = np.asarray(R, dtype=np.float64), np.asarray(t, dtype=np.float64)
     scale = np.asarray(scale, dtype=np.float64)
     if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
@@ -26,7 +25,7 @@ def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArr
     if t.ndim < 1 or t.shape[-1] != d:
         raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
     batch = scale.shape
-    if not R.shape[:-2] == t.shape[:-1] == batch:  # seldom, and slow to work out
+    if not R.shape[:-2] == t.shape[:-1] == batch:  # rarely needed, and slow
         try:
             batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
         except ValueError:
@@ -37,15 +36,15 @@ def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArr
 
 
 def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    # Broadcasting costs more than the copy, and is seldom needed. In C order, whatever the order of what was given: a
-    # product of the same numbers in another order of memory can round differently.
+    # Broadcasting costs more than the copy, and is rarely needed. Always in C order: a product of the same numbers in
+    # another memory order can round differently.
     out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64, order="C")
     out.flags.writeable = False
     return out
 
 
 def fits(axes: tuple[int, ...], batch: tuple[int, ...], name: str) -> None:
-    """Refuse leading axes that do not broadcast against a pose's."""
+    """Raise ValueError for leading axes that do not broadcast against a pose's."""
     if axes and batch and axes != batch:
         try:
             np.broadcast_shapes(batch, axes)
@@ -54,7 +53,7 @@ def fits(axes: tuple[int, ...], batch: tuple[int, ...], name: str) -> None:
 
 
 def check(t: FloatArray, scale: FloatArray) -> None:
-    """Refuse what is not finite, and a scale that is not positive."""
+    """Raise ValueError for numbers that are not finite, and for a scale that is not positive."""
     finite(t, "t")
     finite(scale, "scale")
     if np.any(scale <= 0.0):
@@ -62,8 +61,7 @@ def check(t: FloatArray, scale: FloatArray) -> None:
 
 
 def rotation(R: FloatArray) -> FloatArray:
-    """R without the rounding of few digits, as an array that cannot be written to; what is not a rotation is refused.
-    """
+    """R with its rounding to few digits corrected, as a read-only array; raises ValueError if it is not a rotation."""
     finite(R, "R")
     off = _sheared(R)
     if (off > SHEARED).any():
@@ -81,8 +79,8 @@ def _sheared(R: FloatArray) -> FloatArray:
 
 
 def _straightened(R: FloatArray, off: FloatArray) -> FloatArray:
-    """R where it is a rotation to rounding, else the nearest one: its transpose would not be its inverse, which in
-    coordinates of a national grid is a matter of metres. Two of Newton's steps leave nothing of 2e-6.
+    """R where it is a rotation to rounding, else the nearest rotation. Uncorrected, its transpose would not be its
+    inverse, an error of metres in national grid coordinates. Two Newton steps remove a deviation of 2e-6.
     """
     near = R
     for _ in range(2):
@@ -91,7 +89,7 @@ def _straightened(R: FloatArray, off: FloatArray) -> FloatArray:
 
 
 def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """R, t and scale of homogeneous matrices."""
+    """Split homogeneous matrices into R, t and scale."""
     M = numbers(matrix, "matrix")
     if M.ndim < 2 or M.shape[-1] != M.shape[-2] or M.shape[-1] < 3:
         raise ValueError(f"matrix: expected shape (..., d + 1, d + 1) with d of at least 2, got {M.shape}")
@@ -100,8 +98,8 @@ def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     if np.any(M[..., d, :d] != 0.0) or np.any(M[..., d, d] != 1.0):
         raise ValueError(f"matrix: expected the last row {[0] * d + [1]}, as of a homogeneous matrix")
     A = M[..., :d, :d]
-    # Divided by a power of two near the largest entry, which changes no digit: without it the determinant of a small
-    # matrix would be zero, and that of a large one infinite.
+    # Dividing by a power of two near the largest entry changes no digit. Without it the determinant of a small matrix
+    # would be zero, and that of a large one infinite.
     exponent = np.frexp(np.abs(A).max(axis=(-2, -1), initial=0.0))[1]
     A = np.ldexp(A, -exponent[..., None, None])
     det = np.linalg.det(A)
@@ -113,7 +111,7 @@ def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         scale = np.ldexp(unit, exponent)
     if not np.isfinite(scale).all():
         raise ValueError("matrix: expected a rotation times a scale, but one has a scale beyond floating point")
-    # Numbers close to 1, such as a rotation's own determinant, are rounding.
+    # Scales this close to 1, such as that of a rounded rotation, are 1.
     near = np.abs(scale - 1.0) < ROUNDING
     scale, unit = np.where(near, 1.0, scale), np.where(near, np.ldexp(1.0, np.where(near, -exponent, 0)), unit)
     R = A / unit[..., None, None]

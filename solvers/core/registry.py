@@ -57,12 +57,12 @@ ALIASES = {
     "p2d-ndt": "ndt",
     "d2d-ndt": "ndt-d2d",
 }
-"""The field's other names for the methods: understood, not listed."""
+"""The field's other names for the methods: accepted, but not listed."""
 
 
 class _Methods(Mapping[str, Method[Any]]):
-    """Read-only; a method's module is imported when the method is first asked for: a
-    page pays for what it shows.
+    """Read-only. A method's module is imported on first access, so that a page pays only
+    for what it shows.
     """
 
     def __getitem__(self, name: str) -> Method[Any]:
@@ -91,8 +91,8 @@ METHODS: Mapping[str, Method[Any]] = _Methods()
 
 
 def method_of(name: object, argument: str = "method") -> Method[Any]:
-    """The method of a name that somebody gave, or the method itself, theirs or one listed. Raises ValueError with the
-    nearest right names, or where a method of theirs has the name of another: messages about a result go by the name.
+    """The method of this name; a `Method`, listed or the caller's own, is returned as it is. Raises ValueError for an
+    unknown name, and for a method of the caller's own under a listed name: messages about a result go by the name.
     """
     if isinstance(name, str) and name in METHODS:
         return METHODS[name]
@@ -105,7 +105,7 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
 
 
 def rigid_method_of(name: object) -> Method[Any]:
-    """The same for a method that finds no scale, where only rigid motions make sense."""
+    """As `method_of`, but raises ValueError for a method that finds a scale: here only rigid motions make sense."""
     method = method_of(name)
     if method.scaled:
         raise ValueError(f"method: {method.name!r} finds a scale, and a spread is of rigid motions")
@@ -113,7 +113,7 @@ def rigid_method_of(name: object) -> Method[Any]:
 
 
 def _unknown(name: object) -> str:
-    """The message for an unknown name: lower-case letters and hyphens may be all it lacks."""
+    """The message for an unknown name, which may only need lower case and hyphens."""
     plain = str(name).lower().replace("_", "-")
     near = f", did you mean {plain!r}?" if plain in METHODS else validate.nearest(plain, [*METHODS, *ALIASES])
     return f"{name!r} is unknown{near}; known: {', '.join(sorted(METHODS))}"

@@ -45,7 +45,8 @@ class Result:
     steps : ndarray of int, shape (...), or int
         The steps taken.
     objective : ndarray of shape (...)
-        What the method minimises, at `pose`; each method's own, in its own unit.
+        The function that the method minimises, at `pose`; each method has its own, in its
+        own unit.
     history : History
         Poses and objective from the start to the last of k steps, (k + 1, ...).
     states : tuple
@@ -77,7 +78,7 @@ class Result:
     >>> bool(found.lower <= found.objective), bool(found.gap == found.objective - found.lower)
     (True, True)
 
-    A batch can be indexed, and gone through:
+    A batch can be indexed and iterated over:
 
     >>> batch = register(np.stack([scene.source, scene.target]), scene.target, "kabsch")
     >>> [one.status.label for one in batch], batch[1].steps
@@ -98,7 +99,7 @@ class Result:
     def converged(self) -> BoolArray | bool:
         """Whether the method's own stopping rule was met; the pose may still be wrong.
 
-        False for `Status.FINISHED`, of a method that has no such rule.
+        False for `Status.FINISHED`, where the method has no such rule.
         """
         return self.status in RULED if isinstance(self.status, Status) else np.isin(self.status, RULED)
 
@@ -119,7 +120,7 @@ class Result:
     def lower(self) -> FloatArray | None:
         """A proved lower bound of the objective over the poses that were searched, (...).
 
-        None from a method that proves nothing.
+        None for a method that proves nothing.
         """
         if not all(hasattr(state, "lower") for state in self.states):
             return None
@@ -130,7 +131,7 @@ class Result:
     def gap(self) -> FloatArray | None:
         """How much lower another pose's objective may be, at most, (...).
 
-        It concerns the objective, not the truth. None from a method that proves nothing.
+        It concerns the objective, not the truth. None for a method that proves nothing.
         """
         lower = self.lower
         return None if lower is None else np.asarray(self.objective - lower)[()]
@@ -140,9 +141,9 @@ class Result:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
         −1 where it has no partner; for a list of several clouds a list, one entry per cloud.
-        Where `pairs` (k, 2) were given, both clouds have a row for each of them: entry i is i,
-        or −1 where pair i is not used, and `pairs[found[found >= 0]]` are those used.
-        None from a method without single partners, such as a soft one.
+        If `pairs` (k, 2) were given, both clouds have one row per pair: entry i is i, or −1
+        if pair i is not used, and `pairs[found[found >= 0]]` are the pairs used.
+        None for a method without single partners, such as a soft one.
         """
         partners = self._pairing()
         if partners is None:
@@ -154,11 +155,11 @@ class Result:
     def fitness(self) -> FloatArray | None:
         """The fraction of source rows, or of the `pairs` given, with a partner, (...).
 
-        It says how much of the source supports the answer where a gate or a bound decides who
-        has a partner. A nearest-neighbour method without one gives every row a partner, and
-        the fraction is 1 however wrong the pose; `trimmed-icp` always keeps its share.
-        `solvers.verify.evidence(...).share` counts what lies near, whatever the method. None
-        where `correspondences` is.
+        With a gate or a bound that decides which rows have a partner, it says how much of the
+        source supports the answer. Without one, a nearest-neighbour method gives every row a
+        partner, and the fraction is 1 however wrong the pose; `trimmed-icp` always keeps its
+        share. `solvers.verify.evidence(...).share` counts what lies near, whatever the method.
+        None if `correspondences` is.
         """
         return self._of_partners(lambda squares, used: used.mean(axis=-1))
 
@@ -166,8 +167,8 @@ class Result:
     def rmse(self) -> FloatArray | None:
         """The root mean square distance of the partners at the answer, world units, (...).
 
-        Infinite where there are none, None where `correspondences` is. It is not the error
-        of the pose.
+        Infinite if there are none, None if `correspondences` is. It is not the error of the
+        pose.
         """
         return self._of_partners(
             lambda squares, used: np.where(
@@ -180,9 +181,9 @@ class Result:
         """The covariance of the pose, in closed form from the last pairs.
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
-        None from a method that has none, in space and with a scale. It takes each partner as given, which makes it
-        overconfident with every method that finds its own pairs, far more so with point to point and GICP than with
-        point to plane: `solvers.uncertainty` has other ways, and says what was counted.
+        None for a method without a closed form, in 3-D, and with a scale. It takes each partner as given, which makes
+        it overconfident for every method that finds its own pairs, far more so for point-to-point and GICP than for
+        point-to-plane: `solvers.uncertainty` has other ways, and its `covariance` counts how often they held the truth.
         """
         return cast("Covariance | None", import_module("solvers.uncertainty.closed_form").offered(self))
 
@@ -190,8 +191,8 @@ class Result:
         return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
 
     def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
-        """What `read` computes from the squared distances, zero where there is no partner,
-        and from where there is one: both (b, m), state by state.
+        """The values of `read(squares, used)`, called once per state: the squared distances,
+        zero where there is no partner, and where there is one, both (b, m).
         """
         partners = self._pairing()
         if partners is None:
@@ -288,7 +289,7 @@ class Result:
     def __getitem__(self, index: Any) -> Result:
         """The result of one problem of a batch, or of several: any numpy index of the leading axes.
 
-        One problem's is what `register` gives for it alone, its history as long as its own run.
+        That of one problem is what `register` returns for it alone, with a history as long as its own run.
         """
         if not self.pose.batch:
             raise TypeError("the result of one problem has no parts")
@@ -336,8 +337,7 @@ class Result:
 
 
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
-    """The result of one run, its single problem axis made into the leading axes `axes`.
-    """
+    """The result of one run, its problem axis reshaped to the leading axes `axes`."""
     state, partners = done.state(), done.method.partners
     registered = METHODS.get(done.method.name)
     return Result(
@@ -354,8 +354,8 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
 
 
 def side_by_side(results: Sequence[Result]) -> Result:
-    """Single results put together as those of a batch; shorter histories repeat their
-    last entry.
+    """Single results joined into that of a batch; shorter histories repeat their last
+    entry.
     """
     longest = max(len(r.history.objective) for r in results)
 
@@ -387,8 +387,8 @@ def _lengthened(course: AnyArray, length: int) -> AnyArray:
 
 
 def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
-    """The one problem axis at `at` made into `axes`; what then is a single number or
-    word loses its array.
+    """Reshape the problem axis at position `at` to `axes`; an array left without axes
+    becomes a scalar.
     """
     if isinstance(value, Pose):
         return Pose.trusted(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))

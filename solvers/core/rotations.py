@@ -1,4 +1,4 @@
-"""Rotation matrices from angles, NaN of what is not a number, and rotation vectors from matrices."""
+"""Rotation matrices from angles and rotation vectors, NaN where these are NaN, and back."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def planar(theta: FloatArray) -> FloatArray:
 
 
 def spatial(rotvec: FloatArray) -> FloatArray:
-    """The rotations (..., 3, 3) by rotation vectors (..., 3): Rodrigues' formula, accurate at no turn."""
+    """The rotations (..., 3, 3) by rotation vectors (..., 3): Rodrigues' formula, accurate even at angle 0."""
     theta = np.linalg.norm(rotvec, axis=-1)[..., None, None]
     x, y, z = rotvec[..., 0], rotvec[..., 1], rotvec[..., 2]
     o = np.zeros_like(x)
@@ -41,15 +41,15 @@ def angle(R: FloatArray) -> FloatArray:
 
 
 def rotvec(R: FloatArray) -> FloatArray:
-    """The rotation vectors (..., 3) of rotations (..., 3, 3), no longer than π: by the largest part of the unit
-    quaternion, so that none is divided by what is near zero. Raises ValueError where d is not 3.
+    """The rotation vectors (..., 3) of rotations (..., 3, 3), no longer than π: computed from the largest component of
+    the unit quaternion, so that nothing is divided by a number near zero. Raises ValueError if d is not 3.
     """
     if R.shape[-1] != 3:
         raise ValueError(f"rotvec: defined in 3 dimensions, not in {R.shape[-1]}")
     a, b, c = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
     x, y, z = R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]
     xy, xz, yz = R[..., 0, 1] + R[..., 1, 0], R[..., 0, 2] + R[..., 2, 0], R[..., 1, 2] + R[..., 2, 1]
-    # Each row is the quaternion (w, x, y, z) times four times one of its parts.
+    # Each row is the quaternion (w, x, y, z) times four times one of its components.
     rows = [
         [1.0 + a + b + c, x, y, z],
         [x, 1.0 + a - b - c, xy, xz],

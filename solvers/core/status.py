@@ -14,8 +14,8 @@ class Status(IntEnum):
 
     No stop is called a success: only the error against a known truth can show that.
     `RUNNING` is a problem that has not stopped, including one whose run was ended by a
-    callback. A status is a number: compared with a text it raises a TypeError, since the
-    answer could only be False.
+    callback. A status is a number: comparing it with a string raises a TypeError, since
+    the answer could only be False.
 
     Examples
     --------
@@ -35,23 +35,22 @@ class Status(IntEnum):
     STALLED = 2
     """No further step helps: none that was tried improves the objective, or the run cycles through a few poses."""
     CAPPED = 3
-    """The allowed number of steps was used up, or of boxes in a search."""
+    """The allowed number of steps, or of boxes in a search, was used up."""
     DEGENERATE = 4
     """The geometry does not determine the answer; the reason says why, in words."""
     PROVED = 5
-    """No pose in the searched region has an objective lower by more than the gap (`Result.gap`); not that the pose is
-    the true one."""
+    """No pose in the searched region has an objective lower by more than the gap (`Result.gap`); it may still not be
+    the true pose."""
     FINISHED = 6
-    """All steps that the method takes were taken: it has no test of rest."""
+    """The method took all of its steps: it has no convergence test."""
 
     @property
     def label(self) -> str:
-        """The status in lower case, as it is shown: 'running', 'converged' and so on.
-        """
+        """The status in lower case, as it is shown: 'running', 'converged' and so on."""
         return self.name.lower()
 
     def __bool__(self) -> bool:
-        """Whether the method came to an end of its own: true for `CONVERGED`, `STALLED`, `PROVED` and
+        """Whether the method stopped of its own accord: true for `CONVERGED`, `STALLED`, `PROVED` and
         `FINISHED`.
         """
         return self in ENDED
@@ -59,7 +58,7 @@ class Status(IntEnum):
     def __str__(self) -> str:
         return self.label
 
-    # To equal its label as well would be no help: no batch's array of numbers does, and nothing would say so there.
+    # Being equal to its label would not help: the array of numbers of a batch never is, and would silently say False.
     def __eq__(self, other: object) -> bool:
         _refuse_text(other)
         return super().__eq__(other)
@@ -81,13 +80,13 @@ def _refuse_text(other: object) -> None:
 
 
 RULED = (Status.CONVERGED, Status.PROVED)
-"""The statuses of a stopping rule that was met."""
+"""The statuses that mean a stopping rule was met."""
 ENDED = (*RULED, Status.STALLED, Status.FINISHED)
-"""The statuses of a method that came to an end of its own."""
+"""The statuses that mean the method stopped of its own accord."""
 
 
 def ended(status: StatusArray | Status) -> BoolArray | bool:
-    """Whether a run, or each of a batch, came to an end of its own."""
+    """Whether a run, or each of a batch, stopped of its own accord."""
     return status in ENDED if isinstance(status, Status) else np.isin(status, ENDED)
 
 
@@ -97,18 +96,15 @@ def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusA
 
 
 def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
-    """An array of one reason, of shape `batch`; an empty text where there is nothing to
-    say.
-    """
+    """An array of one reason, of shape `batch`; empty strings by default."""
     return np.full(batch, words, dtype=object)
 
 
 def mark(
     status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str | ReasonArray = ""
 ) -> tuple[StatusArray, ReasonArray]:
-    """`status` and `reason` with `new` and `words`, one for all or one for each, at the problems
-    where `where` is true, copies where that changes anything; the first mark stays: a problem that is no
-    longer running keeps its status and reason.
+    """`status` and `reason` with `new` and `words` (one for all problems, or one for each) at the running problems
+    where `where` is true; copies if that changes anything. A problem that has stopped keeps its status and reason.
     """
     where = where & (status == Status.RUNNING)
     if not where.any():

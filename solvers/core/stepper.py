@@ -34,21 +34,21 @@ _RUNNING = int(Status.RUNNING)  # numpy takes five times as long to compare with
 class Batch(Generic[S]):
     """A run in progress, immutable.
 
-    Hold it, step it when there is time, drop it to stop. Read the present by `state()`,
-    or by `pose()` and `objective()`, which copy less.
+    Keep it, advance it when there is time, drop it to stop. `state()` gives the current
+    states; `pose()` and `objective()` copy less.
 
     Attributes
     ----------
     method : Method
-        What is run.
+        The method that is run.
     max_steps : int
-        The cap.
+        The step limit.
     whole : State
-        All b problems, each finished one as it ended.
+        The states of all b problems, up to date for those that have stopped.
     rows : ndarray of int64
         The problems still running, ascending.
     part : State
-        Their states.
+        The states of those, up to date.
     steps : ndarray of int64, shape (b,)
         The steps that each problem has taken.
 
@@ -76,15 +76,15 @@ class Batch(Generic[S]):
         return self.rows.size == 0
 
     def state(self) -> S:
-        """The states of all b problems as they stand."""
+        """The current states of all b problems."""
         return self._now(self.whole, self.part)
 
     def pose(self) -> Pose:
-        """The poses of all b problems as they stand, (b,)."""
+        """The current poses of all b problems, (b,)."""
         return self._now(self.whole.pose, self.part.pose)
 
     def objective(self) -> FloatArray:
-        """The objective of all b problems as it stands, at `pose()`, (b,)."""
+        """The objective of all b problems at `pose()`, (b,)."""
         return self._now(self.whole.objective, self.part.objective)
 
     def _now(self, whole: T, part: T) -> T:
@@ -95,18 +95,18 @@ class Batch(Generic[S]):
 
 
 def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
-    """Every problem at its start, no step taken.
+    """Put every problem at its start, with no step taken.
 
-    A problem whose clouds are both narrower than 1e-130 u, and not points, is degenerate, but
-    for a method of `any_extent`. So is, wherever it stops, one of whose clouds all points are
-    equal.
+    Unless the method has `any_extent`, a problem whose clouds are both narrower than 1e-130 u,
+    but not both single points, is degenerate. So is, once it stops, a problem with a cloud
+    whose points are all equal.
 
     Parameters
     ----------
     method : Method
         An entry of `solvers.METHODS`.
     problem : Problem
-        The problems; nothing of them is checked here.
+        The problems, which are not checked here.
     options : object, optional
         An instance of `method.options`. None is its defaults.
     max_steps : int, optional
@@ -128,7 +128,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     """
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
-    with np.errstate(under="ignore"):  # a weight too small for a number is zero, even if the caller has numpy raise
+    with np.errstate(under="ignore"):  # a weight that underflows is zero, even if the caller has numpy raise
         state = _sized(method, method.start(problem, method.options() if options is None else options), problem.size)
         state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
     rows = np.flatnonzero(state.status == _RUNNING).astype(np.int64)
@@ -155,8 +155,8 @@ def advance(batch: Batch[S]) -> Batch[S]:
     ------
     TypeError
         If the method's step has changed the dtype or the trailing shape of a field of
-        its state, or gives no pose, objective, status and reason per problem: a fault of
-        the method.
+        its state, or does not give one pose, objective, status and reason per problem: a
+        bug in the method.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def advance(batch: Batch[S]) -> Batch[S]:
 
 
 def _advanced(batch: Batch[S]) -> Batch[S]:
-    """`advance` of a run that goes on."""
+    """`advance` for a run that is not done."""
     rows = batch.rows
     part = _undo_nonfinite(batch.part, _sized(batch.method, batch.method.step(batch.part), rows.size))
     steps = batch.steps.copy()
@@ -184,7 +184,7 @@ def _advanced(batch: Batch[S]) -> Batch[S]:
     if not stopped.any():
         return changed(batch, part=part, steps=steps)
     part = mark_points(part)
-    if stopped.all() and rows.size == steps.size:  # as a single problem does: nothing to sort out
+    if stopped.all() and rows.size == steps.size:  # a single problem, for one: nothing to sort out
         return changed(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
     whole = put(batch.whole, rows[stopped], take(part, stopped))
     return changed(batch, whole=whole, rows=rows[~stopped], part=take(part, ~stopped), steps=steps)
@@ -197,9 +197,9 @@ class History:
     Attributes
     ----------
     poses : Pose
-        Of shape (k + 1, ...); a problem that stopped earlier repeats its last.
+        Of shape (k + 1, ...); a problem that stopped earlier repeats its last pose.
     objective : ndarray of shape (k + 1, ...)
-        What the method minimises, at these poses.
+        The function that the method minimises, at these poses.
 
     Examples
     --------
@@ -227,15 +227,15 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         The run so far, as from `begin`.
     callback : callable, optional
         Called as `callback(k, state)` after step k = 1, 2, … with the state of all b
-        problems. A true answer ends the run there, and what was running keeps
-        `Status.RUNNING`.
+        problems. Returning a true value ends the run there, and problems still running
+        keep `Status.RUNNING`.
 
     Returns
     -------
     batch : Batch
         The run at its end.
     history : History
-        Its course, with one axis for the steps before that of the problems.
+        Its course, with the axis of the steps before that of the problems.
 
     Examples
     --------
@@ -261,7 +261,7 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
 
 
 def _sized(method: Method[S], state: S, count: int) -> S:
-    """The state that a method gave, when it is one of `count` problems."""
+    """Return a method's state if it is one of `count` problems, else raise TypeError."""
     shapes = (("pose", state.pose.batch), *((name, np.shape(getattr(state, name))) for name in _EACH))
     for name, shape in shapes:
         if shape != (count,):

@@ -7,8 +7,8 @@ all problems and left alone. Two kinds of field are declared: `field(metadata=CO
 and `field(metadata=SHARED)`. A field keeps its dtype and its trailing shape throughout
 a run; what varies in number (the cells of a grid, the pairs kept) is padded or masked.
 
-An array that all problems share (by `np.broadcast_to`, as one cloud with many starts)
-stays one: its rows are not copied, and `once` computes what follows from it once.
+An array that all problems share (by `np.broadcast_to`, such as one cloud with many
+starts) stays one: its rows are not copied, and `once` computes what depends on it once.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def take(tree: T, rows: IntArray | BoolArray) -> T:
 
 
 def put(whole: T, rows: IntArray | BoolArray, part: T) -> T:
-    """A copy of `whole` in which the problems `rows` stand as in `part`.
+    """A copy of `whole` in which the problems `rows` are those of `part`.
 
     Raises TypeError, naming the field, when a field has changed its dtype or its
     trailing shape.
@@ -67,7 +67,7 @@ def distinct(values: AnyArray) -> AnyArray:
 
 
 def changed(state: T, **values: Any) -> T:
-    """`dataclasses.replace` for a state, whose fields need no checks: without its
+    """`dataclasses.replace` for a state, whose fields need no checks: it skips
     `__init__`, which costs more than the rest of a small step.
     """
     new = object.__new__(type(state))
@@ -95,7 +95,7 @@ def _repeats(value: Any) -> int:
 
 
 def _spread(value: Any, count: int) -> Any:
-    """A batch of one problem, seen `count` times."""
+    """A batch of one problem, repeated `count` times without copying."""
     if isinstance(value, np.ndarray):
         return np.broadcast_to(value, (count, *value.shape[1:]))
     names, _ = _plan(type(value))  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
-"""What is not a point cloud, a weight, a pair or a pose is refused here, by a
-ValueError that names the argument.
+"""Checks of point clouds, weights, pairs, poses and options, which raise a ValueError
+that names the argument.
 
-Geometry is never refused: one point, equal points, collinear points are proper clouds
+Geometry is never rejected: one point, equal points and collinear points are valid clouds
 whose fits are degenerate.
 """
 
@@ -22,16 +22,16 @@ from solvers.core.pose import Pose
 from solvers.core.proper import SHEARED
 
 MOST = 2**31 - 1
-"""The largest number accepted of whatever is counted."""
+"""The largest count accepted, whatever is counted."""
 
 TRANSPOSED = 3
-"""So many rows, or fewer, of more coordinates than this are taken for a transposed cloud: as points, they would leave
-the rotation open in any case."""
+"""At most this many rows of more than this many coordinates are taken for a transposed cloud: as points, they would not
+determine the rotation in any case."""
 
 
 def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
-    where given).
+    if given).
     """
     p = numbers(points, name, "; read the file first (solvers.cloud_text.read)")
     width = "d" if dim is None else str(dim)
@@ -51,7 +51,7 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
 
 
 def matched(source: ArrayLike, target: ArrayLike, hint: str = "") -> tuple[FloatArray, FloatArray]:
-    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast. `hint`: what to do where the
+    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast. `hint` ends the message if the
     numbers of rows differ.
     """
     p = cloud(source, "source")
@@ -66,7 +66,7 @@ def matched(source: ArrayLike, target: ArrayLike, hint: str = "") -> tuple[Float
 
 
 def weights(values: ArrayLike | None, count: int, name: str = "weights", text: str = "") -> FloatArray:
-    """Non-negative finite weights of shape (..., count); None means all one. `text`: what to do with words."""
+    """Non-negative finite weights of shape (..., count); None means all ones. `text`: as for `numbers`."""
     if values is None:
         return np.ones(count)
     w = moderate(numbers(values, name, text), name)
@@ -97,7 +97,7 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
 
 
 def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
-    """Finite numbers (count,), one per `each`, as a copy that cannot be written to."""
+    """Finite numbers (count,), one per `each`, as a read-only copy."""
     data = moderate(copied(values, name), name)
     if data.shape != (count,):
         raise ValueError(f"{name}: expected shape ({count},), one per {each}, got {data.shape}")
@@ -117,7 +117,8 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
 
 
 def pose(value: Pose | None, dim: int, name: str = "start", wanted: str = "") -> Pose:
-    """A proper pose of the right dimension; None means the identity. `wanted`: what is, where it is not clouds."""
+    """A valid pose of the right dimension; None means the identity. `wanted`: what to say of the dimension instead of
+    that of the clouds."""
     if value is None:
         return Pose.identity(dim)
     if value.dim != dim:
@@ -136,8 +137,8 @@ def pose(value: Pose | None, dim: int, name: str = "start", wanted: str = "") ->
 
 
 def unscaled(value: Pose, name: str, says: str) -> Pose:
-    """The pose as a rigid motion. What its scale differs from 1 by rounding, as in a matrix of float32, is dropped.
-    Raises ValueError with `says` where it is another one."""
+    """The pose as a rigid motion. A scale that differs from 1 by rounding, as in a float32 matrix, is set to 1.
+    Raises ValueError with `says` for any other scale."""
     scale = np.asarray(value.scale)
     off = np.abs(scale - 1.0)
     if (off > SHEARED).any():
@@ -147,7 +148,7 @@ def unscaled(value: Pose, name: str, says: str) -> Pose:
 
 def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") -> IntArray:
     """Non-negative seeds of at most 63 bits, (...). A generator gives the next number it
-    draws, None one that nobody knows.
+    draws, None an unpredictable one.
     """
     if values is None or isinstance(values, np.random.Generator):
         return np.asarray(np.random.default_rng(values).integers(np.iinfo(np.int64).max))
@@ -160,8 +161,8 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
 
 
 def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
-    """Refuse clouds of so many points where they do not fit into a method's memory: `limit`
-    says what does, and `each` how many points of either cloud do in any case.
+    """Raise ValueError if clouds of so many points do not fit into a method's memory. `limit`
+    says what does; two clouds of `each` points do in any case.
     """
     if not fits:
         name, other = ("source", "target") if source >= target else ("target", "source")
@@ -190,7 +191,7 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
 
 
 def widths(first: float | None, last: float | None) -> None:
-    """Where a width begins and where it ends, either of them the method's own if None: `last` is at most `first`."""
+    """Check a width's first and last value, None for the method's own: `last` must be at most `first`."""
     for name, value in (("first", first), ("last", last)):
         if value is not None:
             number(value, name, 1e-100, 1e100)
@@ -199,8 +200,8 @@ def widths(first: float | None, last: float | None) -> None:
 
 
 def scalar(value: object) -> object:
-    """`value`, of numpy's numbers and arrays without axes Python's own."""
-    # Not of its subclasses, of which a masked number is one: it would become 0.
+    """`value`, with numpy's numbers and arrays without axes converted to Python's types."""
+    # Subclasses are left alone: the masked constant is one, and would become 0.
     bare = (type(value) is np.ndarray and not value.ndim) or isinstance(value, np.generic)
     return cast(Any, value).item() if bare else value
 
@@ -219,14 +220,14 @@ def _number(value: object, name: str, low: float, high: float, expected: str) ->
 
 
 def _between(low: float, high: float) -> str:
-    """The limits in words, as far as there are any."""
+    """The finite limits, in words."""
     if np.isinf(high):
         return "" if np.isinf(low) else f" of at least {low:g}"
     return f" of at most {high:g}" if np.isinf(low) else f" from {low:g} to {high:g}"
 
 
 def flag(value: object, name: str) -> bool:
-    """True or False, and nothing that merely counts as one of them."""
+    """True or False; no other truthy or falsy value is accepted."""
     if not isinstance(value, bool | np.bool_):
         raise ValueError(f"{name}: expected True or False, got {shown(value)}")
     return bool(value)
@@ -256,8 +257,8 @@ def one_or_several(value: object, name: str) -> tuple[Any, ...]:
 
 
 def one_of(value: object, known: Collection[str], name: str) -> str:
-    """`value` when it is one of the `known` names, else a ValueError with the nearest
-    right one.
+    """Return `value` if it is one of the `known` names, else raise a ValueError that
+    suggests the nearest one.
     """
     if isinstance(value, str) and value in known:
         return value
@@ -267,9 +268,9 @@ def one_of(value: object, known: Collection[str], name: str) -> str:
 
 
 def nearest(wrong: str, names: Iterable[str]) -> str:
-    """', did you mean …?' with the nearest right name, or nothing when none is near."""
+    """', did you mean …?' with the nearest right name, or an empty string if none is near."""
     choices = list(names)
-    # A part of a name, such as "cpd" of "cpd-rigid", says more than as many letters in common.
+    # A whole part of a name, such as "cpd" of "cpd-rigid", says more than a few letters in common.
     parts = [name for name in choices if wrong and wrong in name.replace("_", "-").split("-")]
     close = parts or difflib.get_close_matches(wrong, choices, n=1, cutoff=0.5)
     return f", did you mean {' or '.join(map(repr, close))}?" if close else ""
