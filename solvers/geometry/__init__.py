@@ -1,1 +1,1 @@
-"""Rigid fits, eigenvalues, normals, nearest neighbours, fewer points."""
+"""Rigid fits, eigenvalues, normals, nearest neighbours, thinning."""

@@ -1,9 +1,9 @@
-"""Three or more pairs in a line: the poses that fit them equally well.
+"""Collinear pairs: the poses that fit them equally well.
 
 Collinear points leave the rotation about their line free. With p̃ᵢ = aᵢ u about the
 centroid, `H = Σ p̃ᵢ q̃ᵢᵀ = u hᵀ` has rank one, and the objective of `fit_rigid` depends on
-R by `hᵀ R u` alone: every rotation that takes u to v = h/‖h‖ is an optimum, also where
-the partners are noisy.
+R by `hᵀ R u` alone: every rotation that takes u to v = h/‖h‖ is an optimum, even if the
+partners are noisy.
 """
 
 from __future__ import annotations
@@ -17,39 +17,39 @@ from solvers.core.extent import ROUNDING
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 
-_NEAR = 1e-7  # of the points' spread: what lies nearer to the line is on it, as for the fit of pairs
+_NEAR = 1e-7  # as a fraction of the points' spread: points nearer to the line are on it, as in the fit of pairs
 
 
 def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.0) -> Pose:
-    """The optimal poses of collinear pairs in space, by the angle that is free.
+    """The optimal poses of collinear pairs in 3-D, one for each value of the free angle.
 
     Parameters
     ----------
     source : array_like of shape (n, 3)
-        Points in a line, in world units.
+        Points on a line, in world units.
     target : array_like of shape (n, 3)
         Their partners, row by row, which noise may have moved off a line.
     angle : array_like of shape (...), default 0.0
-        The turn about the target's line in radians, anticlockwise for an eye that looks
-        back along it, towards the first point from the one farthest from that; 0 is the
-        least turn that lays the one line on the other.
+        The rotation about the target's line in radians, anticlockwise when looking back
+        along it, from the point farthest from the first point towards the first; 0 is the
+        smallest rotation that lays one line on the other.
 
     Returns
     -------
     Pose
-        Poses of the shape of `angle`, all with the same, least sum of squares.
+        Poses of the shape of `angle`, all with the same minimal sum of squares.
 
     Raises
     ------
     ValueError
-        If the clouds are not matched rows in space, the source points do not lie in a
-        line or are all equal, the partners say nothing of the line's direction, or an
+        If the clouds are not matched rows of 3-D points, the source points do not lie on a
+        line or are all equal, the partners do not determine the line's direction, or an
         angle is not finite.
 
     References
     ----------
     .. [1] S. Umeyama, "Least-squares estimation of transformation parameters between
-       two point patterns", 1991: the trace that is maximised, here of a rank one.
+       two point patterns", 1991: the trace that is maximised, here of rank one.
        doi:10.1109/34.88573
 
     Examples
@@ -92,7 +92,7 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
 
 
 def _of_size_one(points: FloatArray) -> FloatArray:
-    """The points over a power of two, so that no product of theirs overflows or vanishes."""
+    """The points divided by a power of two, so that none of their products overflows or underflows."""
     scaled: FloatArray = np.ldexp(points, -np.frexp(np.abs(points).max(initial=0.0))[1])
     return scaled
 
@@ -102,7 +102,7 @@ def _least_turn(u: FloatArray, v: FloatArray) -> FloatArray:
     across = np.cross(u, v)
     sine = float(np.linalg.norm(across))
     if sine < 1e-300:
-        across = np.cross(u, np.eye(3)[np.argmin(np.abs(u))])  # any axis across will do
-    across = across - (across @ u) * u  # of opposite directions the product is mostly rounding
+        across = np.cross(u, np.eye(3)[np.argmin(np.abs(u))])  # any perpendicular axis will do
+    across = across - (across @ u) * u  # for opposite directions the product is mostly rounding
     turn: FloatArray = np.arctan2(sine, float(u @ v)) * across / np.linalg.norm(across)
     return turn

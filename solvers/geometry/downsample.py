@@ -1,5 +1,5 @@
-"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far
-apart its points lie.
+"""Reducing a cloud before it is registered, to a slab or to fewer points, and measuring
+how far apart its points lie.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.extent import at_one_place
 from solvers.geometry import nearest
 
-FINEST = 2**15  # cells along the longest side, so that three numbers of cells fit one of 63 bits
+FINEST = 2**15  # cells along the longest side, so that three cell indices fit in 63 bits
 
 
 def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
-    """A horizontal slice of a cloud in space, seen from above.
+    """A horizontal slice of a 3-D cloud, seen from above.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
 
 
 def thinned(points: ArrayLike, most: int) -> FloatArray:
-    """Fewer points that stand for a cloud.
+    """Thin a cloud to fewer points that represent it.
 
     The centroids of the occupied cells of a cubic grid, in the order of the cells.
     Bisection finds how many cells divide the longest side: with this number at most
     `most` cells are occupied, and with one more there would be more (unless it is
-    32767, the largest). A finer grid may do as well, since the number of occupied cells
-    does not only grow. A cloud that is small enough is returned as it is.
+    32767, the largest). A finer grid may do as well, since more cells do not always mean
+    more occupied ones. A cloud that is small enough is returned as it is.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
         else:
             many = middle
     _, cell, count = np.unique(_cells(p, few), return_inverse=True, return_counts=True)
-    # Summed about one corner: coordinates of a national grid keep their last digits.
+    # Summed relative to one corner, so that coordinates of a national grid keep their last digits.
     corner = p.min(axis=0)
     sums = [np.bincount(cell, column - start, len(count)) for column, start in zip(p.T, corner, strict=True)]
     centroids: FloatArray = np.stack(sums, axis=1) / count[:, None] + corner
@@ -105,7 +105,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
 
 
 def spacing(points: ArrayLike) -> float:
-    """The median, over the different places of a cloud's points, of the distance to the nearest other place.
+    """The median distance from a cloud's points to their nearest neighbours, where equal points count as one.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def spacing(points: ArrayLike) -> float:
     Returns
     -------
     float
-        World units; 0 where there is but one place, to rounding.
+        World units; 0 if all points are equal, to rounding.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def spacing(points: ArrayLike) -> float:
 
 
 def _one(points: ArrayLike, dim: int | None = None) -> FloatArray:
-    """One cloud (n, d): leading axes would be taken for points."""
+    """`points` as one cloud (n, d); raises ValueError for leading axes, which would be taken for points."""
     p = validate.cloud(points, "points", dim)
     if p.ndim != 2:
         raise ValueError(f"points: expected one cloud of shape (n, {dim or 'd'}), got {p.shape}")
@@ -144,8 +144,8 @@ def _one(points: ArrayLike, dim: int | None = None) -> FloatArray:
 
 
 def _cells(points: FloatArray, count: int) -> IntArray:
-    """The number of the cell (n,) of each point, with `count` cells along the cloud's
-    longest side.
+    """The number of each point's cell, (n,), with `count` cells along the cloud's longest
+    side.
     """
     low = points.min(axis=0)
     side = float((points.max(axis=0) - low).max())

@@ -1,4 +1,4 @@
-"""Weighted moments of pairs: what the closed-form fits start from."""
+"""Weighted moments of pairs, from which the closed-form fits start."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from solvers.core.arrays import AnyArray, BoolArray, FloatArray
 from solvers.core.extent import ROUNDING
 
 _FAR = 2.0**400
-_LEAST = -1000  # of exponents: 2¹⁰⁰⁰ is still a number
+_LEAST = -1000  # the least exponent: 2¹⁰⁰⁰ is still finite
 
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Of the pairs (..., n, d) with weights (..., n). The clouds and weights are multiplied
-    by powers of two, which rounds nothing, so that no square overflows or vanishes; H,
-    the spreads and the tolerance are of the multiplied clouds.
+    """Moments of the pairs (..., n, d) with weights (..., n). Clouds and weights are divided
+    by powers of two, which rounds nothing, so that no square overflows or underflows; H,
+    the spreads and the tolerance are those of the divided clouds.
     """
 
     exponents: tuple[AnyArray, AnyArray, AnyArray]  # of source, target, weights, each (...)
@@ -33,13 +33,13 @@ class Moments:
     still_p: BoolArray  # (...) the points of positive weight are equal up to rounding
     still_q: BoolArray
     weightless: BoolArray  # (...) no weight is positive
-    tolerance: FloatArray  # (...) what of H's singular values is rounding
+    tolerance: FloatArray  # (...) singular values of H up to this are rounding
 
 
 def checked(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The clouds and weights of one batch shape; ValueErrors where they are not."""
+    """The clouds and weights broadcast to one batch shape; raises ValueError if any is not valid."""
     p, q = validate.matched(source, target)
     if dim is not None and p.shape[-1] != dim:
         raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")
@@ -50,8 +50,8 @@ def checked(
 
 
 def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
-    """The moments of clouds (..., n, d) and weights (..., n) of one batch shape, not looked
-    at here.
+    """The moments of clouds (..., n, d) and weights (..., n) of one batch shape, which are
+    not checked here.
     """
     weighted = w > 0.0
     most = w.max(axis=-1)
@@ -69,8 +69,8 @@ def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
     squares = np.einsum("...n,...nd,...nd->...", w, both, both)
 
     # Coordinates carry rounding of half a unit in the last place of the largest, so a
-    # spread below a few of these is none; the same rounding, relative to the spread, is
-    # what H cannot resolve.
+    # spread below a few of these counts as none; the same rounding, relative to the
+    # spread, is what H cannot resolve.
     spread, blur = np.sqrt(squares / safe), ROUNDING * big
     still = spread <= blur
     blurred = blur / np.where(still, 1.0, spread)
@@ -82,15 +82,15 @@ def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
 
 
 def _divided(x: FloatArray, weighted: BoolArray) -> tuple[FloatArray, AnyArray, FloatArray]:
-    """The points (..., n, d) over a power of two, its exponent (...), and the largest
-    coordinate of what counts, divided too.
+    """The points (..., n, d) divided by a power of two, its exponent (...), and the largest
+    coordinate of points with weight, divided too.
     """
     size = np.abs(x[..., 0])
     for k in range(1, x.shape[-1]):
         size = np.maximum(size, np.abs(x[..., k]))
     big = np.where(weighted, size, 0.0).max(axis=-1)
-    # A point without weight counts for nothing, however far away it lies: what is near
-    # is multiplied by its zero, what is not is left out.
+    # A point without weight must not count, however far away it lies: a near one is
+    # cancelled by its zero weight, a far one might overflow first and is set to zero.
     if not (size.max(axis=-1) <= _FAR * big).all():
         x = np.where(weighted[..., None], x, 0.0)
     exponent, factor = _power(big)
@@ -104,8 +104,8 @@ def _power(big: FloatArray) -> tuple[AnyArray, FloatArray]:
 
 
 def _by_column(ufunc: np.ufunc, x: FloatArray, other: FloatArray) -> FloatArray:
-    """`ufunc(x, other)`, coordinate by coordinate: with d innermost numpy's loop would be d
-    long.
+    """`ufunc(x, other)`, coordinate by coordinate: in one call numpy's inner loop would run
+    over d numbers only.
     """
     out: FloatArray = np.empty(np.broadcast_shapes(x.shape, other.shape))
     for k in range(out.shape[-1]):
@@ -119,7 +119,7 @@ def why(m: Moments, i: tuple[int, ...]) -> str:
     if m.weightless[i]:
         return "all weights are zero"
     for name, still, x in (("source", m.still_p[i], m.p[i]), ("target", m.still_q[i], m.q[i])):
-        # Of many equal points the mean is rounded, and they lie apart from it, though not from each other.
+        # The mean of many equal points is rounded, so they may lie apart from it, though not from each other.
         if still or np.ptp(x[m.w[i] > 0.0], axis=0).max() <= ROUNDING:
             return f"all {name} points with weight are equal: the rotation is undefined"
     if d > 2:

@@ -2,19 +2,19 @@
 gate and trim.
 
 The nearest neighbour of a point p is the row j with the smallest
-`d² = Σ_k (p_k − q_jk)²` as float64 computes it, coordinate by coordinate; of equal ones
-the lowest row. Both ways of finding it give this row, bit for bit:
+`d² = Σ_k (p_k − q_jk)²` as float64 computes it, coordinate by coordinate; among equal
+ones, the lowest row. Both ways of finding it give exactly this row:
 
-- matrix products, in blocks of at most `BLOCK` numbers: `‖q_j‖² − 2 p·q_j` by one
-  product of the centred clouds, which is exact up to a bound computed beside it; rows
-  in which a second candidate lies within the bound are decided again by the definition;
-- natively, for a cloud of at least `TREE_FROM` points, a k-d tree (scipy, where it is
+- matrix products, in blocks of at most `BLOCK` numbers: `‖q_j‖² − 2 p·q_j` from one
+  product of the centred clouds, exact up to an error bound computed beside it; rows in
+  which a second candidate lies within the bound are decided by the definition;
+- natively, for a cloud of at least `TREE_FROM` points, a k-d tree (scipy's, if it is
   installed); neighbours whose distances agree to twelve digits are decided by the
   definition.
 
 `Index.follow` queries a tree again only for points whose neighbour may have changed. A
 point whose nearest place was d₁ away and the next one d₂ keeps it while it has moved less
-than (d₂ − d₁)/2: no other place can have come as near.
+than (d₂ − d₁)/2: no other place can be as near.
 """
 
 from __future__ import annotations
@@ -33,21 +33,22 @@ BLOCK = 2**18
 """The most numbers that a temporary of the search holds (2 MB), unless a single row of distances is longer."""
 
 TREE_FROM = 400
-"""Target points from which a k-d tree is used. Measured for as many queries, one problem, in the plane and in space: at
-150 products take 0.7 of the tree's time, at 300 they draw level, at 600 the tree takes 0.7 and at 2000 under 0.3."""
+"""The number of target points from which a k-d tree is used. Measured with as many queries, for one problem, in 2-D and
+3-D: at 150 points the products take 0.7 of the tree's time, at 300 the two are level, at 600 the tree takes 0.7 of the
+products' time and at 2000 under 0.3."""
 
 _EPS = float(np.finfo(np.float64).eps)
 _TINY = 1e-160  # its square is 2000 times the smallest number above zero: more than squares lose by underflow
 _CLOSE = 1e-12  # relative: distances that agree to this may be equal but for the tree's rounding
-_SORTED = 2000  # queries from which putting them in order pays
-_MANY = 32  # neighbours beyond which sorting whole rows is no slower
+_SORTED = 2000  # from this many queries on, sorting them pays off
+_MANY = 32  # beyond this many neighbours, sorting whole rows is not slower
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
     """Points (b, m, d) as they were when their neighbours were last looked up, the rows (b,
     m) found, and how far (b, m) each may move before it must be looked up again. order (b,
-    m): one in which points that lie near each other at the start follow each other.
+    m) puts points that were near each other at the start next to each other.
     """
 
     points: FloatArray
@@ -58,8 +59,8 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """The target clouds (b, n, d) of b problems, prepared for queries. Make it by
-    `build`; it may lie in a state as a constant field. The other fields are private.
+    """The target clouds (b, n, d) of b problems, prepared for queries. Made by `build`; it
+    can be a constant field of a state. Only `points` and `extent` are used elsewhere.
     """
 
     points: FloatArray  # (b, n, d)
@@ -70,10 +71,10 @@ class Index:
     trees: AnyArray | None  # (b,) of _Tree
 
     def nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Row and squared distance of the nearest target point of each of `points` (b,
-        m, d): (b, m) both.
+        """Row and squared distance, both (b, m), of the target point nearest to each of
+        `points` (b, m, d).
 
-        A distance beyond float64 is infinite, its row 0.
+        If a squared distance overflows it is infinite, and its row 0.
         """
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             if self.trees is None:
@@ -83,8 +84,8 @@ class Index:
             return self._measured(points, rows)
 
     def follow(self, points: FloatArray, known: Known | None) -> tuple[IntArray, FloatArray, Known | None]:
-        """`nearest` of points (b, m, d) on their way, and what is known of them for the next
-        call; at first, and where there are no trees, None.
+        """`nearest` for points (b, m, d) that move from call to call, and the `known` to pass
+        to the next call. Pass None to the first; without trees it stays None.
         """
         if self.trees is None:
             return *self.nearest(points), None
@@ -92,7 +93,7 @@ class Index:
             if known is None:
                 order = np.stack([_in_order(p) for p in points])
                 known = Known(points, np.zeros(order.shape, dtype=np.int64), np.zeros(order.shape), order)
-            # Not below, rather than above: what is not a number is looked up.
+            # "Not below" rather than "at or above", so that NaN is looked up too.
             stale = ~(np.sqrt(_between(points, known.points)) < known.slack)
             at, rows, slack = np.where(stale[..., None], points, known.points), known.rows.copy(), known.slack.copy()
             for i, tree in enumerate(self.trees):
@@ -109,8 +110,8 @@ class Index:
         return rows, squares
 
     def nearest_k(self, points: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
-        """The k nearest target points of each of `points` (b, m, d), nearest first, of
-        equal ones the lowest row first: rows and squared distances, (b, m, k) both; k
+        """The k target points nearest to each of `points` (b, m, d), nearest first, the
+        lowest row first among equal ones: rows and squared distances, both (b, m, k); k
         is at most n.
         """
         b, m, _ = points.shape
@@ -130,9 +131,8 @@ class Index:
 
 
 def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
-    """An index of the clouds (b, n, d), finite. tree_from: the n from which a k-d tree
-    is used where scipy is installed (None: `TREE_FROM`); it changes the time, never the
-    answer.
+    """An index of the finite clouds (b, n, d). tree_from: the n from which a k-d tree is
+    used if scipy is installed (None: `TREE_FROM`); it affects the time, never the answer.
     """
     return once(partial(_built, tree_from=tree_from), points)
 
@@ -152,13 +152,13 @@ def _built(points: FloatArray, tree_from: int | None) -> Index:
     if make is not None:
         trees = np.empty(b, dtype=object)
         for i in range(b):
-            # One cloud with many starts may be a batch of equal clouds: one tree does.
+            # One cloud with many starts may be a batch of equal clouds: one tree is enough.
             trees[i] = trees[i - 1] if i and np.array_equal(q[i], q[i - 1]) else _Tree.of(q[i], make)
     return Index(q, centre, product, radius, extent, trees)
 
 
 def picked(values: AnyArray, rows: IntArray) -> AnyArray:
-    """Of each problem's values (b, n, …) those at its rows (b, m): (b, m, …). One flat index
+    """The values (b, n, …) of each problem at its rows (b, m): (b, m, …). One flat index
     takes an eighth of the time of two.
     """
     own = distinct(values)
@@ -168,8 +168,8 @@ def picked(values: AnyArray, rows: IntArray) -> AnyArray:
 
 
 def within(squares: FloatArray, gate: FloatArray | float) -> BoolArray:
-    """Which pairs of squared distance (b, m) are at most `gate` apart (world units, one
-    or (b,)); an infinite gate keeps what is finite.
+    """Which pairs, by squared distance (b, m), are at most `gate` apart (world units, one
+    number or (b,)); an infinite gate keeps every finite distance.
     """
     with np.errstate(over="ignore"):
         inside: BoolArray = (squares <= np.square(np.asarray(gate))[..., None]) & np.isfinite(squares)
@@ -177,8 +177,8 @@ def within(squares: FloatArray, gate: FloatArray | float) -> BoolArray:
 
 
 def smallest(squares: FloatArray, count: IntArray | int, among: BoolArray | None = None) -> BoolArray:
-    """Which of the pairs `among`, (b, m), are the `count` (b,) nearest: of equal ones
-    the first, of too few all.
+    """Which of the pairs `among`, (b, m), are the `count` (b,) nearest: the first among
+    equal ones, and all if there are too few.
     """
     values = squares if among is None else np.where(among, squares, np.inf)
     order = np.argsort(values, axis=-1, kind="stable")
@@ -189,7 +189,7 @@ def smallest(squares: FloatArray, count: IntArray | int, among: BoolArray | None
 
 def trimmed(squares: FloatArray, trim: float, among: BoolArray) -> BoolArray:
     """The pairs `among` (b, m) without the farthest fraction `trim`: ⌊trim · count⌋ of
-    them go.
+    them are dropped.
     """
     if trim <= 0.0:
         return among
@@ -212,7 +212,7 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
     rows = np.empty((b, m), dtype=np.int64)
     together = max(1, BLOCK // (m * n))
     parts = list(_blocks(m, n)) if together == 1 else [slice(0, m)]
-    # One pair of buffers for all blocks: fresh memory costs more than what is computed
+    # One pair of buffers for all blocks: fresh memory costs more than the computation
     # in it.
     most = min(together, b) * max(part.stop - part.start for part in parts) * n
     scores, flags = np.empty(most), np.empty(most, dtype=np.bool_)
@@ -225,8 +225,8 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
             best = score.argmin(axis=-1)
             limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
             near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
-            # Fewer than one per row happens where a score is not a number; the definition
-            # decides there, too.
+            # A row without any has a NaN among its scores; the definition decides there,
+            # too.
             if np.count_nonzero(near) != best.size:
                 unsure = near.sum(axis=-1) != 1
                 for i in np.flatnonzero(unsure.any(axis=1)):
@@ -239,7 +239,7 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
 @dataclass(frozen=True, eq=False)
 class _Tree:
     """A k-d tree of the distinct places of one cloud: a thousand points at one place
-    would be a thousand visits.
+    would cost a thousand visits.
     """
 
     tree: Any
@@ -264,15 +264,15 @@ class _Tree:
         return np.where(there, self.order[np.where(there, self.start[:-1, None] + column, 0)], -1)
 
     def rows_of(self, queries: FloatArray, k: int) -> IntArray:
-        """The rows of the k nearest, (m, k), of queries in any order."""
+        """The rows of the k nearest points, (m, k), for queries in any order."""
         along = _in_order(queries)
         rows = np.empty((len(queries), k), dtype=np.int64)
         rows[along] = self.nearest(queries[along], k)[0]
         return rows
 
     def nearest(self, queries: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
-        """The rows of the k nearest, (m, k), as the definition has them; and how far each
-        query may move, (m,), before it can have other ones, 0 where that is not known.
+        """The rows of the k nearest points, (m, k), by the definition, and how far each query
+        may move, (m,), before they can change, 0 where that is not known.
         """
         m, rows_at = len(queries), self.rows_at(k)
         places = len(rows_at)
@@ -286,7 +286,7 @@ class _Tree:
             finished, candidates = left[settled], rows_at[near[settled, :-1]]
             if k == 1 and count == 2:
                 rows[finished] = candidates[:, 0, :1]
-                # Less what keeps the two apart by more than rounding, wherever the query goes.
+                # Reduced, so that the two stay apart by more than rounding, wherever the query goes.
                 first, second = distances[settled].T
                 slack[finished] = 0.5 * (second - first) - _CLOSE * second - 4.0 * _TINY
             else:
@@ -302,16 +302,14 @@ class _Tree:
 
 
 def _in_order(points: FloatArray) -> IntArray:
-    """An order of the points (m, d) in which to query a tree: those that lie near
-    each other find its nodes still in the cache. For few points any order will do.
+    """An order of the points (m, d) in which to query a tree: successive points that lie
+    near each other find its nodes still in the cache. For few points any order will do.
     """
     return _by_cells(points) if len(points) >= _SORTED else np.arange(len(points))
 
 
 def _by_cells(points: FloatArray) -> IntArray:
-    """An order of the points (m, d) in which those of one cell of a coarse grid follow
-    each other.
-    """
+    """An order of the points (m, d) that groups them by the cells of a coarse grid."""
     low, high = points.min(axis=0), points.max(axis=0)
     d = points.shape[1]
     side = max(2, int(2.0 ** (15 // d)))
@@ -324,8 +322,8 @@ def _by_cells(points: FloatArray) -> IntArray:
 
 
 def _first_k(squares: FloatArray, k: int) -> IntArray:
-    """The columns of the k smallest in each row (m, n), smallest first, of equal ones
-    the lowest first.
+    """The columns of the k smallest in each row (m, n), smallest first, the lowest column
+    first among equal ones.
     """
     if k > _MANY:
         columns: IntArray = np.argsort(squares, axis=-1, kind="stable")[:, :k]
@@ -344,8 +342,8 @@ def _squares(points: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _between(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Σ_k (p_k − q_k)², the coordinates in their order: whatever the shapes, the same
-    rounding.
+    """Σ_k (p_k − q_k)², summed in the order of the coordinates, so that the rounding does
+    not depend on the shapes.
     """
     total = p[..., 0] - q[..., 0]
     total *= total
@@ -363,11 +361,11 @@ def _blocks(m: int, n: int) -> Iterator[slice]:
 
 
 def _tree_maker() -> Any:
-    """scipy's k-d tree, or None where scipy is not installed."""
+    """scipy's k-d tree, or None if scipy is not installed."""
     try:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
     except ImportError:
         return None
-    # Split in the middle of the longest side: on surfaces, queries take half the time
-    # of splits at the median. Compact nodes cost little, and save a sixth of it there.
+    # Splits in the middle of the longest side: on surfaces, queries take half the time
+    # that splits at the median do. Compact nodes cost little, and save a sixth of it there.
     return partial(cKDTree, balanced_tree=False, compact_nodes=True)

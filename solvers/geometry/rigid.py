@@ -1,9 +1,9 @@
-"""The pose that best takes known partners to each other: the weighted rigid and
-similarity fits, in closed form.
+"""The pose that best aligns known partners: weighted rigid and similarity fits, in closed
+form.
 
 Row i of `source` and row i of `target` are partners. Both functions minimise
-`Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations R, translations t and, where asked, scales s.
-The optimum needs no starting pose; it is the optimum of that objective, which noise and
+`Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations R, translations t and, optionally, scales s. The
+optimum needs no starting pose; it is only the optimum of that objective, which noise and
 wrong pairs move away from the true motion.
 
 Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets;
@@ -30,28 +30,28 @@ from solvers.geometry.moments import Moments, checked, moments, why
 class Fit:
     """The answer of a closed-form fit, one per problem of the batch.
 
-    A single problem gives numpy scalars and a `Status`. Here Λ, U and V are of `H = U Λ Vᵀ`, the
-    weighted correlation of the centred clouds (`fit_rigid`).
+    A single problem gives numpy scalars and a `Status`. Below, Λ, U and V are those of `H = U Λ Vᵀ`,
+    the weighted correlation of the centred clouds (`fit_rigid`).
 
     Attributes
     ----------
     pose : Pose
-        The optimum. Where degenerate, the translation between the centroids with no
-        rotation and scale 1 (the identity when all weights are zero).
+        The optimum. If degenerate, the translation between the centroids with no rotation
+        and scale 1 (the identity if all weights are zero).
     status : ndarray of int8, shape (...), or Status
         `Status.CONVERGED` or `Status.DEGENERATE`; a `Status` for a single problem.
     reason : ndarray of object, shape (...), or str
-        Words, empty unless degenerate.
+        Why it is degenerate, in words; empty otherwise.
     singular_values : ndarray of shape (..., d)
-        Of H, largest first, in squared world units.
+        The singular values of H, largest first, in squared world units.
     determinant : ndarray of int8, shape (...)
-        det(V Uᵀ): +1; −1 where the best orthogonal matrix is a reflection; 0 where H is
-        singular to rounding, so that a rotation and a reflection fit equally well.
+        det(V Uᵀ): +1; −1 if the best orthogonal matrix is a reflection; 0 if H is singular
+        to rounding, so that a rotation and a reflection fit equally well.
     cost : ndarray of shape (...)
         The weighted sum of squared residuals at `pose`.
     condition : ndarray of shape (...)
         ‖H‖ / (λ_{d−1} ± λ_d): the relative error of H times this bounds the error of R
-        in radians, up to a small factor. Infinite where degenerate. In the plane the
+        in radians, up to a small factor. Infinite if degenerate. In the plane the
         denominator is hypot(S, C), see `fit_planar`.
 
     Examples
@@ -83,9 +83,9 @@ class Fit:
 def fit_rigid(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False, proper: bool = True
 ) -> Fit:
-    """The weighted least-squares pose of known partners, by singular values.
+    """The weighted least-squares pose of known partners, by singular value decomposition.
 
-    With p̃, q̃ the clouds about their weighted centroids p̄, q̄:
+    With p̃, q̃ the clouds relative to their weighted centroids p̄, q̄:
 
         H = Σ wᵢ p̃ᵢ q̃ᵢᵀ = U Λ Vᵀ,   D = diag(1, …, 1, det(V Uᵀ)),
         R = V D Uᵀ,   s = tr(Λ D) / Σ wᵢ ‖p̃ᵢ‖²  (or 1),   t = q̄ − s R p̄.
@@ -93,11 +93,11 @@ def fit_rigid(
     Parameters
     ----------
     source : array_like of shape (..., n, d)
-        The points that are moved, in world units, d ≥ 2.
+        The points to move, in world units, d ≥ 2.
     target : array_like of shape (..., n, d)
         Their partners, row by row.
     weights : array_like of shape (..., n), optional
-        Of the pairs, not negative. None is all one.
+        Weights of the pairs, not negative. None means all ones.
     scale : bool, default False
         Whether to fit a scale too (Umeyama's similarity).
     proper : bool, default True
@@ -118,9 +118,9 @@ def fit_rigid(
 
     Notes
     -----
-    Degenerate: all weights zero; source or target points equal; points that span fewer
-    than d − 1 dimensions (collinear in space); or an H whose rotation is undefined
-    although the points spread. All are judged to rounding.
+    A fit is degenerate if all weights are zero, if the source or target points are equal,
+    if the points span fewer than d − 1 dimensions (collinear in 3-D), or if H leaves the
+    rotation undefined although the points spread. All are judged to rounding.
 
     References
     ----------
@@ -153,7 +153,7 @@ def fit_rigid(
 def fit_planar(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False
 ) -> Fit:
-    """The fit of `fit_rigid` in the plane, its angle in closed form: `θ = atan2(S, C)`.
+    """The fit of `fit_rigid` in the plane, with its angle in closed form: `θ = atan2(S, C)`.
 
     Here `S = Σ wᵢ p̃ᵢ × q̃ᵢ` and `C = Σ wᵢ p̃ᵢ · q̃ᵢ`, with `a × b = aₓ b_y − a_y bₓ`.
     The angle agrees with that of `fit_rigid` to `1e-14 ‖H‖ / hypot(S, C)`; degenerate
@@ -162,11 +162,11 @@ def fit_planar(
     Parameters
     ----------
     source : array_like of shape (..., n, 2)
-        The points that are moved, in world units.
+        The points to move, in world units.
     target : array_like of shape (..., n, 2)
         Their partners, row by row.
     weights : array_like of shape (..., n), optional
-        Of the pairs, not negative. None is all one.
+        Weights of the pairs, not negative. None means all ones.
     scale : bool, default False
         Whether to fit a scale too.
 
@@ -206,8 +206,8 @@ def fit_planar(
 def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The rotation R with the largest `tr(R H)`.
 
-    The bare step of the fits above, for those who have H already: what is zero to
-    rounding is for them to judge.
+    The core of the fits above, for callers that already have H: they judge what is zero to
+    rounding.
 
     Parameters
     ----------
@@ -217,11 +217,11 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     Returns
     -------
     R : ndarray of shape (..., d, d)
-        The rotation; zero in the plane where H leaves it open.
+        The rotation; zero in the plane if H leaves it undetermined.
     trace : ndarray of shape (...)
-        `tr(R H)`, which over `Σ wᵢ ‖p̃ᵢ‖²` is the best scale.
+        `tr(R H)`, which divided by `Σ wᵢ ‖p̃ᵢ‖²` is the best scale.
     gap : ndarray of shape (...)
-        By how much H determines R: zero where it does not.
+        How well H determines R: zero if it does not.
     """
     if H.shape[-1] == 2:
         R, turn = _turn(H)
@@ -236,7 +236,7 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
     """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H.
-    Where both vanish R is zero.
+    If S and C are both zero, so is R.
     """
     C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
     turn = np.hypot(S, C)
@@ -258,8 +258,8 @@ def _signed_svd(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, AnyA
 def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
     """The sum `Σ wᵢ ‖T pᵢ − qᵢ‖²` that the fits minimise.
 
-    For arrays of the shapes that `fit_rigid` takes, not checked here. Infinite where
-    the sum is beyond float64, never NaN.
+    For arrays of the shapes that `fit_rigid` takes, which are not checked here. Infinite
+    if the sum overflows, never NaN.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         left = pose.apply(source) - target
@@ -271,11 +271,11 @@ def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: Float
 def closed_form_step(
     source: FloatArray, target: FloatArray, weights: FloatArray
 ) -> tuple[Pose, BoolArray, ReasonArray, FloatArray]:
-    """The rigid fit alone, for a step of a run: its pose, where it is degenerate and why, its
-    condition.
+    """The rigid fit alone, for a step of a run: its pose, where it is degenerate and why, and
+    its condition.
 
     The same numbers as those of `fit_planar` or `fit_rigid`, for clouds (b, n, d) and
-    weights (b, n) that were looked at before.
+    weights (b, n) that have already been checked.
     """
     m = moments(source, target, weights)
     if source.shape[-1] == 2:
@@ -287,14 +287,14 @@ def closed_form_step(
 
 
 Turned = tuple[FloatArray, FloatArray, FloatArray, AnyArray, FloatArray]
-"""R, tr(Λ D), the singular values, the determinant and by how much H determines R."""
+"""R, tr(Λ D), the singular values, the determinant and how well H determines R."""
 
 
 def _planar(m: Moments) -> Turned:
     H = m.H
     R, turn = _turn(H)
-    # The best reflection's value; the two singular values are half the sum and half the
-    # difference.
+    # The trace for the best reflection; the two singular values are half the sum and half
+    # the difference.
     mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
     values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
     sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
@@ -303,8 +303,8 @@ def _planar(m: Moments) -> Turned:
 
 def _spatial(m: Moments, proper: bool) -> Turned:
     V, values, Ut, sign = _signed_svd(m.H)
-    # Where H is singular to rounding its sign is an accident, and the rotation is as
-    # good as the reflection.
+    # If H is singular to rounding, the sign of its determinant is arbitrary, and the
+    # rotation is as good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
     signed_values = values.copy()
@@ -319,15 +319,15 @@ def _spatial(m: Moments, proper: bool) -> Turned:
 def _posed(
     m: Moments, R: FloatArray, trace: FloatArray, gap: FloatArray, scale: bool
 ) -> tuple[Pose, BoolArray]:
-    """From the rotation to the pose, and where it is undefined."""
+    """The pose with this rotation, and where it is undefined."""
     ep, eq, _ = m.exponents
     bad = m.still_p | m.still_q | (gap <= m.tolerance) | m.weightless
     if bad.any():
         R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
     s = np.ones(bad.shape)
     if scale:
-        # The ratio of the divided clouds, multiplied back; a ratio that is not a float64
-        # is not a scale either.
+        # The ratio for the divided clouds, multiplied back; a ratio beyond float64 is not
+        # a scale either.
         with np.errstate(over="ignore", under="ignore"):
             s = np.ldexp(np.where(bad, 1.0, trace / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
@@ -349,7 +349,7 @@ def _reasons(m: Moments, bad: BoolArray) -> ReasonArray:
 def _fit(
     pairs: tuple[FloatArray, FloatArray, FloatArray], m: Moments, rotation: Turned, scale: bool
 ) -> Fit:
-    """All of the answer."""
+    """The complete `Fit` for a rotation."""
     R, trace, values, sign, gap = rotation
     pose, bad = _posed(m, R, trace, gap, scale)
     with np.errstate(over="ignore", under="ignore"):

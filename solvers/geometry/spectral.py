@@ -1,5 +1,5 @@
-"""Eigenvalues of small symmetric matrices: in closed form in the plane, by LAPACK
-otherwise, with a fixed sign.
+"""Eigenvalues and eigenvectors of small symmetric matrices: in closed form in the plane,
+by LAPACK otherwise, with fixed signs.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ def symmetric_eigen(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (..., d), smallest first, and unit eigenvectors (..., d, d), column k
     for value k, of (..., d, d).
 
-    Of each eigenvector the component of largest magnitude (of equal ones the first) is
-    positive. A matrix that is not finite has eigenvalues NaN and the unit vectors.
-    Where two eigenvalues agree to rounding, their vectors are an arbitrary choice. In
-    the plane `θ = ½ atan2(2b, a − c)` is the direction of the larger of
-    `½(a + c) ± hypot(½(a − c), b)`, for [[a, b], [b, c]]: the smaller carries an error
-    of rounding times the larger, as LAPACK's does.
+    In each eigenvector the component of largest magnitude (the first among equal ones) is
+    positive. A matrix that is not finite gets NaN eigenvalues and the unit vectors. If two
+    eigenvalues agree to rounding, their vectors are an arbitrary choice. In the plane
+    `θ = ½ atan2(2b, a − c)` is the direction of the larger of
+    `½(a + c) ± hypot(½(a − c), b)`, for [[a, b], [b, c]]: the smaller has an error of
+    rounding times the larger, as with LAPACK.
     """
     if matrices.shape[-1] == 2:
         a, b, c = matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 1, 1]
