@@ -183,7 +183,7 @@ class Result:
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
         None for a method without a closed form, in 3-D, and with a scale. It takes each partner as given, which makes
         it overconfident for every method that finds its own pairs, far more so for point-to-point and GICP than for
-        point-to-plane: `solvers.uncertainty` has other ways, and its `covariance` counts how often they held the truth.
+        point-to-plane. `solvers.uncertainty` has other ways; its `covariance` says how often regions hold the truth.
         """
         return cast("Covariance | None", import_module("solvers.uncertainty.closed_form").offered(self))
 
