@@ -1,1 +1,1 @@
-"""What several methods compute with: kernels, features, filters, robust weights, Newton and Gauss-Newton steps."""
+"""Numerical tools shared by methods: kernels, features, filters, robust weights, Newton and Gauss-Newton steps."""

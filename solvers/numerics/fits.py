@@ -1,4 +1,4 @@
-"""Sizes of clouds, lengths that follow from them, and weighted rigid fits of pairs."""
+"""Sizes of clouds, lengths derived from them, and weighted rigid fits of pairs."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from solvers.core.pose import Pose
 from solvers.geometry.rigid import closed_form_step
 
 STRAY = 20.0
-"""How many times as far out as the median point a point lies that no default length follows from."""
+"""A point more than this many times as far out as the median point is a stray, which default lengths ignore."""
 
 
 def rms_radius(points: FloatArray) -> FloatArray:
-    """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1
-    where they are equal.
+    """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1 if
+    they are equal.
     """
     with np.errstate(over="ignore", under="ignore"):
         centred = points - points.mean(axis=1, keepdims=True)
@@ -25,15 +25,15 @@ def rms_radius(points: FloatArray) -> FloatArray:
 
 
 def typical_radius(points: FloatArray) -> FloatArray:
-    """`rms_radius` of the points without strays, (b,): what default lengths are shares of, so that one wrong return of
-    a laser does not decide them.
+    """`rms_radius` of the points without strays, (b,). Default lengths are shares of it, so that one wrong laser return
+    does not decide them.
     """
     return weighted_radius(points, _typical(points))
 
 
 def strays(points: FloatArray) -> BoolArray:
-    """Which of the points (b, n, d) are strays, (b, n): `STRAY` times as far from the coordinates' medians as the
-    median point.
+    """Which of the points (b, n, d) are strays, (b, n): more than `STRAY` times as far from the coordinates' medians as
+    the median point.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         step = points - np.median(points, axis=1, keepdims=True)
@@ -43,13 +43,13 @@ def strays(points: FloatArray) -> BoolArray:
 
 
 def _typical(points: FloatArray) -> FloatArray:
-    """(b, n) 1, and 0 for strays."""
+    """Weights (b, n): 0 for strays, 1 for all other points."""
     return (~strays(points)).astype(np.float64)
 
 
 def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
-    """√ of the mean squared difference in a coordinate over all pairs of points (b, m, d) and (b, n, d), without
-    strays, (b,): from the clouds' means and radii.
+    """Root mean square difference in a coordinate over all pairs of points (b, m, d) and (b, n, d), without strays,
+    (b,): computed from the clouds' means and radii.
     """
     p, q = _typical(moved), _typical(fixed)
     gap = np.linalg.norm(weighted_centroid(moved, p) - weighted_centroid(fixed, q), axis=1)
@@ -58,8 +58,8 @@ def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
 
 
 def about(moved: FloatArray, target: FloatArray) -> FloatArray:
-    """(b, m) 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays: those farther from the target's
-    box than that is wide or high. Where all are, none is a stray.
+    """Weights (b, m): 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays, which lie farther from
+    the target's box than its longest side. If all do, none is a stray.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         low, high = (of(target, axis=1)[:, None] for of in (np.min, np.max))
@@ -68,14 +68,14 @@ def about(moved: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def weighted_centroid(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """`Σ w x / Σ w` of the rows (b, m, d) with weights (b, m), (b, d). Rows without one may lie anywhere."""
+    """`Σ w x / Σ w` of the rows (b, m, d) with weights (b, m), (b, d). Rows of zero weight may lie anywhere."""
     share = _relative(weights)
     with np.errstate(over="ignore", under="ignore"):
         return _summed(share, points) / _count(share)
 
 
 def weighted_radius(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """`√(Σ w ‖x − c‖² / Σ w)` about that centroid c, (b,); 1 where it is zero. With weights that are all alike this is
+    """`√(Σ w ‖x − c‖² / Σ w)` about the weighted centroid c, (b,); 1 if it is zero. With equal weights this is
     `rms_radius`.
     """
     share = _relative(weights)
@@ -88,8 +88,8 @@ def weighted_radius(points: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def rms_motion(step: FloatArray, weights: FloatArray | None = None) -> FloatArray:
-    """Root mean square length `√(Σ w ‖step‖² / Σ w)` of the steps (b, m, d) with weights (b, m), (b,); without any,
-    of all alike.
+    """Root mean square length `√(Σ w ‖step‖² / Σ w)` of the steps (b, m, d) with weights (b, m), (b,); None means equal
+    weights.
     """
     share = None if weights is None else _relative(weights)
     if share is None or (share == 1.0).all():
@@ -98,13 +98,13 @@ def rms_motion(step: FloatArray, weights: FloatArray | None = None) -> FloatArra
 
 
 def _relative(weights: FloatArray) -> FloatArray:
-    """The weights (b, m) over the largest: 1 where all are alike, so that sums round as without any."""
+    """The weights (b, m) divided by the largest: all 1 if they are equal, so that sums round as without weights."""
     most = weights.max(axis=1, keepdims=True)
     return np.asarray(weights / np.where(most > 0.0, most, 1.0))
 
 
 def _count(share: FloatArray) -> FloatArray:
-    """`Σ w`, (b, 1): at least 1, but for problems without any weight, whose sums are zero."""
+    """`Σ w`, (b, 1), never below 1: it is 1 for problems without any weight, whose other sums are zero."""
     return np.asarray(np.maximum(share.sum(axis=1, keepdims=True), 1.0))
 
 
@@ -121,13 +121,13 @@ def _squares(share: FloatArray, step: FloatArray) -> FloatArray:
 
 def spread_volume(points: FloatArray) -> FloatArray:
     """The area of the square, or volume of the cube, in which evenly spread points have
-    the RMS radius r of the points (b, n, d) without strays: `(√(12/d) r)ᵈ`, (b,), uᵈ. No
-    rotation changes it, and points on a line have one too.
+    the RMS radius r of the points (b, n, d) without strays: `(√(12/d) r)ᵈ`, (b,), uᵈ. It
+    does not change with rotation, and points on a line have one too.
     """
     d = points.shape[2]
     with np.errstate(over="ignore", under="ignore"):
         volume: FloatArray = (np.sqrt(12.0 / d) * typical_radius(points)) ** d
-    # So that neither it nor what is divided by it leaves the range of numbers.
+    # So that neither it nor a quotient by it overflows or vanishes.
     return np.clip(volume, 1e-300, 1e300)
 
 
@@ -143,7 +143,7 @@ def clutter_constant(
 
 def lengths(given: float | None, share: float, points: FloatArray) -> FloatArray:
     """A length for each cloud of points (b, n, d), (b,), u: the one given, or else a
-    share of the cloud's `typical_radius`, within what has a square.
+    share of the cloud's `typical_radius`, clipped so that its square is a float64.
     """
     if given is not None:
         return np.full(len(points), given, dtype=np.float64)
@@ -156,9 +156,9 @@ def fit_pairs(
     """The weighted closed-form fit as one step from `pose`: the new pose, reasons,
     condition.
 
-    Where the pairs leave the rotation undefined the present one is kept and only the
-    centroids are brought together (the best translation for it), and the reason says
-    why; without any weight the pose stays.
+    If the pairs leave the rotation undefined, the current one is kept, only the centroids
+    are brought together (the best translation for it), and the reason says why; without
+    any weight the pose stays.
     """
     fitted, bad, reason, condition = closed_form_step(source, partners, weights)
     if not bad.any():

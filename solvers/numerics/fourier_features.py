@@ -1,25 +1,25 @@
-"""Random Fourier features: a cloud as a short vector, its mean feature, that a rigid
-motion moves smoothly.
+"""Random Fourier features: a cloud as a short vector, its mean feature, which changes
+smoothly with a rigid motion.
 
 With frequencies `ω_k ~ N(0, ℓ⁻² I)`, k = 1 … D, a point has the feature
 `φ(x) = [cos ω₁ᵀx … cos ω_Dᵀx, sin ω₁ᵀx … sin ω_Dᵀx]/√D`, and `φ(x)ᵀφ(y)` estimates the
 Gaussian kernel `exp(−‖x − y‖²/2ℓ²)`; the squared distance of two clouds' mean features
-estimates their squared maximum mean discrepancy, MMD². `exact_squared_mmd` is what it
-tends to as D grows.
+estimates their squared maximum mean discrepancy, MMD². `exact_squared_mmd` is its limit
+as D grows.
 
-Other frequencies make another kernel: its spectral density is what they are drawn from
-(Bochner's theorem). Laplace numbers of variance ℓ⁻² along each axis make the product of
-Cauchy kernels `Π 1/(1 + x_j²/2ℓ²)`, x the difference of two points: as round at zero as
-the Gaussian, with a longer tail, which depends on the axes. That of the Laplace kernel
-`exp(−‖x − y‖/ℓ)` is the multivariate Cauchy density in d dimensions, `∝ (1 +
-ℓ²‖ω‖²)^(−(d + 1)/2)`: a Gaussian vector divided by the size of one more Gaussian
-number. Its tail is heavy. The kernel has a kink at zero, and among a few dozen waves
-one is some hundred times as short as ℓ.
+Other frequencies give another kernel, whose spectral density is the distribution they
+are drawn from (Bochner's theorem). Laplace numbers of variance ℓ⁻² along each axis give
+the product of Cauchy kernels `Π 1/(1 + x_j²/2ℓ²)`, x the difference of two points: as
+round at zero as the Gaussian, with a longer tail, which depends on the axes. The spectral
+density of the Laplace kernel `exp(−‖x − y‖/ℓ)` is the multivariate Cauchy density in d
+dimensions, `∝ (1 + ℓ²‖ω‖²)^(−(d + 1)/2)`: a Gaussian vector divided by the size of one
+more Gaussian number. Its tail is heavy: the kernel has a kink at zero, and among a few
+dozen waves one is some hundred times as short as ℓ.
 
 Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. The
 cost is linear in the points: sums run over blocks. Sine and cosine are computed here, both at
-once, by their series on an eighth of a turn and one doubling: numpy's own took eight
-times as long, and differ from one machine to another in the last bit.
+once, by their series for half the angle, up to a quarter of a turn, and one doubling:
+numpy's own took eight times as long, and differ from one machine to another in the last bit.
 
 Sources: Rahimi & Recht 2007, Random features for large-scale kernel machines (the
 features, and in fig. 1 the Cauchy kernel; the Laplace kernel there is a product over
@@ -64,7 +64,7 @@ def unit_frequencies(
     Parameters
     ----------
     seed : ndarray of int, shape (b,)
-        What the random numbers are drawn from.
+        The seeds of the random numbers.
     count : int
         D, the frequencies per seed.
     dim : int
@@ -73,7 +73,7 @@ def unit_frequencies(
         "gaussian": standard normal. "laplace": multivariate Cauchy in the same
         directions. "cauchy": Laplace along each axis, of variance 1.
     draw : int, default 0
-        Another number is another draw from the same seed.
+        Each number gives another draw from the same seed.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def unit_frequencies(
 def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The cosine and the sine of angles given in full turns.
 
-    To 1e-15, beside the rounding of the angle.
+    Accurate to 1e-15, apart from the rounding of the angle.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArra
     cosines : ndarray of shape (b, D, 1 + d)
         `Σ_i cos(ω_kᵀx_i) [1, x_i]`.
     sines : ndarray of shape (b, D, 1 + d)
-        The same of the sine.
+        The same for the sine.
 
     Examples
     --------
@@ -243,8 +243,8 @@ def exact_squared_mmd(
     """The exact MMD² of two clouds under a kernel.
 
     The V-statistic, diagonal included: `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean
-    k(y, y′)`, never negative up to rounding. The cost is quadratic in the points, the
-    memory that of one block.
+    k(y, y′)`, never negative up to rounding. The cost is quadratic in the points, with
+    the memory of one block.
 
     Parameters
     ----------
@@ -260,13 +260,13 @@ def exact_squared_mmd(
     Returns
     -------
     ndarray of shape (...)
-        The leading axes of the three broadcast.
+        MMD², with the leading axes of the three broadcast.
 
     Raises
     ------
     ValueError
-        For what is not a cloud, for a length that is not a positive number, for an
-        unknown kernel, and for leading axes that do not broadcast.
+        If an argument is not a cloud, a length is not a positive number, the kernel is
+        unknown, or leading axes do not broadcast.
 
     References
     ----------

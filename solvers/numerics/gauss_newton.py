@@ -1,20 +1,20 @@
-"""One Gauss-Newton step on fixed pairs, each with a precision matrix of its own, and
-what the pairs do not determine.
+"""One Gauss-Newton step on fixed pairs, each with its own precision matrix, and the
+directions that the pairs do not determine.
 
-For pairs (x, q), x the moved point, the cost is `Σ w (x − q)ᵀ M (x − q)`. The identity
-for M is point to point, `n nᵀ` is point to plane (the residual `nᵀ(x − q)`, squared),
-an inverse covariance is GICP. A small motion about the cloud's centre c takes x to
+For pairs (x, q), x the moved point, the cost is `Σ w (x − q)ᵀ M (x − q)`. M = I gives
+point to point, `n nᵀ` point to plane (the residual `nᵀ(x − q)`, squared), and an inverse
+covariance GICP. A small motion about the cloud's centre c takes x to
 `x + v + ω × (x − c)`, so with K the generator of rotations at x − c, `J = [I, K/ρ]`:
 
     H ξ = −g,   H = Σ w Jᵀ M J / Σ w,   g = Σ w Jᵀ M (x − q) / Σ w,   ξ = (v, ρω).
 
 All of ξ is in world units because the angle is multiplied by ρ, the cloud's RMS radius;
-with the centre at the cloud's own, the eigenvalues of H depend neither on units nor on
-the origin. Otherwise its condition number would: a room moved by 100 u would seem a
-million times harder. The step turns by ω exactly, about c, and then moves by v.
+with c at the cloud's own centre, the eigenvalues of H depend neither on units nor on the
+origin. Otherwise its condition number would: a room moved by 100 u would seem a million
+times harder. The step turns by exactly ω, about c, and then moves by v.
 
-A direction is free where its eigenvalue is below a fraction of the largest: the pairs
-say nothing about it, and the step leaves it alone (the least-norm solution) instead of
+A direction is free if its eigenvalue is below a fraction of the largest: the pairs say
+nothing about it, and the step leaves it alone (the least-norm solution) instead of
 following rounding.
 
 Sources: Chen & Medioni 1992 (point to plane); Low 2004, Linear least-squares
@@ -45,8 +45,8 @@ class System:
     information: (b, p, p) H. gradient: (b, p) g. eigenvalues: (b, p) of H, smallest
     first, and directions: (b, p, p) its unit eigenvectors, one per column: the first is
     the weak direction. condition: (b,) the largest eigenvalue over the smallest,
-    infinite where that is not positive. free: (b, p) which directions the pairs do not
-    determine. centre: (b, d), radius: (b,) what ξ is relative to: a point x moves by
+    infinite if that is not positive. free: (b, p) which directions the pairs do not
+    determine. centre: (b, d) and radius: (b,) are what ξ refers to: a point x moves by
     `v + (ρω/ρ) × (x − centre)`.
     """
 
@@ -72,7 +72,7 @@ def system(
     """The normal equations of the pairs moved, partners (b, m, d) with precisions (b,
     m, d, d), weights (b, m), about the centre (b, d) and with the RMS radius (b,) of
     the moved cloud. free_below: the fraction of the largest eigenvalue below which a
-    direction is free. Without any weight all directions are.
+    direction is free. Without any weight all directions are free.
     """
     b, m, d = moved.shape
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -80,7 +80,7 @@ def system(
         share = weights / np.maximum(weights.max(axis=1, keepdims=True), np.finfo(np.float64).tiny)
         share = share / np.maximum(share.sum(axis=1, keepdims=True), 1.0)
         J = jacobian(moved - centre[:, None], radius)
-        # Rows without weight may lie anywhere, even beyond what can be squared.
+        # Rows of zero weight may lie anywhere, even where squares overflow.
         MJ = np.where(used[..., None, None], share[..., None, None] * (precision @ J), 0.0)
         J = np.where(used[..., None, None], J, 0.0)
         left = np.where(used[..., None], moved - partners, 0.0)
@@ -113,9 +113,9 @@ def jacobian(lever: FloatArray, radius: FloatArray) -> FloatArray:
 
 
 def solve(system: System, max_shift: float = np.inf, max_turn: float = np.inf) -> FloatArray:
-    """The step ξ (b, p) outside the free directions, shortened as a whole where ‖v‖
-    exceeds `max_shift` (world units) or ‖ω‖ exceeds `max_turn` (radians): one factor
-    for both, since capping each by itself would bend the step.
+    """The step ξ (b, p) outside the free directions, shortened as a whole if ‖v‖ exceeds
+    `max_shift` (world units) or ‖ω‖ exceeds `max_turn` (radians): one factor for both,
+    since capping each by itself would bend the step.
     """
     d = system.centre.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
@@ -129,8 +129,8 @@ def solve(system: System, max_shift: float = np.inf, max_turn: float = np.inf) -
 
 
 def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
-    """The poses (b,) after the motion ξ: turned by ω about the system's centre, moved
-    by v; a scale stays.
+    """The poses (b,) after the motion ξ: turned by ω about the system's centre, then
+    moved by v; the scale is kept.
     """
     d = pose.dim
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -140,8 +140,8 @@ def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
 
 
 def turned(R: FloatArray, v: FloatArray) -> FloatArray:
-    """R v for matrices (b, d, d) and one vector each, (b, d), with rounding that does
-    not depend on the batch, as that of a matrix product by one column may.
+    """R v for matrices (b, d, d) and one vector each, (b, d). Its rounding does not depend
+    on the batch, while that of a matrix product with one column may.
     """
     product: FloatArray = (R * v[:, None, :]).sum(axis=-1)
     return product
@@ -155,8 +155,7 @@ def rotation(omega: FloatArray) -> FloatArray:
 
 
 def freedom(system: System, i: int) -> str:
-    """What problem i's pairs leave free, in words; empty where they determine the pose.
-    """
+    """What problem i's pairs leave free, in words; empty if they determine the pose."""
     count = int(system.free[i].sum())
     p, d = system.gradient.shape[1], system.centre.shape[1]
     if count == 0:
@@ -166,7 +165,7 @@ def freedom(system: System, i: int) -> str:
     if count > 1:
         return f"the pairs leave {count} of {p} directions of motion free"
     v, a = system.directions[i, :d, 0], system.directions[i, d:, 0]
-    # A turn about a point ten radii away is a slide to the eye.
+    # A turn about a point ten radii away looks like a slide.
     if np.linalg.norm(a) < 0.1:
         direction = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
         return f"the pairs leave the slide along ({direction}) free"

@@ -1,5 +1,4 @@
-"""Sums of Gaussian kernels between two clouds, in blocks: what every soft method rests
-on.
+"""Sums of Gaussian kernels between two clouds, in blocks: the basis of every soft method.
 
 With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
 
@@ -9,11 +8,11 @@ With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
   expectation step of a mixture with components b_j and observations a_i,
   `P_ij = K_ij / (Σ_k K_ik + c)`.
 
-Exponents end at −500: numbers below 1e-217 are slow to reckon with and count for
-nothing beside what is near. No temporary holds more than `BLOCK` numbers, or one row
-where that is longer; the whole matrix never exists. Distances are sums of squared
-differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error is that of the clouds' extent over
-σ, squared: so the answers do not depend on the blocks beyond the order of the sums.
+Exponents are cut off at −500: numbers below 1e-217 are slow to compute with and
+negligible beside those of near points. No temporary holds more than `BLOCK` numbers, or
+one row if that is longer; the whole matrix never exists. Distances are sums of squared
+differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error grows with the square of the clouds'
+extent over σ: so the blocks affect the answers only through the order of the sums.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ BLOCK = 2**15
 """The most numbers in a temporary (256 kB, which stays in a processor's cache), unless one row is longer."""
 
 _TINY = float(np.finfo(np.float64).tiny)
-_FAR = 500.0  # the largest exponent; exp(−500) is 7e-218
-_LOW = 1e-190  # a row's sum below it may be made of such ends, and is taken again relative to its largest term
+_FAR = 500.0  # where negative exponents are cut off; exp(−500) is 7e-218
+_LOW = 1e-190  # a row's sum below it may consist of cut-off terms, and is recomputed relative to its largest term
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +48,9 @@ class Shares:
 
 
 def blocks(b: int, rows: int, columns: int, limit: int | None = None) -> Iterator[tuple[slice, slice]]:
-    """Problems and rows to take together so that problems × rows × columns stays within
-    `limit` (default `BLOCK`): several whole problems, or some rows of one, at least one
-    row.
+    """Slices of problems and rows to process together, so that problems × rows × columns
+    stays within `limit` (default `BLOCK`): several whole problems, or some rows of one, at
+    least one row.
     """
     most = BLOCK if limit is None else limit
     together = max(1, most // (rows * columns))
@@ -65,8 +64,8 @@ class _Kernel:
     """The kernel between rows (b, r, d) and columns (b, c, d), block by block in two
     buffers that it keeps.
 
-    Differences come from matrix products, `[a, 1] · [1, −b]`: exact but for the one
-    rounding of a difference, as each product is, and quicker than broadcasting.
+    Differences come from matrix products, `[a, 1] · [1, −b]`, in which only the difference
+    itself is rounded, since the products are exact; this is quicker than broadcasting.
     """
 
     def __init__(self, rows: FloatArray, columns: FloatArray, sigma: FloatArray, limit: int | None = None) -> None:
@@ -75,8 +74,8 @@ class _Kernel:
         self.left, self.right = np.ones((b, d, r, 2)), np.ones((b, d, 2, c))
         self.left[..., 0] = rows.swapaxes(1, 2)
         np.negative(columns.swapaxes(1, 2), out=self.right[:, :, 1])
-        # A width below 1e-154 has no square: the factor stays finite, and a distance of
-        # 0 keeps a weight of 1.
+        # The square of a width below 1e-154 underflows: this keeps the factor finite, and
+        # the weight of a distance of 0 at 1.
         self.factor = (-0.5 / np.maximum(np.square(sigma), _TINY))[:, None, None]
         self.blocks = list(blocks(b, r, c, limit))
         some, part = self.blocks[0]
@@ -84,8 +83,8 @@ class _Kernel:
         self.buffers = tuple(np.empty(shape) for _ in range(2))
 
     def block(self, some: slice, part: slice) -> tuple[FloatArray, FloatArray]:
-        """Squared distances and kernel of a block, (g, r, c) both; they hold until the
-        next call.
+        """Squared distances and kernel of a block, both (g, r, c); the next call
+        overwrites them.
         """
         left, right = self.left[some, :, part], self.right[some]
         squares, kernel = (x[: left.shape[0], : left.shape[2]] for x in self.buffers)
@@ -96,15 +95,15 @@ class _Kernel:
             np.multiply(kernel, kernel, out=kernel)
             np.add(squares, kernel, out=squares)
         np.multiply(squares, self.factor[some], out=kernel)
-        if kernel.min() < -_FAR:  # a look costs less than half of cutting off what need not be
+        if kernel.min() < -_FAR:  # the check costs less than half of a needless cut-off
             np.maximum(kernel, -_FAR, out=kernel)
         np.exp(kernel, out=kernel)
         return squares, kernel
 
 
 def powers(points: FloatArray, order: int = 1) -> FloatArray:
-    """(b, n, 1 + d), the values 1 and b_j of the points (b, n, d); with order 2 (b, n,
-    1 + d + d²), b_j b_jᵀ row by row beside them.
+    """The values 1 and b_j of the points (b, n, d): (b, n, 1 + d); with order 2 also
+    b_j b_jᵀ, row by row: (b, n, 1 + d + d²).
     """
     b, n, d = points.shape
     out = np.ones((b, n, 1 + d + (d * d if order == 2 else 0)))
@@ -119,7 +118,7 @@ def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: Float
     from the rows (b, m, d), with widths sigma (b,) > 0.
 
     A row that no column reaches has a sum of about 1e-217, never zero: see the module's
-    text.
+    docstring.
     """
     out = np.empty((*rows.shape[:2], values.shape[2]))
     with np.errstate(over="ignore", under="ignore"):
@@ -132,7 +131,7 @@ def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: Float
 def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArray, limit: int | None = None) -> Shares:
     """The sums of the normalised kernel, for rows (b, n, d), columns (b, m, d), widths
     sigma (b,) > 0, constants c (b,) ≥ 0. With c = 0 every row has the sum 1, however
-    far it lies. limit: of a temporary (default `BLOCK`).
+    far away it lies. limit: the size of a temporary (default `BLOCK`).
     """
     b, n, d = rows.shape
     m = columns.shape[1]
@@ -159,7 +158,7 @@ def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArr
 
 
 def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) -> FloatArray:
-    """The whole matrix P (n, m) whose sums `shares` gives, of one problem: rows (n, d),
+    """The whole matrix P (n, m) whose sums `shares` gives, for one problem: rows (n, d),
     columns (m, d).
     """
     with np.errstate(over="ignore", under="ignore", divide="ignore"):
@@ -175,9 +174,9 @@ def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) 
 def _rescue(
     D: FloatArray, K: FloatArray, total: FloatArray, constant: FloatArray, factor: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows (g, r) that are too far for their sum to be a number are taken relative to
-    the largest term, a kernel's or c: kernel and sum are changed in place; c so scaled
-    (g, r) and that term's logarithm, 0 elsewhere, are returned.
+    """Recompute rows (g, r) that are too far away for their sum to be accurate, relative to
+    their largest term, a kernel's or c. Kernel and sum are changed in place; c on the same
+    scale (g, r) and that term's logarithm, 0 for other rows, are returned.
     """
     low = (total < _LOW) & (constant < _LOW)
     # Beyond float64 all distances are equally far.

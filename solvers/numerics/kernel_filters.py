@@ -8,23 +8,23 @@ At any query point x they give the moments of the cloud's points y_j under
 
 Exact sums cost queries × points. A filter spreads the points' values over the vertices
 of a lattice (splat), blurs them there, and interpolates at the queries (slice): its
-cost grows with the one plus the other, and as long as cloud and σ stay, only slicing is
-left to do. Three of one interface:
+cost grows with their sum, and as long as cloud and σ stay the same, only slicing is left
+to do. There are three, with one interface:
 
 - `exact`: the sums themselves.
 - `grid`: a square grid of side σ/2. Splat and slice by quadratic B-splines (3 × 3
   vertices), each adding the variance side²/4 wherever a point lies; between them a
   sampled Gaussian of variance `σ² − side²/2`, axis by axis.
-- `lattice`: the permutohedral lattice, in the plane that of equilateral triangles of
-  side σ. Splat and slice by the three barycentric weights, blur by (1, 2, 1)/4 along
-  the three directions. Coarse and quick: the effective kernel's variance is σ² on
-  average over the positions of points and queries, its shape depends on them.
+- `lattice`: the permutohedral lattice, which in the plane consists of equilateral
+  triangles of side σ. Splat and slice by the three barycentric weights, blur by
+  (1, 2, 1)/4 along the three directions. Coarse and quick: the effective kernel's variance
+  is σ² on average over the positions of points and queries, but its shape depends on them.
 
-Both are sparse: only vertices that a point reaches are stored, in one sorted list of
+The last two are sparse: only vertices that a point reaches are stored, in one sorted list of
 codes in which a lattice direction is a constant stride. A kernel's integral is the area
 of a vertex's cell; multiplied by 2πσ² over that area the sums are those of the
-unnormalised kernel. A query that no vertex covers has m⁰ = 0. What the filters get
-wrong is measured, by the tests and by `kernel_error`.
+unnormalised kernel. A query that no vertex covers has m⁰ = 0. The filters' error is
+measured by the tests and by `kernel_error`.
 
 Sources: Adams, Baek & Davis 2010, Fast high-dimensional filtering using the
 permutohedral lattice (in the plane the general construction is the triangular lattice);
@@ -47,8 +47,8 @@ KINDS = ("exact", "grid", "lattice")
 FINEST = 1e-6
 """The least σ, as a fraction of the cloud's extent, that a filter is built with."""
 
-_REACH = 4.0  # deviations at which the grid's sampled Gaussian ends
-_HEX = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])  # places to triangular coordinates
+_REACH = 4.0  # standard deviations at which the grid's sampled Gaussian ends
+_HEX = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])  # from Cartesian to triangular coordinates
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +76,10 @@ class Filter(Protocol):
 
 
 def build(kind: str, points: FloatArray, sigma: float) -> Filter:
-    """A filter of the cloud (n, 2), finite, with width sigma > 0, no less than `FINEST`
-    of the cloud's extent.
+    """A filter of the finite cloud (n, 2) with width sigma > 0, at least `FINEST` of the
+    cloud's extent.
 
-    kind: one of `KINDS`. Raises ValueError for another one and for a width that is too
-    fine.
+    kind: one of `KINDS`. Raises ValueError for any other and for a width that is too fine.
     """
     validate.one_of(kind, KINDS, "kind")
     centre = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
@@ -116,7 +115,7 @@ def least_sigma(points: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """The sums themselves: of the values (n, 4) at the centred points (n, 2)."""
+    """The exact sums, of the values (n, 4) at the centred points (n, 2)."""
 
     sigma: float
     centre: FloatArray
@@ -154,7 +153,7 @@ class Sparse:
         """The moments at `points` (m, 2), interpolated between vertices."""
         with np.errstate(over="ignore"):
             scaled = (points - self.centre) / self.side
-        # Beyond the box, on either side, there is nothing, however far.
+        # Beyond the box, on either side, there is nothing, however far: clip to a margin around it.
         limit = float(np.abs([self.low, self.high]).max()) * 2.0 + 8.0
         vertices, weights = _vertices(self.kind, np.clip(scaled, -limit, limit))
         inside = ((vertices >= self.low) & (vertices <= self.high)).all(axis=2)
@@ -164,8 +163,8 @@ class Sparse:
         return _moments(np.einsum("mk,mkc->mc", weights, self.values[at]))
 
     def places(self, codes: IntArray) -> FloatArray:
-        """Where the vertices of these codes lie, (k, 2) in world units: `splat_codes`
-        or `codes`.
+        """The positions of the vertices with these codes (`splat_codes` or `codes`),
+        (k, 2) in world units.
         """
         width = self.high[1] - self.low[1] + 1
         at = np.stack([codes // width, codes % width], axis=-1) + self.low
@@ -202,7 +201,7 @@ def _vertices(kind: str, points: FloatArray) -> tuple[IntArray, FloatArray]:
     g = np.where(upper[:, None], 1.0 - f[:, ::-1], f)
     first = corner.astype(np.int64) + upper[:, None]
     side = np.where(upper, -1, 1)[:, None]
-    # In the upper triangle the far corner stands first, and its neighbours lie one step
+    # In the upper triangle the far corner comes first, and its neighbours lie one step
     # back.
     one = first + side * np.where(upper[:, None], [0, 1], [1, 0])
     two = first + side * np.where(upper[:, None], [1, 0], [0, 1])
@@ -221,7 +220,7 @@ def _sampled() -> FloatArray:
 
 
 def _blur_reach(kind: str) -> int:
-    """How many vertices away a blur carries along one coordinate, at most."""
+    """The largest number of vertices that a blur reaches along one coordinate."""
     return int(np.ceil(_REACH * np.sqrt(3.5))) if kind == "grid" else 3
 
 
@@ -246,28 +245,26 @@ def _blur(codes: IntArray, values: FloatArray, stride: int, kernel: FloatArray) 
 
 
 def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
-    """The codes without repetition, ascending, and where each of the given ones stands
-    among them.
-    """
+    """The codes without repetition, ascending, and the index of each given one among them."""
     low = codes.min()
     span = int(codes.max() - low) + 1
     if span > 64 * codes.size:
         distinct, at = np.unique(codes, return_inverse=True)
         return distinct, at.reshape(codes.shape).astype(np.int64, copy=False)
-    # A table of the whole box is ten times quicker than sorting, where it is not much
-    # larger than what it holds.
+    # A table of the whole box is ten times quicker than sorting, if it is not much larger
+    # than its contents.
     present = np.zeros(span, dtype=np.bool_)
     present[codes - low] = True
     return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[codes - low]
 
 
 def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 1000) -> tuple[float, float]:
-    """How far a filter's m⁰ of one point is from `exp(−r²/2σ²)`, measured: the largest
-    difference and the root mean square, over `samples` random places of point and query
-    that lie within 4 σ of each other in both coordinates.
+    """Measure how far a filter's m⁰ of one point is from `exp(−r²/2σ²)`: the largest and
+    the root mean square difference, over `samples` random places of point and query that
+    lie within 4 σ of each other in both coordinates.
     """
     rng = np.random.default_rng(seed)
-    # A second point, out of reach, moves the lattice's origin off the first: it must
+    # A second point, out of reach, moves the lattice's origin off the first, which must
     # not always lie on a vertex.
     pairs = rng.uniform(-0.5, 0.5, (samples // 20, 2, 2)) + np.array([[0.0, 0.0], [70.0, 90.0]])
     queries = pairs[:, :1] + rng.uniform(-4.0, 4.0, (samples // 20, 20, 2))

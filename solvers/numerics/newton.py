@@ -1,10 +1,10 @@
-"""A damped Newton step: made a descent by what is added to the Hessian, and capped as a
-whole.
+"""A damped Newton step: a multiple of the identity added to the Hessian makes it a
+descent step, and it is capped as a whole.
 
-Solve `(H + λI) Δ = −g` with λ = 0 where the Hessian is positive definite, else with the
+Solve `(H + λI) Δ = −g` with λ = 0 if the Hessian is positive definite, else with the
 first λ of a geometric sequence for which H + λI has a Cholesky factor. It is H + λI
-that becomes positive definite, not H. Then Δ is a descent direction, and shortening all
-of it by one factor leaves it one; capping its parts separately need not.
+that becomes positive definite, not H. Then Δ is a descent direction, and remains one if
+shortened as a whole by one factor; if its parts are capped separately, it may not.
 
 Source: Nocedal & Wright 2006, Numerical optimization, sec. 3.4, algorithm 3.3 (Cholesky
 with an added multiple of the identity).
@@ -24,14 +24,14 @@ LEAST_PIVOT = 1e-8
 
 
 def damped_step(gradient: FloatArray, hessian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Δ (b, p) and λ (b,) for gradients (b, p) and symmetric Hessians (b, p, p), both
-    finite; Δ is zero where H is.
+    """Δ (b, p) and λ (b,) for finite gradients (b, p) and finite symmetric Hessians
+    (b, p, p); Δ is zero if H is.
     """
     p = gradient.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         size = np.abs(hessian).max(axis=(1, 2))
         finite = np.isfinite(size) & np.isfinite(gradient).all(axis=1) & (size > 0.0)
-        # Divided by its size every Hessian has the same few λ, and none overflows.
+        # Divided by their sizes, all Hessians try the same few λ, and none overflows.
         unit = np.where(finite, size, 1.0)
         H = np.where(finite[:, None, None], hessian / unit[:, None, None], np.eye(p))
         damping = np.zeros(len(H))
@@ -46,7 +46,7 @@ def damped_step(gradient: FloatArray, hessian: FloatArray) -> tuple[FloatArray, 
 
 def capped(step: FloatArray, sizes: tuple[FloatArray, ...]) -> FloatArray:
     """The steps (b, p) times `1 / max(1, sizes …)`: each size (b,) is the length of a
-    part over its cap.
+    part divided by its cap.
     """
     factor = np.ones(len(step))
     for size in sizes:
@@ -55,8 +55,8 @@ def capped(step: FloatArray, sizes: tuple[FloatArray, ...]) -> FloatArray:
 
 
 def cholesky(A: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The lower factors (b, p, p) of symmetric (b, p, p) whose entries are of order
-    one, and where there is one, (b,).
+    """The lower factors (b, p, p) of symmetric matrices (b, p, p) with entries of order
+    one, and whether there is one, (b,).
     """
     p = A.shape[1]
     L = np.zeros_like(A)

@@ -1,19 +1,19 @@
-"""The pairs that a kernel reaches, as lists, and one annealed run of association and
-fit over them.
+"""Lists of the pairs within a kernel's reach, and the annealed run of association and fit
+over them.
 
 The association methods weigh pairs by `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, and by zero
 beyond `reach · σ`: most pairs of two clouds are out of reach and are never listed. The
-pairs of all problems stand in one list, row by row, so that a pass over them is one
-numpy call whatever the batch.
+pairs of all problems are in one list, row by row, so that a pass over them is one numpy
+call whatever the batch.
 
-Both methods run alike: associate at the present pose and σ; fit the source points, each
+Both methods run alike: associate at the current pose and σ; fit the source points, each
 weighted by its support `s_i`, to their soft targets (the mean of the target points
-associated with them), dropping rows of little support; shrink σ; associate again. What
-differs is the association, a function from a state to soft targets and support.
+associated with them), dropping rows of little support; shrink σ; associate again. They
+differ in the association, a function from a state to soft targets and support.
 
 A listed pair takes up to 68 bytes while it is weighed, and at a large σ all pairs are listed:
-two clouds of more than 14 million pairs, 0.95 GB, are refused. A batch takes that for each of
-its problems.
+two clouds of more than 14 million pairs, 0.95 GB, are rejected. A batch takes that much for
+each of its problems.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Candidates:
     columns: int
 
     def along(self, values: AnyArray) -> AnyArray:
-        """The value (rows,) of each pair's row, (e,): a repetition, quicker than a gather."""
+        """The value (rows,) of each pair's row, (e,): repeated, which is quicker than gathering."""
         return np.repeat(values, np.diff(self.starts))
 
     def row_sums(self, values: FloatArray) -> FloatArray:
@@ -80,7 +80,7 @@ def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, colu
 
 
 def _starts(counts: AnyArray) -> AnyArray:
-    """Where each row's pairs begin, from how many it has, and the end of the last."""
+    """Where each row's pairs begin, from the number that it has, and where the last row's end."""
     starts = np.zeros(len(counts) + 1, dtype=np.intp)
     np.cumsum(counts, out=starts[1:])
     return starts
@@ -90,7 +90,7 @@ def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Ca
     """All pairs of `moved` (b, m, d) and `target` (b, n, d) at most `reach` (b,) apart.
 
     They are screened first, by matrix products or, in the plane and for a short reach,
-    by cells; which of the two does not show in the answer.
+    by cells; the answer is the same either way.
     """
     b, m, d = moved.shape
     n = target.shape[1]
@@ -115,8 +115,8 @@ def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Ca
 
 
 def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tuple[AnyArray, AnyArray]:
-    """The pairs within reach and a few beyond, those that rounding leaves in doubt: how many
-    each row has, and their columns.
+    """The pairs within reach, and a few beyond that rounding leaves in doubt: the number in
+    each row, and their columns.
     """
     b, m, d = moved.shape
     n = target.shape[1]
@@ -128,7 +128,7 @@ def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tu
     right[:, d] = np.einsum("bdn,bdn->bn", right[:, :d], right[:, :d])
     right[:, :d] *= -2.0
     bound = np.square(reach)[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
-    # Problem by problem, so that what is screened stays in the processor's cache.
+    # Problem by problem, so that the screen stays in the processor's cache.
     screen, passed, hits = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
     for k in range(b):
         np.matmul(left[k], right[k], out=screen)
@@ -154,8 +154,8 @@ class _Cells:
 
     @classmethod
     def of(cls, target: FloatArray, reach: FloatArray) -> _Cells | None:
-        """None where nine cells would be a good part of all, or the cells many more
-        than the points.
+        """None if nine cells would be a large part of all cells, or there would be far more
+        cells than points.
         """
         n = target.shape[1]
         low, wide = target.min(axis=1), np.ptp(target, axis=1)
@@ -174,8 +174,8 @@ class _Cells:
         return cls(low, side, shape, first, starts, order)
 
     def pairs(self, moved: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Each moved point with the target points of the nine cells about it: how many each
-        row has, and their columns.
+        """Each moved point with the target points of the nine cells around it: the number of
+        pairs in each row, and their columns.
         """
         top = self.shape[:, None].astype(np.float64) + 1.0
         at = np.floor((moved - self.low[:, None]) / self.side[:, None, None]) + 1.0
@@ -187,7 +187,7 @@ class _Cells:
             up = np.clip(cell[..., 1] + (k - 1), 0, self.shape[:, None, 1] + 1)
             line = self.first[:, None] + up * (self.shape[:, None, 0] + 2)
             begin[..., k], end[..., k] = self.starts[line + left], self.starts[line + right + 1]
-            # On the rim the line above or below is the same one again: it counts once.
+            # On the rim the line above or below is the same one again, and counts once.
             end[..., k] = np.where(outside | (up != cell[..., 1] + (k - 1)), begin[..., k], end[..., k])
         count = (end - begin).ravel()
         place = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
@@ -197,16 +197,16 @@ class _Cells:
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
     """ψ of the listed pairs, (e,); m source points per problem, sigma (b,)."""
     with np.errstate(over="ignore", under="ignore"):
-        # A width below 1e-154 has no square: the factor stays finite, and a distance of
-        # 0 keeps a weight of 1.
+        # The square of a width below 1e-154 underflows: this keeps the factor finite, and
+        # the weight of a distance of 0 at 1.
         factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
         psi: FloatArray = np.exp(found.squares * found.along(factor))
     return psi
 
 
 def check_schedule(options: Any) -> None:
-    """Refuse, by a ValueError that names the option, what is not a schedule: see
-    `Scheduled`.
+    """Raise a ValueError that names the option if the options are not a valid schedule:
+    see `Scheduled`.
     """
     validate.widths(options.first, options.last)
     if not 0.0 < validate.number(options.shrink, "shrink") <= 1.0:
@@ -219,12 +219,12 @@ def check_schedule(options: Any) -> None:
 
 
 class Scheduled(Protocol):
-    """The state fields that an annealed association has beside `State`'s.
+    """The fields that the state of an annealed association has in addition to `State`'s.
 
     sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft
-    target of each source point (its own place where it has none). support: (b, m) s_i,
-    0 to 1. used: (b, m) whose support is at least `least_support`. The objective is
-    `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It becomes
+    target of each source point (its own place if it has none). support: (b, m) s_i, 0 to
+    1. used: (b, m) whether the support is at least `least_support`. The objective is
+    `Σ s_i ‖T p_i − soft_i‖²` over these, which the next fit minimises. It becomes
     a different function with every association, and may rise. change: (b,) how far the last
     step moved the points, root mean square, as a fraction of `radius` (b,), the
     source's RMS radius. condition: (b,) of the last fit.
@@ -261,7 +261,7 @@ Associate = Callable[[S], S]
 
 
 def few_enough(problem: Problem, method: str) -> None:
-    """Refuse, by a ValueError that names the larger cloud, what has more than `MOST` pairs."""
+    """Raise a ValueError that names the larger cloud if there are more than `MOST` pairs."""
     m, n = problem.source.shape[1], problem.target.shape[1]
     validate.few(m, n, m * n <= MOST, f"{method} takes at most {MOST:,} pairs of them", int(MOST**0.5))
 
@@ -281,7 +281,7 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
         "objective": np.zeros(b),
         "status": statuses((b,)),
         "reason": reasons((b,)),
-        "sigma": np.maximum(first, last),  # an end above the usual first is where it begins as well
+        "sigma": np.maximum(first, last),  # a `last` above the default `first` is also where it begins
         "soft": problem.source,
         "support": np.zeros((b, m)),
         "used": np.zeros((b, m), dtype=np.bool_),

@@ -13,7 +13,7 @@ import numpy as np
 from solvers.core.arrays import FloatArray, IntArray
 
 AGAIN = "the run cycles through the same few poses"
-"""Why such a run has stalled."""
+"""The reason given when such a run stalls."""
 
 
 def anchor(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Robust weights: how much a pair counts, by its distance r against a threshold in the
+"""Robust weights: how much a pair counts, given its distance r and a threshold in the
 same unit.
 
 Iteratively reweighted least squares with the weight `w(r) = ρ'(r) / r` minimises
@@ -9,10 +9,10 @@ Iteratively reweighted least squares with the weight `w(r) = ρ'(r) / r` minimis
     welsch   w = exp(−r² / 2k²)                   ρ = k² (1 − exp(−r² / 2k²)): bounded loss
     geman-mcclure   w = 1 / (1 + (r/k)²)²         ρ = r²/2 / (1 + (r/k)²): bounded loss
 
-The threshold is `k = tuning · s`, with s the scale of the distances that are noise.
+The threshold is `k = tuning · s`, with s the scale of the distances due to noise.
 Distances and threshold are in one unit, never squared on one side only:
 `w(λ r; λ k) = w(r; k)`. The tuning constants give 95 % efficiency on Gaussian residuals
-*with a known sign*; pair distances are not that, and the scale s from their median is a
+*with a known sign*; pair distances have none, and the scale s from their median is a
 heuristic.
 
 Sources: Huber 1964, Robust estimation of a location parameter; Beaton & Tukey 1974, The
@@ -41,15 +41,15 @@ TUNING: Mapping[str, float] = MappingProxyType(
 """The usual constants, for a threshold of `TUNING[kernel] · s`: each is 95 % efficient on Gaussian residuals."""
 
 FLOOR = 3e-4
-"""The smallest scale taken from data, as a fraction of the target's RMS radius: perfect pairs do not make all others
-worthless. 0.001 u in the rooms here, whose radius is some 3.4 u."""
+"""The smallest scale taken from data, as a fraction of the target's RMS radius, so that perfect pairs do not make all
+others worthless: 0.001 u in the rooms here, whose radius is some 3.4 u."""
 _LEAST = 1e-100
 
 
 def least_scale(target: FloatArray) -> FloatArray:
     """`FLOOR` times the RMS radius of target clouds.
 
-    A length of the scene itself, so that another unit changes no weight.
+    It is a length of the scene itself, so that the weights do not depend on the unit.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def least_scale(target: FloatArray) -> FloatArray:
 def mad_scale(
     distances: FloatArray, among: BoolArray | None = None, floor: FloatArray | float = _LEAST
 ) -> FloatArray:
-    """The scale of the distances that are noise: `s = max(1.4826 · median(r), floor)`.
+    """The scale of the distances due to noise: `s = max(1.4826 · median(r), floor)`.
 
     The median absolute deviation about zero, where a perfect pair lies. About the
     median itself the scale would be smaller at a far start, and a redescending weight
@@ -87,8 +87,8 @@ def mad_scale(
     among : ndarray of bool, shape (b, m), optional
         The pairs that count. None is all.
     floor : float or ndarray of shape (b,), default 1e-100
-        The least scale, and the scale where no pair counts. `least_scale` of the
-        targets makes it follow their unit.
+        The least scale, and the scale if no pair counts. `least_scale` of the targets
+        makes it follow their unit.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     Parameters
     ----------
     kernel : str
-        A name of `KERNELS`.
+        A name in `KERNELS`.
     distances : ndarray of shape (..., m)
         Pair distances r, in world units.
     threshold : float or ndarray of shape (...)
@@ -162,7 +162,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
 
 
 def run_weights(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
-    """`weights` within a run, unchecked: a step may leave the range of numbers, and its problem alone is stopped."""
+    """`weights` within a run, unchecked: a step may overflow, and then only its own problem is stopped."""
     if kernel == "none":
         return np.ones_like(distances)
     with np.errstate(under="ignore", over="ignore"):
@@ -182,7 +182,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     Parameters
     ----------
     kernel : str
-        A name of `KERNELS`. "none" is r²/2.
+        A name in `KERNELS`. "none" is r²/2.
     distances : ndarray of shape (..., m)
         Pair distances r, in world units.
     threshold : float or ndarray of shape (...)
@@ -220,7 +220,7 @@ def run_loss(kernel: str, distances: FloatArray, threshold: FloatArray) -> Float
         if kernel == "huber":
             inner = np.minimum(x, 1.0)
             return np.square(k) * (0.5 * np.square(inner) + (x - inner))
-        # Without a difference from 1, in which a distance far below the threshold would be lost.
+        # Written without a difference from 1, in which a distance far below the threshold would be lost.
         if kernel == "tukey":
             y = np.square(np.minimum(x, 1.0))
             return np.square(k) / 6.0 * (y * (3.0 - y * (3.0 - y)))
@@ -242,7 +242,7 @@ def threshold(
     Parameters
     ----------
     kernel : str
-        A name of `KERNELS`. "none" has the threshold infinity.
+        A name in `KERNELS`. "none" has the threshold infinity.
     distances : ndarray of shape (b, m)
         Pair distances r, in world units.
     among : ndarray of bool, shape (b, m), optional
@@ -252,7 +252,7 @@ def threshold(
     scale : float or ndarray of shape (b,), optional
         s, in world units. None is `mad_scale` of the distances.
     floor : float or ndarray of shape (b,), default 1e-100
-        The least s, where no scale is given.
+        The least s, if no scale is given.
 
     Returns
     -------
@@ -282,12 +282,12 @@ def threshold(
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
-    """Refuse what is not a kernel, a tuning constant or a scale.
+    """Check a kernel, a tuning constant and a scale.
 
     Parameters
     ----------
     weight : str
-        A name of `KERNELS`.
+        A name in `KERNELS`.
     tuning : float or None
         A number from 1e-100 to 1e100.
     scale : float or None
@@ -296,7 +296,7 @@ def check_options(weight: str, tuning: float | None, scale: float | None) -> Non
     Raises
     ------
     ValueError
-        If one of them is not; the message names it.
+        If one of them is not valid; the message names it.
 
     Examples
     --------
@@ -310,7 +310,7 @@ def check_options(weight: str, tuning: float | None, scale: float | None) -> Non
 
 
 def _own(kernel: str, threshold: FloatArray | float) -> FloatArray:
-    """The threshold that a kernel uses: "none" has infinity, whatever is given."""
+    """The threshold that a kernel uses: infinity for "none", whatever is given."""
     return np.array(np.inf) if kernel == "none" else _positive(threshold, "threshold")
 
 
