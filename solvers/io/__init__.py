@@ -1,1 +1,1 @@
-"""Clouds from files: CSV, XYZ, PLY, PCD."""
+"""Clouds and pose graphs in files: CSV, XYZ, PLY, PCD and g2o."""

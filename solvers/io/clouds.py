@@ -1,7 +1,7 @@
-"""What a file of points holds: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array.
+"""Read a file of points: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array.
 
-It is given bytes and opens no file. The format is told by how the data begin, and not
-by the file's name: PLY and PCD say what they are, everything else is lines of numbers.
+The module takes bytes and opens no file. It recognises the format by how the data begin,
+not by the file's name: PLY and PCD say what they are, everything else is lines of numbers.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class CloudText:
     notices : tuple of str
         What was left out.
     gaps : int
-        The rows that were left out because a number was not finite: after one, row i is another point.
+        How many rows were left out because a number was not finite: after one, row i is not the file's row i.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class CloudText:
 
 
 def read(data: bytes) -> CloudText:
-    r"""The points that a file's bytes hold.
+    r"""Read the points from a file's bytes.
 
     Rows with a number that is not finite are left out, with a notice, as PCD marks
     missing returns with NaN.
@@ -70,7 +70,7 @@ def read(data: bytes) -> CloudText:
     Raises
     ------
     ValueError
-        If the data are not bytes, cannot be read, hold no point or too many. Where a line is at fault
+        If the data are not bytes, cannot be read, or hold no points or too many. If a line is at fault,
         the message says which, what was found there and what was expected.
 
     Examples
@@ -114,11 +114,11 @@ def read(data: bytes) -> CloudText:
 
 
 def _decoded(data: bytes) -> str:
-    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in
-    comments anything goes.
+    """Decode lines of numbers from UTF-8 or, as spreadsheets write it, UTF-16; comments may
+    contain any bytes.
     """
     if data.startswith(_UTF16):
-        return codecs.utf_16_decode(data, "replace", True)[0]  # built in, which the page has
+        return codecs.utf_16_decode(data, "replace", True)[0]  # built in, so the page has it
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"line {line}: a zero byte was found; expected text, PLY or PCD")

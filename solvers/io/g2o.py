@@ -6,7 +6,7 @@
 
 Lengths are in the file's unit, angles in radians; the six numbers are the upper triangle
 of the information matrix, row by row. Lines that begin with # and blank lines are
-skipped. It is given bytes and opens no file.
+skipped. The module takes bytes and opens no file.
 
 Source: Kümmerle, Grisetti, Strasdat, Konolige & Burgard 2011, g2o: A general framework
 for graph optimization.
@@ -41,11 +41,11 @@ class GraphText:
     Attributes
     ----------
     ids : ndarray of int64, shape (n,)
-        What the file calls each node.
+        Each node's id in the file.
     poses : Pose of shape (n,)
         The nodes.
     edges : Edges
-        What was measured between them, by row of `poses`.
+        The measurements between them, by row of `poses`.
     fixed : ndarray of int64
         The rows that FIX lines name, ascending; often none.
 
@@ -64,7 +64,7 @@ class GraphText:
 
 
 def read(data: bytes) -> GraphText:
-    r"""The pose graph that a g2o file's bytes hold.
+    r"""Read the pose graph from a g2o file's bytes.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def read(data: bytes) -> GraphText:
     Returns
     -------
     GraphText
-        Nodes, edges, and what is fixed.
+        Nodes, edges, and which nodes are fixed.
 
     Raises
     ------
     ValueError
-        If the data are not bytes, if there is no node, and where a line is not as the format has it: the message
-        says which line, what was found there and what was expected.
+        If the data are not bytes, if there is no node, or if a line does not follow the format: the message says which
+        line, what was found there and what was expected.
 
     Examples
     --------
@@ -142,18 +142,18 @@ def read(data: bytes) -> GraphText:
 
 
 def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: ArrayLike | None = None) -> bytes:
-    """A pose graph as a g2o file.
+    """Encode a pose graph as a g2o file.
 
     Parameters
     ----------
     poses : Pose of shape (n,)
         The nodes.
     edges : Edges
-        What was measured between them.
+        The measurements between them.
     fixed : int or sequence of int, default ()
-        The rows of `poses` that are to be fixed.
+        The rows of `poses` to mark as fixed.
     ids : array_like of int, shape (n,), optional
-        What the nodes are called, below 2⁶². None is 0, 1, 2, …
+        The nodes' ids in the file, below 2⁶². None means 0, 1, 2, …
 
     Returns
     -------
@@ -164,8 +164,8 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
-        Edges, if an edge or `fixed` names a node that does not exist, or `ids` are not n
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` is not
+        Edges, if an edge or `fixed` names a node that does not exist, or if `ids` are not n
         different integers from 0 to 2⁶² − 1.
 
     Examples

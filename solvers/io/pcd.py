@@ -1,5 +1,5 @@
 """PCD, the format of the Point Cloud Library: a header of named lines, then the points
-as text or as numbers.
+as text or as binary numbers.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from solvers.io.text import lines_of, numbers, told
 KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 KINDS = {"F": "f", "I": "i", "U": "u"}
 SIZES = {"F": ("4", "8"), "I": ("1", "2", "4", "8"), "U": ("1", "2", "4", "8")}
-LAST = re.compile(rb"([\r\n])[ \t]*DATA")  # the header's last line, and what ended the one before
+LAST = re.compile(rb"([\r\n])[ \t]*DATA")  # the header's last line, and the line break before it
 MOST_FIELDS = 1000
 MOST_COUNT = 10_000
 
 
 def points(data: bytes, most: int) -> tuple[FloatArray, str]:
-    """The points' x, y and, where there is one, z: (n, 2) or (n, 3), and how they were
+    """The points' x, y and, if there is one, z: (n, 2) or (n, 3), and how they were
     written.
 
-    Raises ValueError with the number of the line, for the header or for text, or with
+    Raises a ValueError that gives the line's number, in the header or in text, or says
     what is missing.
     """
     header: dict[str, tuple[int, list[str]]] = {}

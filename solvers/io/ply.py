@@ -1,5 +1,5 @@
-"""PLY: a header that says what follows, then the vertices as text or as little-endian
-or big-endian numbers.
+"""PLY: a header that describes what follows, then the vertices as text or as
+little-endian or big-endian binary numbers.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ END = re.compile(rb"([\r\n])end_header")
 
 @dataclass
 class _Element:
-    """One element of the header: its properties' names with numpy's types; lists have
-    no type.
+    """One element of the header; its properties are names with numpy's types, which are
+    empty for lists.
     """
 
     name: str
@@ -39,10 +39,10 @@ class _Element:
 
 
 def points(data: bytes, most: int) -> tuple[FloatArray, str]:
-    """The vertices' x, y and, where there is one, z: (n, 2) or (n, 3), and how they
-    were written.
+    """The vertices' x, y and, if there is one, z: (n, 2) or (n, 3), and how they were
+    written.
 
-    Raises ValueError with the number of the line, for a header or for text, or with
+    Raises a ValueError that gives the line's number, in the header or in text, or says
     what is missing.
     """
     match = END.search(data)
@@ -85,7 +85,7 @@ def _header(lines: Sequence[str]) -> tuple[str, list[_Element]]:
 
 
 def _vertices(elements: Sequence[_Element], line: int, most: int) -> tuple[Sequence[_Element], _Element]:
-    """What comes before the vertices, and the vertices."""
+    """The elements before the vertices, and that of the vertices."""
     names = [element.name for element in elements]
     if "vertex" not in names:
         raise ValueError(f"line {line}: the header has no 'element vertex'")
@@ -106,8 +106,8 @@ def _axes(vertex: _Element) -> list[str]:
 
 
 def _text(body: bytes, header: int, before: Sequence[_Element], vertex: _Element) -> FloatArray:
-    # The body's first line is header + 1 of the file: as many empty lines before it
-    # keep the numbers right.
+    # The body's first line is line header + 1 of the file: `header` empty lines before it
+    # keep the numbering right.
     lines = [""] * header + lines_of(body.rstrip().decode("latin-1"))
     rows = [k for k, line in enumerate(lines) if line.strip()]
     first = sum(element.count for element in before)

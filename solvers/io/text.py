@@ -1,6 +1,4 @@
-"""Lines of numbers → rows of an array, with the number of the line at which it goes
-wrong.
-"""
+"""Lines of numbers → rows of an array; errors give the number of the line."""
 
 from __future__ import annotations
 
@@ -13,32 +11,32 @@ import numpy as np
 from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 
-BLOCK = 20_000  # lines at a time: what is being taken apart is many times as large as the numbers in it
+BLOCK = 20_000  # lines at a time: the split text takes many times the memory of the numbers in it
 COMMENTS = ("#", "//", "%")
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "spaces"}
 AXIS = re.compile(r"([xyz])(?:[ _]?[\[(]?(?:u|m|mm|cm|km|in|ft|px|metres?|meters?)[\])]?)?", re.IGNORECASE)
 
 
 def lines_of(text: str) -> list[str]:
-    """The lines of a text from any system, numbered from 0."""
+    """The lines of a text, with any system's line endings."""
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def file_bytes(data: object) -> bytes:
-    """`data` when it is bytes: a file's name, which is text, would be read as its contents."""
+    """`data` as bytes; raises ValueError for text, since a file's name would be read as its contents."""
     if not isinstance(data, bytes | bytearray):
         raise ValueError(f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(data).__name__}")
     return bytes(data)
 
 
 def told(value: str) -> str:
-    """What was found, short enough for a message."""
+    """A value that was found, shortened for a message."""
     return repr(value if len(value) <= 40 else value[:39] + "…")
 
 
 def is_number(field: str) -> bool:
-    """Whether a field is a number as files write it: with a decimal point, also NaN and
-    infinity.
+    """Whether a field is a number as files write it: with a decimal point; NaN and
+    infinity count too.
     """
     try:
         float(field)
@@ -48,14 +46,14 @@ def is_number(field: str) -> bool:
 
 
 def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
-    """Points out of CSV, XYZ and their like: (n, 2) or (n, 3), how the columns are
+    """Read points from CSV, XYZ and the like: (n, 2) or (n, 3), how the columns are
     separated, and notices.
 
     Comments and blank lines are skipped. A first line that is not all numbers names the
-    columns, and so does a comment right before the numbers that has as many fields: x, y
-    and z are taken where they are named, with a unit (x_m, x [m]) or without, the first two
-    or three columns otherwise. Where tabs separate, spaces do as well; separators at a line's
-    end are nothing. Raises ValueError with the line's number.
+    columns, and so does a comment right before the numbers with as many fields: the columns
+    named x, y and z, with a unit (x_m, x [m]) or without, are taken, otherwise the first two
+    or three. If tabs separate columns, spaces do as well; separators at a line's end are
+    ignored. Raises ValueError with the line's number.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
@@ -105,7 +103,8 @@ def _fields(line: str, separator: str | None) -> list[str]:
 
 
 def _spaced(line: str) -> bool:
-    """Whether a line has spaces between its numbers, or the names of its axes, as well as tabs; no field is empty."""
+    """Whether a line separates its numbers, or the names of its axes, by spaces as well as tabs, without empty fields.
+    """
     fields, parts = _fields(line, "\t"), _fields(line, None)
     if "" in fields or len(parts) == len(fields):
         return False
@@ -113,14 +112,14 @@ def _spaced(line: str) -> bool:
 
 
 def _ended(fields: list[str], width: int = 1) -> list[str]:
-    """The fields without empty ones at the end, but no fewer than `width`."""
+    """The fields without empty ones at the end, cut to no fewer than `width`."""
     while len(fields) > width and not fields[-1]:
         fields = fields[:-1]
     return fields
 
 
 def _mended(fields: list[str], line: str, width: int) -> list[str]:
-    """A line's fields, `width` of them where it has spaces for tabs."""
+    """A line's fields, split at spaces instead of tabs if that gives `width` of them."""
     if len(fields) >= width or "" in fields:
         return fields
     parts = _fields(_bare(line), None)
@@ -128,7 +127,7 @@ def _mended(fields: list[str], line: str, width: int) -> list[str]:
 
 
 def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
-    """Which columns hold x, y and, where there is one, z, by their names."""
+    """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice."""
     if axes := _axes(fields, len(fields)):
         return axes
     if len(fields) > 1:
@@ -139,7 +138,7 @@ def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
 
 
 def _axes(names: Sequence[str], width: int) -> list[int]:
-    """Which of `width` columns are x, y and, where there is one, z; none where the names do not say it of one each."""
+    """Which of `width` columns are x, y and, if there is one, z; empty unless the names assign one column to each."""
     matches = [AXIS.fullmatch(name) for name in names] if len(names) == width else []
     letters = [match[1].lower() if match else "" for match in matches]
     if letters.count("x") != 1 or letters.count("y") != 1 or letters.count("z") > 1:
@@ -148,7 +147,7 @@ def _axes(names: Sequence[str], width: int) -> list[int]:
 
 
 def _comment_before(lines: Sequence[str], row: int, separator: str | None) -> list[str]:
-    """The fields of a comment in the line before `row`, as numpy.savetxt writes the columns' names."""
+    """The fields of a comment in the line before `row`, where numpy.savetxt writes the columns' names."""
     bare = lines[row - 1].strip() if row else ""
     mark = next((mark for mark in COMMENTS if bare.startswith(mark)), None)
     return [] if mark is None else _fields(bare.removeprefix(mark).strip(), separator)
@@ -184,7 +183,7 @@ def numbers(
 def _wrong(
     block: Sequence[int], parts: Sequence[Sequence[str]], columns: Sequence[int], width: int, separator: str | None
 ) -> str:
-    """What is wrong with the first wrong line of a block."""
+    """The message about the first wrong line of a block."""
     for k, part in zip(block, parts, strict=True):
         if len(part) != width:
             by = SEPARATORS[separator]
