@@ -1,4 +1,4 @@
-"""Clouds from files as they are read on a command line: NumPy's own beside all that `solvers.io` knows."""
+"""Read clouds from files for the command line: NumPy's formats as well as those of `solvers.io`."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from solvers.io.clouds import CloudText
 from solvers.io.text import told
 
 NPY, ZIP = b"\x93NUMPY", b"PK\x03\x04"
-PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # as NumPy packs
+PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those that NumPy writes
 BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OverflowError, RuntimeError, ValueError)
-"""What zipfile raises where an archive is damaged, encrypted or of a later version."""
+"""What zipfile raises if an archive is damaged, encrypted or of a later version."""
 
 
 def read(data: bytes) -> CloudText:
-    """The points of a file's bytes. Raises ValueError where they cannot be read."""
+    """Read the points from a file's bytes. Raises ValueError if they cannot be read."""
     if data.startswith(NPY):
         return _cloud(data, "a NumPy array")
     if data.startswith(ZIP):
@@ -34,7 +34,7 @@ def read(data: bytes) -> CloudText:
 
 
 def _from_archive(data: bytes) -> CloudText:
-    """The array called points of an .npz, or its only one."""
+    """The array called "points" in an .npz, or its only array."""
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except BROKEN as error:
@@ -60,7 +60,7 @@ def _broken(error: Exception) -> ValueError:
 
 
 def _array(data: bytes, what: str) -> AnyArray:
-    """Rows of two or three numbers; the header is held to the size of the data before anything is made of it."""
+    """Rows of two or three numbers. The header is checked against the size of the data before an array is made."""
     file = io.BytesIO(data)
     try:
         version = np.lib.format.read_magic(file)
@@ -85,11 +85,11 @@ def _array(data: bytes, what: str) -> AnyArray:
 
 
 def _cloud(data: bytes, what: str) -> CloudText:
-    """The rows that are finite, with a notice on the others."""
+    """The finite rows, with a notice about the others."""
     values = _array(data, what)
     if len(values) > clouds.MOST_POINTS:
         raise ValueError(f"{len(values)} points are more than the limit of {clouds.MOST_POINTS}")
-    with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot hold is left out below
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond float64 are left out below
         points = values.astype(np.float64)
     whole = np.isfinite(points).all(axis=1)
     left = int((~whole).sum())

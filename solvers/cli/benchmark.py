@@ -40,7 +40,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def race(arguments: Sequence[str]) -> int:
-    """Run the command; the exit code. Raises ValueError where an argument is wrong."""
+    """Run the command and return its exit code. Raises ValueError if an argument is wrong."""
     args = parser().parse_args(arguments)
     settings = ROOM_SETTINGS if args.setting in (None, "all") else (args.setting,)
     cases = [(name, args.degrees) for name in settings]
@@ -70,12 +70,12 @@ def race(arguments: Sequence[str]) -> int:
 
 
 def _counted(bar: Callable[[int, int], None], entrants: Sequence[Contestant]) -> Callable[[Contestant], None]:
-    """What shows on a bar how many of the contestants have run."""
+    """A callback that shows on a bar how many of the contestants have run."""
     return lambda contestant: bar(entrants.index(contestant), len(entrants))
 
 
 def _told(line: Line) -> dict[str, Any]:
-    """A row of the table by name; angles in degrees, lengths in u."""
+    """A row of the table, its values by name; angles in degrees, lengths in u."""
     return {
         "method": line.contestant.method,
         "median_rotation_error": line.median_rre,

@@ -1,4 +1,4 @@
-"""The command line: `register` (the usual one), `benchmark`, `drive`, `methods`."""
+"""The command line: `register` (the default), `benchmark`, `drive`, `methods`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAMED = ", ".join(COMMANDS)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0; 1 if the output cannot be written, or its reader has gone;
-    2 if an argument or a file is wrong, or memory runs out; 3 if an answer is not to be trusted.
+    2 if an argument or a file is wrong, or memory runs out; 3 if an answer should not be trusted.
     """
     argv = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -34,28 +34,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         has_command = bool(argv) and argv[0] in COMMANDS
         code = COMMANDS[argv[0]](argv[1:]) if has_command else register_files(_files(argv))
         sys.stdout.flush()
-    except BrokenPipeError:  # as `| head` does once it has its lines; what is left goes nowhere, and without a word
+    except BrokenPipeError:  # as with `| head` once it has its lines; the rest is silently discarded
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
         if error.filename is not None:
             raise
-        # Of no file: the output itself, as on a full disk.
+        # Not from a file, so from the output itself, as on a full disk.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print(f"{program()}: standard output: {error.strerror or error}", file=sys.stderr)
         return 1
     except ValueError as error:
         print(f"{program()}: {_as_typed(str(error), argv)}", file=sys.stderr)
         return 2
-    except MemoryError as error:  # numpy's own says how much was asked for, Python's says nothing
+    except MemoryError as error:  # numpy's says how much was needed, Python's is empty
         print(f"{program()}: there is not enough memory{f': {error}' if str(error) else ''}", file=sys.stderr)
         return 2
     return code
 
 
 def _as_typed(message: str, argv: Sequence[str]) -> str:
-    """A message that begins with an argument's name in Python, with the option's name where it was typed; a method's
-    own option of that name may be meant as well, and keeps it.
+    """A message that begins with an argument's Python name, with that replaced by the command-line option if it was
+    typed. It stays if a method's own option of that name was given as well, since it may mean that one.
     """
     name, colon, rest = message.partition(":")
     option, options = f"--{name.replace('_', '-')}", [text.partition("=")[0] for text in argv]
@@ -63,7 +63,9 @@ def _as_typed(message: str, argv: Sequence[str]) -> str:
 
 
 def _files(argv: list[str]) -> list[str]:
-    """Arguments that name no command. Raises ValueError where the first is not a file either, but nearly a command."""
+    """Arguments without a command. Raises ValueError if the first is not a file either, and is nearly a command or the
+    only one.
+    """
     first = argv[0] if argv else "-"
     if first.startswith("-") or os.path.exists(first):
         return argv

@@ -20,14 +20,14 @@ DRAWN = (".svg", ".png")
 
 
 def program(command: str = "") -> str:
-    """What a usage line and an error call the program: the name that it was started by."""
+    """The program's name in usage lines and errors: the one that it was started by."""
     script = Path(sys.argv[0]).stem == "registration-ladder"
     return f"{'registration-ladder' if script else 'python -m solvers'} {command}".rstrip()
 
 
 def able_to_write(path: Path, kinds: Sequence[str]) -> None:
-    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, names a folder or lies in none, may not
-    be written, or is a picture and matplotlib, an extra, is missing: asked before anything is computed.
+    """Raise ValueError if `path`, given as --out, ends in none of `kinds`, names a folder or lies in none, may not be
+    written, or is a picture and matplotlib, an extra, is missing. Called before anything is computed.
     """
     kind = path.suffix.lower()
     if kind not in kinds:
@@ -43,7 +43,7 @@ def able_to_write(path: Path, kinds: Sequence[str]) -> None:
 
 
 class Bar:
-    """A bar on stderr where that is a terminal, cleared at the end; nothing in a log."""
+    """A progress bar on stderr, cleared at the end; shown only on a terminal, never in a log."""
 
     def __init__(self, what: str) -> None:
         self.what, self.live = what, sys.stderr.isatty()
@@ -62,7 +62,7 @@ class Bar:
 
 
 class Help(argparse.HelpFormatter):
-    """argparse's own, which would break a method's name at its hyphens."""
+    """argparse's formatter, except that it does not break a method's name at its hyphens."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return textwrap.fill(text, width, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
@@ -72,7 +72,7 @@ class Help(argparse.HelpFormatter):
 
 
 def whole(text: str) -> int:
-    """A whole number that 64 bits hold."""
+    """Parse a whole number that fits into 64 bits."""
     number = int(text)
     if not -(2**63) <= number < 2**63:
         raise argparse.ArgumentTypeError(f"a number of {len(text)} digits; expected 18 at most")
@@ -80,7 +80,7 @@ def whole(text: str) -> int:
 
 
 def printed(told: Any) -> None:
-    """One JSON document on stdout; numbers that are not finite become null, as JSON has no word for them."""
+    """Print one JSON document; numbers that are not finite become null, since JSON cannot express them."""
     print(json.dumps(_plain(told), indent=2, allow_nan=False))
 
 

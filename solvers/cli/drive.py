@@ -78,7 +78,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def drive(arguments: Sequence[str]) -> int:
-    """Run the command; the exit code. Raises ValueError where an argument or the file is wrong."""
+    """Run the command and return its exit code. Raises ValueError if an argument or the file is wrong."""
     args = parser().parse_args(arguments)
     with contextlib.redirect_stdout(None if args.json else sys.stdout):
         code, report = _driven(args)
@@ -88,7 +88,7 @@ def drive(arguments: Sequence[str]) -> int:
 
 
 def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
-    """The exit code, and what there is to say by name, which is printed in lines on the way; angles in degrees."""
+    """The exit code, and a report by name, whose lines are printed on the way; angles in degrees."""
     for path in args.out:
         able_to_write(path, KINDS)
     matching, looking = MatchOptions(gate=args.gate), LoopOptions(radius=args.radius)
@@ -117,12 +117,12 @@ def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
 
 
 def _recording(file: str, recording: Drive) -> dict[str, Any]:
-    """The facts of a drive as it was recorded."""
+    """Print and return the facts of a recording."""
     n, k = recording.ranges.shape
     echoes = recording.ranges[np.isfinite(recording.ranges)]
-    farthest = float(echoes.max(initial=0.0))  # a file in metres, read as centimetres, is known by it
+    farthest = float(echoes.max(initial=0.0))  # it shows if metres were read as centimetres
     summary = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
-    view = float(np.degrees(np.ptp(recording.bearings)))  # a file does not say it: it is assumed, or as it was given
+    view = float(np.degrees(np.ptp(recording.bearings)))  # not in the file, but assumed or given
     print(f"drive     {file}: {n} scans of {k} beams over {view:.6g} deg, {summary}")
     return {"drive": file, "scans": n, "beams": k, "view_degrees": view, "farthest": farthest}
 
@@ -141,7 +141,7 @@ def _matched(recording: Drive, scans: Scans, to: str, matching: MatchOptions) ->
 
 
 def _loops(scans: Scans, chain: Chain, looking: LoopOptions, matching: MatchOptions, none: bool) -> Matches:
-    """The places seen again, those believed and those not; none: look for none."""
+    """The places seen again, those believed and those not. none: do not look for any."""
     later, earlier = candidates(chain.poses, looking)
     if none:
         later, earlier = later[:0], earlier[:0]
@@ -153,7 +153,7 @@ def _loops(scans: Scans, chain: Chain, looking: LoopOptions, matching: MatchOpti
 
 
 def _closed(chain: Chain, loops: Matches, kernel: str) -> tuple[Pose, bool, dict[str, Any]]:
-    """The poses of the pose graph, whether it came to rest, and what there is to say of it."""
+    """The poses of the pose graph, whether it came to rest, and a report on it."""
     with Bar("graph") as bar:
         result = close(chain, loops, kernel=kernel, progress=bar)
     before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
@@ -179,7 +179,7 @@ def _length(poses: Pose) -> float:
 
 
 def _included(args: argparse.Namespace) -> Drive:
-    """The recorded drive. Raises ValueError if an option describes its laser, as the recording itself does."""
+    """The included drive. Raises ValueError if an option describes the laser, which the recording itself does."""
     usual = parser()
     for name in LASER:
         if getattr(args, name) != usual.get_default(name):

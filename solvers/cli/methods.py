@@ -1,4 +1,4 @@
-"""`methods`: what there is, by what paper, and with which options."""
+"""`methods`: list the methods, with their papers and options."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def methods(arguments: Sequence[str]) -> int:
-    """Run the command; the exit code. Raises ValueError for an unknown name."""
+    """Run the command and return its exit code. Raises ValueError for an unknown name."""
     args = parser().parse_args(arguments)
     names = [method_of(name, "METHOD").name for name in args.names] or list(METHODS)
     if args.json:
@@ -49,7 +49,7 @@ def methods(arguments: Sequence[str]) -> int:
 
 
 def told(name: str) -> dict[str, Any]:
-    """A method by name, as plain values."""
+    """The facts of a method, by name, as plain values."""
     method = METHODS[name]
     usual = method.options()
     return {

@@ -1,4 +1,4 @@
-"""What the command line draws: two clouds before and after a registration, and a drive's map by two sets of poses."""
+"""The command line's pictures: two clouds before and after a registration, and a drive's map by two sets of poses."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.geometry.downsample import thinned
 
-MOST = 4000  # points drawn of a cloud: more would not be told apart
+MOST = 4000  # points drawn per cloud: more could not be told apart
 MOST_ECHOES = 40_000
 SOURCE, TARGET = "#c45d14", "#2760bd"
 NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, title: str, kind: str) -> bytes:
-    """An SVG or PNG file: source (m, d) at both poses over target (n, d), d = 2 or 3, in one window."""
+    """An SVG or PNG file: source (m, d) at both poses over target (n, d), d = 2 or 3, with the same axis limits."""
     from matplotlib.figure import Figure
 
     p, q = (thinned(np.asarray(x, dtype=float), MOST) for x in (source, target))
@@ -40,8 +40,8 @@ def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, t
 
 
 def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> bytes:
-    """Maps of one drive side by side in one scale, as an SVG or PNG file: under each name echoes (n, 2) and the robot's
-    path (k, 2).
+    """Maps of one drive side by side at the same scale, as an SVG or PNG file: for each name, echoes (n, 2) and the
+    robot's path (k, 2).
     """
     from matplotlib.figure import Figure
 
@@ -61,11 +61,11 @@ def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> 
 
 
 def _file(figure: Any, kind: str, metadata: Mapping[str, str]) -> bytes:
-    """matplotlib's figure as a file of that kind, "svg" or "png", with what is told of it."""
+    """A matplotlib figure as a file of this kind, "svg" or "png", with its metadata."""
     from matplotlib import rc_context
 
     out = io.BytesIO()
-    # A picture without a date is the same each time; PNG names only its software.
+    # Without a date a picture is the same each time; a PNG would only name the software.
     left_out = {"Date": None} if kind == "svg" else {"Software": None}
     with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
         figure.savefig(out, format=kind, dpi=150, metadata={**left_out, **metadata})

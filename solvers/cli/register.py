@@ -26,7 +26,7 @@ from solvers.geometry import downsample, nearest
 from solvers.io import clouds
 
 LONGEST = 1000  # characters of an option's value
-BESIDE = ("--start", "--seed", "--max-steps")  # what every method takes beside its own options
+BESIDE = ("--start", "--seed", "--max-steps")  # what every method takes besides its own options
 
 
 def parser() -> argparse.ArgumentParser:
@@ -69,7 +69,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _opened(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[FloatArray, str]:
-    """The points of a file and a line on them. Raises ValueError that names the file."""
+    """The points of a file and a line about them. Raises a ValueError that names the file."""
     try:
         cloud = arrays.read(_bytes(path))
     except OSError as error:
@@ -90,8 +90,8 @@ def _opened(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[
 
 
 def _bytes(path: Path) -> bytes:
-    """The bytes of a file; nothing is kept of one that is too large or has no end.
-    Raises ValueError with its size.
+    """The bytes of a file; of one without end, such as a device, one byte more than the limit.
+    Raises ValueError with the size of one that is too large.
     """
     size, most = path.stat().st_size, clouds.MOST_BYTES
     if size > most:
@@ -101,7 +101,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _start(text: str, d: int) -> Pose:
-    """The pose that --start names, in d dimensions."""
+    """The pose that --start gives, in d dimensions."""
     try:
         angle, *shift = (float(part) for part in text.split(","))
     except ValueError:
@@ -169,7 +169,7 @@ def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> 
 
 
 def _told(result: Result, source: FloatArray, target: FloatArray, reach_option: float | None) -> dict[str, Any]:
-    """The facts of a result by name; lengths in the files' unit, among them the reach that was given."""
+    """The facts of a result by name, among them the reach in use; lengths in the files' unit."""
     reach = float(verify.usual_reach(target)) if reach_option is None else reach_option
     pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
     planar = pose.dim == 2
@@ -192,9 +192,9 @@ def _told(result: Result, source: FloatArray, target: FloatArray, reach_option: 
 
 
 def _lines(report: dict[str, Any], result: Result) -> str:
-    """The same in lines."""
+    """The same facts as lines of text."""
     pose, share = result.pose, report["overlap"]
-    # Far from the origin, as in a national grid, six digits of a matrix are metres.
+    # Far from the origin, as in a national grid, six digits of a matrix only resolve metres.
     far = max(np.abs(pose.t).max(), np.abs(result.states[0].problem.source).max()) >= 1e4
     digits = 15 if far else 6
     shift = ", ".join(f"{v:.{digits}g}" for v in pose.t)
@@ -218,7 +218,7 @@ def _lines(report: dict[str, Any], result: Result) -> str:
 
 
 def register_files(arguments: Sequence[str]) -> int:
-    """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
+    """Run the command and return its exit code. Raises ValueError if an argument or a file is wrong."""
     args = parser().parse_args(arguments)
     for path in args.out:
         able_to_write(path, DRAWN)
