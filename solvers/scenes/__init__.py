@@ -1,4 +1,4 @@
-"""Seeded scenes with a known truth. The room and its kin stand here; each other scene has its module."""
+"""Seeded scenes with a known truth: those of `rooms` are exported here; the others have modules of their own."""
 
 from solvers.scenes.rooms import (
     BIRD,

@@ -27,23 +27,23 @@ MOST = 10
 def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
     """The outline of a bird, sampled twice: no point has an exact partner.
 
-    The two samplings differ in spacing and phase. More noise stretches one draw; one
-    clutter point more leaves the others. The start is `bird_start()`.
+    The two samplings differ in spacing and phase. More noise stretches the same draw; one
+    more clutter point leaves the others unchanged. The start is `bird_start()`.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.1
         σ of the isotropic Gaussian noise on both clouds, in u.
     clutter : int, default 4
-        How many points of each cloud, 0 to 10, lie anywhere in a field of 10 × 6.4 u,
-        uniformly in target coordinates; they stand last in their cloud.
+        How many clutter points each cloud has, 0 to 10, spread uniformly over a field of
+        10 × 6.4 u in target coordinates; they come last in their cloud.
 
     Returns
     -------
     Scene
-        26 source and 30 target points and the clutter, not paired.
+        26 source and 30 target points, and the clutter; not paired.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
 
 
 def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
-    """A start beside the truth of `bird`.
+    """A start near the truth of `bird`.
 
     The true pose, turned about the bird's centre and moved to the left.
 
@@ -110,7 +110,7 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
 
 
 def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """n noisy points along the outline (n, 2), and all of the clutter there may be
+    """n noisy points along the outline (n, 2), and as much clutter as there may be
     (MOST, 2).
     """
     line = np.vstack([SHAPE, SHAPE[:1]])

@@ -1,4 +1,4 @@
-"""A drive: what a robot's laser and its wheels record, scan after scan; a real one.
+"""A drive, as a robot's laser and wheels record it scan by scan, and a real one.
 
 The real one is "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only" of the Mobile Robot Programming Toolkit (J. L. Blanco
 Claraco and contributors, BSD 3-Clause): 225 scans of a SICK laser on the robotic wheelchair Sena, recorded on 21
@@ -27,22 +27,22 @@ from solvers.scenes.drive_packing import unpacked
 
 FOLDER = os.path.join(os.path.dirname(__file__), "recorded")
 MIRROR = 1.0 / 75.0
-"""Seconds that the mirror of a SICK LMS 200 takes for a turn."""
+"""Seconds per turn of the mirror of a SICK LMS 200."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
     """n scans, and how far the wheels say that the robot went between them.
 
-    The arrays are copied and cannot be written to.
+    The arrays are copied and read-only.
 
     Parameters
     ----------
     seconds : array_like of shape (n,)
-        When each scan was made, since the first; never before the scan before.
+        When each scan was made, in seconds since the first; never decreasing.
     motion : Pose or array_like of shape (n, 3, 3)
         n motions by odometry, or their homogeneous matrices: from the robot's coordinates at a scan to those at the
-        scan before, in metres. The first, of a scan with none before, is not used and becomes the identity.
+        scan before, in metres. The first scan has none before it: its motion is not used and becomes the identity.
     ranges : array_like of shape (n, k)
         Metres along each beam; 0, infinite or NaN where no echo came back.
     bearings : array_like of shape (k,)
@@ -55,7 +55,7 @@ class Drive:
     Raises
     ------
     ValueError
-        If shapes do not fit, a number is not finite that should be, a range is negative, a bearing is beyond a whole
+        If shapes do not fit, a number that should be finite is not, a range is negative, a bearing is beyond a whole
         turn, the seconds go backwards, or a pose is not a rigid motion of the plane.
 
     Examples
@@ -206,18 +206,18 @@ def chained(motion: Pose) -> Pose:
 
 
 def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) -> FloatArray:
-    """When each beam is sent by a laser whose mirror turns several times a scan: each turn sends every `turns`-th beam.
+    """When each beam is sent if the mirror turns several times per scan, and each turn sends every `turns`-th beam.
 
     Parameters
     ----------
     beams : int
-        How many.
+        The number of beams.
     step : float
-        Radians from a beam to the next.
+        Radians from one beam to the next.
     turns : int, default 2
-        Turns of the mirror a scan: the first sends the beams 0, turns, 2 · turns …
+        Turns of the mirror per scan: the first sends the beams 0, turns, 2 · turns …
     period : float, default 1/75
-        Seconds a turn.
+        Seconds per turn.
 
     Returns
     -------
@@ -250,12 +250,12 @@ def telecom_loop() -> Drive:
     """The real drive: 225 scans over half a circle, along one loop and a third.
 
     Ranges are known to the centimetre, the odometry to the millimetre. The laser sends its whole degrees in one turn of
-    the mirror and the half degrees in the next. The file is read when it is first asked for.
+    the mirror and the half degrees in the next. The file is read on the first call.
 
     Returns
     -------
     Drive
-        Of 225 scans with 361 beams, half a degree apart.
+        225 scans with 361 beams each, half a degree apart.
 
     Examples
     --------

@@ -7,14 +7,15 @@ import numpy as np
 from solvers.core.arrays import FloatArray
 
 ESCAPE = 255
-"""In place of a difference: one of two bytes follows."""
+"""Takes the place of a difference that follows in two bytes."""
 
 
 def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> bytes:
-    """A recorded drive as its file has it.
+    """Encode a recorded drive as its file stores it.
 
-    Numbers of scans n and beams k, two bytes each; n rows of milliseconds and of the motion dx, dy, dφ in 1e-6 m and
-    rad, four bytes each; then each beam's difference to the beam before, zigzag, in a byte or, after `ESCAPE`, in two.
+    The numbers of scans n and beams k, two bytes each; n rows of milliseconds and of the motion dx, dy, dφ in 1e-6 m
+    and rad, four bytes each; then each beam's difference from the beam before, zigzag-encoded, in one byte or, after
+    `ESCAPE`, in two.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
 def unpacked(data: bytes, n: int, k: int) -> FloatArray:
     """The centimetres (n, k) of `packed`'s last part. Raises ValueError if its length is wrong."""
     raw = np.frombuffer(data, np.uint8)
-    # Where an escape stands, the two bytes after it are not beams of their own.
+    # The two bytes after an escape do not begin beams of their own.
     begins = np.ones(len(raw), dtype=np.bool_)
     for at in np.flatnonzero(raw == ESCAPE).tolist():
         if begins[at]:

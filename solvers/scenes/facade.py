@@ -3,7 +3,7 @@ between two views of it.
 
 Drawn like the scenes of `solvers.scenes`: all random numbers from the scene's own seed,
 in a fixed order and in units of one, so that a noise slider stretches one draw and one
-wrong pair more leaves the others as they are.
+more wrong pair leaves the others unchanged.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ def facade_scene(
     Parameters
     ----------
     name : str, default "occluded"
-        Which pairs are wrong, and whom they have for a partner. "occluded": the target
-        view does not see the left of the front, mostly, so those corners were given
-        some corner of another window among the four at its right end, whichever was
-        drawn; the wrong pairs contradict one another. "repeated": any corners, each
-        given the same corner of the next window to the right, so all wrong pairs agree
-        on one pose, which is wrong by the distance of two windows.
+        Which pairs are wrong, and what their partners are. "occluded": mostly corners at
+        the left of the front, which the target view does not see, so each is paired with
+        a random corner of another window, one of the four at the right end; the wrong
+        pairs contradict one another. "repeated": any corners, each paired with the same
+        corner of the next window to the right, so all wrong pairs agree on one pose,
+        which is off by the distance between two windows.
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.06
         σ of the isotropic Gaussian error of every target point, right or wrong, in u.
     outliers : float, default 0.45
@@ -93,8 +93,8 @@ def facade_scene(
         partner = own + 4
     else:
         order = np.argsort(column + 2.0 * jitter)
-        # One of the four right windows but the pair's own: three or four, each equally
-        # often among twelve.
+        # One of the four right windows, except the pair's own: three or four of them,
+        # each equally often among twelve.
         right = np.array([(12 * [w for w in _RIGHT if w != k])[:12] for k in range(len(_CORNERS))])
         partner = 4 * right[window, visible] + corner
     outlier = np.zeros(len(own), dtype=np.bool_)

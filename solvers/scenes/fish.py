@@ -1,5 +1,5 @@
-"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150
-points each.
+"""The scene of the walkthrough: two samplings, of 150 points each, of one closed,
+fish-like curve.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from solvers.scenes.rooms import Scene
 
 POINTS = 150
 SIDE = 6.0
-"""Of the square field about the origin that clutter is spread over, u."""
+"""Side, u, of the square field about the origin that clutter is spread over."""
 SMALLER = 0.85
-"""The moving cloud's size where it is smaller."""
+"""The moving cloud's relative size if it is smaller."""
 START_DEGREES = 60.0
 START_SHIFT = (0.7, -0.45)
 FISH_SETTINGS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -50,8 +50,8 @@ def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
 
 
 def _sampled(line: FloatArray, phase: float) -> FloatArray:
-    """`POINTS` places along a closed polyline at equal distances, the first `phase` of
-    one from its beginning.
+    """`POINTS` places along a closed polyline at equal distances, the first at `phase`
+    times that distance from its beginning.
     """
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     along = (np.arange(POINTS) + phase) * lengths[-1] / POINTS
@@ -60,7 +60,7 @@ def _sampled(line: FloatArray, phase: float) -> FloatArray:
 
 _LINE = _smooth(_KNOTS)
 FISH = _LINE - _sampled(_LINE, 0.0).mean(axis=0)
-"""The curve, closed, (k, 2): the mean of the fixed cloud's places on it is the origin."""
+"""The closed curve, (k, 2), with its origin at the mean of the fixed cloud's places on it."""
 FISH.flags.writeable = False
 
 
@@ -72,10 +72,10 @@ def fish(
     clutter: float | Sequence[float] | FloatArray | None = None,
     smaller: bool = False,
 ) -> Scene:
-    """A fish seen twice, each time at 150 places, equally far apart along it.
+    """A fish seen twice, each time at 150 places at equal distances along its outline.
 
     The moving cloud's places lie half a distance further along. More noise or clutter
-    leaves the other draws as they are.
+    leaves the other draws unchanged.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def fish(
         "clean", "noisy" (σ = 0.06 u) or "clutter" (σ = 0.03 u, and a fifth of each
         cloud lies anywhere in a field of 6 × 6 u).
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, optional
         σ on both clouds, in u. None is the scene's own.
     clutter : float or sequence of two floats, optional
@@ -134,14 +134,14 @@ def fish(
 
 
 def fish_start(degrees: float = START_DEGREES, shift: tuple[float, float] = START_SHIFT) -> Pose:
-    """Where the moving cloud of `fish` lies at first.
+    """The start of the moving cloud of `fish`.
 
     Parameters
     ----------
     degrees : float, default 60.0
         The angle about the world's origin, anticlockwise.
     shift : tuple of two floats, default (0.7, -0.45)
-        How it is moved after that, in u.
+        The translation after that, in u.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Two scans of a hall in space: the walls of the planar room, as high as a wall is, and
+"""Two scans of a hall in 3-D: the walls of the planar room, raised to their height, and
 the floor between them.
 
-From above the floor covers the walls; a slice at half the height shows the room alone.
+Seen from above, the floor covers the walls; a slice at half the height shows the room alone.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class Hall:
     Attributes
     ----------
     source : ndarray of shape (m, 3)
-        The cloud that is moved, world units.
+        The cloud to move, in world units.
     target : ndarray of shape (n, 3)
-        The cloud that stays.
+        The fixed cloud.
     truth : Pose
-        The pose that takes source to target coordinates.
+        The pose that maps source to target coordinates.
 
     Examples
     --------
@@ -54,9 +54,9 @@ def hall(seed: int = 40, floor: int = 250) -> Hall:
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     floor : int, default 250
-        The points of the floor in each scan.
+        The number of floor points in each scan.
 
     Returns
     -------

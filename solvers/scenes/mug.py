@@ -1,8 +1,8 @@
-"""A mug in space, seen twice: a wall, a floor and a handle, by formula.
+"""A mug in 3-D, seen twice: a wall, a floor and a handle, by formula.
 
-It stands upright in the target's coordinates, its middle at the origin, its handle along
-x. Without the handle it is a surface of revolution, and the turn about its axis makes no
-difference to it.
+It stands upright in the target's coordinates, with its middle at the origin and its
+handle along x. Without the handle it is a surface of revolution, which looks the same
+after any turn about its axis.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 
 RADIUS = 0.9
-"""Of the wall and the floor, u."""
+"""Radius of the wall and the floor, u."""
 HEIGHT = 2.0
 GRIP = (0.75, 0.6)
 """How far the handle's middle line reaches from the wall, and half its height, u: half an ellipse."""
@@ -26,7 +26,7 @@ TUBE = 0.11
 """Radius of the handle's tube, u."""
 TRUTH = Pose.from_rotvec(np.radians(65.0) * np.array([2.0, -1.0, 2.0]) / 3.0, (0.5, -0.4, 0.3))
 AXIS = np.array([2.0, 1.0, -2.0]) / 3.0
-"""What `mug_start` turns about."""
+"""The axis that `mug_start` turns about."""
 AXIS.flags.writeable = False
 
 
@@ -42,7 +42,7 @@ PAIRS: Mapping[str, FloatArray] = MappingProxyType(
         "four": np.array([(RADIUS + GRIP[0] + TUBE, 0.0, 0.0), _at(110.0, 1.0), _at(-130.0, 1.0), _at(-80.0, -1.0)]),
     }
 )
-"""Places on the mug that `mug_pairs` pairs: three in a line up its wall; four in no plane."""
+"""Places on the mug that `mug_pairs` pairs: three in a line up its wall; four that are not coplanar."""
 for _places in PAIRS.values():
     _places.flags.writeable = False
 
@@ -54,16 +54,16 @@ class Mug:
     Attributes
     ----------
     seed : int
-        What the random numbers were drawn from.
+        The seed of the random numbers.
     source : ndarray of shape (m, 3)
-        The cloud that is moved, world units.
+        The cloud to move, in world units.
     target : ndarray of shape (n, 3)
-        The cloud that stays.
+        The fixed cloud.
     truth : Pose
-        The pose that takes source to target coordinates.
+        The pose that maps source to target coordinates.
     outline : tuple of ndarrays of shape (k, 3)
         Lines of the mug in the source's coordinates: its rim, its foot, and the middle
-        of its handle where it has one.
+        of its handle if it has one.
 
     Examples
     --------
@@ -85,20 +85,20 @@ def mug(
 ) -> Mug:
     """A mug sampled twice, independently; no point has a partner.
 
-    More noise stretches the same draw, and less overlap takes points away: what is left
-    stays where it was.
+    More noise stretches the same draw, and less overlap takes points away: those left
+    stay where they were.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     points : int, default 320
-        Of each cloud where it sees all of the mug, 20 or more; shared out by area.
+        Points of a cloud that sees all of the mug, 20 or more; shared out by area.
     noise : float, default 0.02
         σ of each coordinate of both clouds, in u.
     overlap : float, default 1.0
-        The fraction of a cloud's turn about the axis that the other sees as well, 0 to
-        1. Together they see all of the mug; the handle lies where both do.
+        The fraction of a cloud's view around the axis that the other sees as well, 0 to
+        1. Together they see all of the mug; the handle lies where both look.
     handle : bool, default True
         Whether it has a handle.
 
@@ -130,7 +130,7 @@ def mug(
     share = validate.number(overlap, "overlap", 0.0, 1.0)
     handle = validate.flag(handle, "handle")
     rng = np.random.default_rng(validate.count(seed, "seed"))
-    half = np.pi / (2.0 - share)  # of the turn that a cloud sees; both together see all of it
+    half = np.pi / (2.0 - share)  # half the angle that a cloud sees; both together see the whole turn
     clouds = []
     for middle in (np.pi - half, half - np.pi):
         cloud = _surface(rng, points, handle)
@@ -142,14 +142,14 @@ def mug(
 
 
 def mug_pairs(name: str = "line", *, seed: int = 40, noise: float = 0.0) -> Mug:
-    """A few places of the mug whose partners are known: row i with row i.
+    """A few places on the mug whose partners are known: row i with row i.
 
     Parameters
     ----------
     name : str, default "line"
-        "line": three in a line up the wall. "four": four in no plane.
+        "line": three in a line up the wall. "four": four that are not coplanar.
     seed : int, default 40
-        What the noise is drawn from.
+        The seed of the noise.
     noise : float, default 0.0
         σ of each coordinate of the target, in u.
 
@@ -181,7 +181,7 @@ def mug_pairs(name: str = "line", *, seed: int = 40, noise: float = 0.0) -> Mug:
 
 
 def mug_start(degrees: float = 40.0, offset: float = 0.4) -> Pose:
-    """A start beside the truth: the mug turned about its middle, then moved.
+    """A start near the truth: the mug turned about its middle, then moved.
 
     Parameters
     ----------
@@ -230,8 +230,8 @@ def _lines(handle: bool) -> tuple[FloatArray, ...]:
 def _surface(rng: np.random.Generator, points: int, handle: bool) -> FloatArray:
     """Places spread evenly over the mug, (points, 3).
 
-    Each part is a spiral whose next place lies a golden angle on, begun anywhere and
-    shaken by a part of the distance between neighbours.
+    Each part is a spiral whose next place lies a golden angle on, with a random beginning
+    and a jitter of a fraction of the distance between neighbours.
     """
     arc = _arc()
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(arc, axis=0), axis=1))])
@@ -240,7 +240,7 @@ def _surface(rng: np.random.Generator, points: int, handle: bool) -> FloatArray:
     wall, floor, grip = np.diff(ends, prepend=0).tolist()
 
     def spiral(count: int) -> tuple[FloatArray, FloatArray]:
-        """Parts of the way and angles."""
+        """Fractions of the part's extent, and angles."""
         step = rng.uniform(0.0, 1.0, (2, count))
         turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count) + rng.uniform(0.0, 2.0 * np.pi) + 0.2 * step[1]
         return (np.arange(count) + step[0]) / max(count, 1), turn

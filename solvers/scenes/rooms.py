@@ -1,4 +1,4 @@
-"""Seeded scenes with a known truth: what the figures show and the benchmarks run on.
+"""Seeded scenes with a known truth, for the figures to show and the benchmarks to run on.
 
 Each scene draws all its random numbers from its own seed, in a fixed order and in units
 of one, before anything is scaled or chosen. So a noise slider stretches one draw
@@ -21,27 +21,27 @@ from solvers.core.pose import Pose
 class Scene:
     """Two planar clouds and the pose between them.
 
-    The arrays cannot be written to.
+    The arrays are read-only.
 
     Attributes
     ----------
     name : str
         The scene's name.
     seed : int
-        What its random numbers were drawn from.
+        The seed of its random numbers.
     source : ndarray of shape (m, 2)
-        The cloud that is to be moved, in world units.
+        The cloud to move, in world units.
     target : ndarray of shape (n, 2)
-        The cloud that stays; row i is the partner of source row i where `paired`.
+        The fixed cloud; row i is the partner of source row i if `paired`.
     truth : Pose
-        The pose that took the noiseless source to the target.
+        The pose that maps the noiseless source to the target.
     start : Pose
-        A starting pose that teaches well.
+        An instructive starting pose.
     source_outlier : ndarray of bool, shape (m,)
         True where a point was put in a wrong place. In a paired scene a wrong pair is
         marked in both clouds.
     target_outlier : ndarray of bool, shape (n,)
-        The same of the target.
+        The same for the target.
     outline : tuple of ndarray, each of shape (k, 2)
         Curves to draw, in source coordinates; a closed one repeats its first point.
     paired : bool
@@ -109,7 +109,7 @@ def kabsch_scene(
         "clean" (no noise), "noisy" (σ = 0.12 u), "outliers" (three wrong partners) or
         "would-reflect" (below).
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, optional
         σ of the target's isotropic Gaussian noise, in u. None is the scene's own (0.12
         when noisy or would-reflect).
@@ -132,10 +132,10 @@ def kabsch_scene(
     -----
     "would-reflect" measures a bowed mast: a cloud far thinner than its noise. The noise
     across the mast then decides whether the best orthogonal matrix is a rotation or a
-    reflection, either being as likely. The scene takes, of a draw and its mirror image
-    across the mast (equally probable), the one that leans towards the reflection. A
-    test counts: at least 22 of the 25 seeds 40 + 13k reflect at the scene's own noise,
-    none does without noise.
+    reflection, both equally likely. Of a draw and its mirror image across the mast
+    (equally probable), the scene takes the one that leans towards the reflection. A test
+    counts: at least 22 of the 25 seeds 40 + 13k reflect at the scene's own noise, and
+    none without noise.
 
     Examples
     --------
@@ -174,8 +174,7 @@ def kabsch_scene(
 
 
 def _lean_to_reflection(unit: FloatArray) -> FloatArray:
-    """The draw, or its mirror image across the mast, whichever opposes the mast's bow.
-    """
+    """The draw, or its mirror image across the mast, whichever opposes the mast's bow."""
     across = KABSCH_TRUTH.R[:, 0]
     bow = MAST[:, 0] - MAST[:, 0].mean()
     lean = unit @ across
@@ -230,10 +229,10 @@ def room(
 ) -> Scene:
     """An open room as two scans see it.
 
-    One sees all of its outline, the other the part from 6 % to 94 % of its length. The
-    target is sampled every 0.15 u, the source every 0.16 u from another phase, so no
-    point has an exact partner. The truth is the identity; the start pose displaces the
-    source.
+    The target sees all of its outline, the source the part from 6 % to 94 % of its
+    length. The target is sampled every 0.15 u, the source every 0.16 u from another
+    phase, so no point has an exact partner. The truth is the identity; the start pose
+    displaces the source.
 
     Parameters
     ----------
@@ -243,7 +242,7 @@ def room(
         0.08 and 0.42 u in turn, both clouds); "outliers" (20 % of each cloud replaced
         by junk over 10 × 6.4 u); "combo" (noise and outliers).
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, optional
         σ in u. None is the setting's own.
     outliers : float, optional

@@ -1,6 +1,4 @@
-"""One room, two poses: what a robot's scanner records from each, by casting rays at the
-walls.
-"""
+"""Two scans of one room by a robot at two poses, simulated by casting rays at the walls."""
 
 from __future__ import annotations
 
@@ -66,25 +64,25 @@ class TwoScans:
 def two_scans(
     *, seed: int = 40, noise: float = 0.03, turn: float = 50.0, distance: float = 2.0, rays: int = 90
 ) -> TwoScans:
-    """Two sweeps of a range scanner in one room, the robot driving in between.
+    """Two sweeps of a range scanner in one room, with the robot driving in between.
 
     The seed decides where in the room it was, which way it drove, where each sweep
-    began, and the noise; the other arguments leave these draws alone, so a slider of
-    noise stretches one draw.
+    began, and the noise; the other arguments leave these draws alone, so a noise slider
+    stretches one draw.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.03
         σ of the measured range, in u.
     turn : float, default 50.0
         The angle of the truth in degrees; the robot turned by its negative.
     distance : float, default 2.0
-        How far the robot drove between the sweeps, in u, 0 to 3.5 (which stay in the
+        How far the robot drove between the sweeps, in u, 0 to 3.5 (which keeps it in the
         room).
     rays : int, default 90
-        The rays of a sweep over the full circle, at least 3.
+        The number of rays of a sweep over the full circle, at least 3.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A drive round a block in a hall, simulated, with the truth."""
+"""A simulated drive round a block in a hall, with the truth."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def simulated_drive(
 ) -> tuple[Drive, Pose]:
     """A drive round a block in a hall, a little more than once, with the truth.
 
-    The laser sees half a circle ahead, up to 12 m. The odometry errs as a share of what was driven and turned, and for
-    each metre driven it turns a tenth of the slip too far, in radians, as with a wheel of a wrong radius.
+    The laser sees half a circle ahead, up to 12 m. The odometry's error is a share of what was driven and turned; for
+    each metre driven it also turns a tenth of the slip too far, in radians, as if a wheel had the wrong radius.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     scans : int, default 90
         How many scans, at least 2, over the same path.
     noise : float, default 0.01
@@ -36,12 +36,12 @@ def simulated_drive(
     slip : float, default 0.03
         σ of the odometry's error, as a share of the motion.
     beams : int, default 181
-        Beams of a scan, at least 3.
+        Beams per scan, at least 3.
 
     Returns
     -------
     drive : Drive
-        What was recorded.
+        The recording.
     truth : Pose
         Where the robot was at each scan, in the coordinates of the first.
 

@@ -1,4 +1,4 @@
-"""Scenes for residuals that know surfaces.
+"""Scenes for residuals that take surfaces into account.
 
 One straight wall, a corridor, a closed room with a notch and a pillar, and a
 rectangular hall, which looks the same after half a turn. Drawn like those of
@@ -33,13 +33,13 @@ for _outline in (WALL, NDT_ROOM, PILLAR, HALL, *CORRIDOR):
 def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
     """One straight wall, 8.5 u long, and a scan of the middle six tenths of it.
 
-    Only the other's ends, which the scan does not reach, tell where along the wall it
-    lies. The truth is the identity.
+    Only the wall's ends, which the scan does not reach, could tell where along the wall
+    it lies. The truth is the identity.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.02
         σ of the isotropic Gaussian noise on both clouds, in u.
     outliers : float, default 0.0
@@ -84,7 +84,7 @@ def corridor(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> S
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.02
         σ of the isotropic Gaussian noise on both clouds, in u.
     outliers : float, default 0.0
@@ -121,12 +121,12 @@ def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> S
     """A closed room of 9.2 × 5.2 u with a notch and a pillar.
 
     All of it is mapped every 0.13 u; a scan every 0.16 u sees seven tenths of the walls
-    and the pillar. The truth is the identity.
+    and all of the pillar. The truth is the identity.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.03
         σ of the isotropic Gaussian noise on both clouds, in u.
     outliers : float, default 0.0
@@ -162,13 +162,13 @@ def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> S
 def hall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
     """A rectangular hall of 8.4 × 4.8 u, and a scan of seven tenths of its outline.
 
-    The hall is scanned every 0.15 u, the part every 0.16 u. Half a turn about the
-    origin lays walls on walls as well as the truth does, which is the identity.
+    The hall is scanned every 0.15 u, the part every 0.16 u. Half a turn about the origin
+    lays walls on walls as well as the truth, the identity, does.
 
     Parameters
     ----------
     seed : int, default 40
-        What the random numbers are drawn from.
+        The seed of the random numbers.
     noise : float, default 0.02
         σ of the isotropic Gaussian noise on both clouds, in u.
     outliers : float, default 0.0
