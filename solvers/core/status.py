@@ -35,7 +35,7 @@ class Status(IntEnum):
     STALLED = 2
     """No further step helps: none that was tried improves the objective, or the run cycles through a few poses."""
     CAPPED = 3
-    """The allowed number of steps, or of boxes in a search, was used up."""
+    """The allowed number of steps was used up, or of boxes in a search."""
     DEGENERATE = 4
     """The geometry does not determine the answer; the reason says why, in words."""
     PROVED = 5
