@@ -105,7 +105,7 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
 
 
 def rigid_method_of(name: object) -> Method[Any]:
-    """As `method_of`, but raises ValueError for a method that finds a scale: here only rigid motions make sense."""
+    """As `method_of`, where only rigid motions make sense: raises ValueError for a method that finds a scale."""
     method = method_of(name)
     if method.scaled:
         raise ValueError(f"method: {method.name!r} finds a scale, and a spread is of rigid motions")

@@ -57,7 +57,7 @@ class Candidates:
     columns: int
 
     def along(self, values: AnyArray) -> AnyArray:
-        """The value (rows,) of each pair's row, (e,): repeated, which is quicker than gathering."""
+        """The value (rows,) of each pair's row, (e,): a repeat, which is quicker than a gather."""
         return np.repeat(values, np.diff(self.starts))
 
     def row_sums(self, values: FloatArray) -> FloatArray:
@@ -80,7 +80,7 @@ def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, colu
 
 
 def _starts(counts: AnyArray) -> AnyArray:
-    """Where each row's pairs begin, from the number that it has, and where the last row's end."""
+    """Where each row's pairs begin and the last row's end, from the number of pairs in each row."""
     starts = np.zeros(len(counts) + 1, dtype=np.intp)
     np.cumsum(counts, out=starts[1:])
     return starts
@@ -154,8 +154,8 @@ class _Cells:
 
     @classmethod
     def of(cls, target: FloatArray, reach: FloatArray) -> _Cells | None:
-        """None if nine cells would be a large part of all cells, or there would be far more
-        cells than points.
+        """The cells of the target points; None if nine would be a large part of them all, or
+        if there would be far more of them than points.
         """
         n = target.shape[1]
         low, wide = target.min(axis=1), np.ptp(target, axis=1)
