@@ -1,14 +1,18 @@
-"""Paper scrolls nowhere: what is wider than the text is printed whole."""
+"""Paper scrolls nowhere: what is wider than the text is printed whole, and no heading stays behind on a page."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from tests.browser.conftest import Reader
+import pytest
+from playwright.sync_api import Page, expect
 
-WIDTH = 642  # px: A4 within the margins of print.css
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+WIDTH, HEIGHT = 642, 979  # px: A4 within the margins of print.css
 # What would have to be scrolled, or goes over the paper's edge.
-CUT = """() => [...document.querySelectorAll('main :is(.table, .formula, pre, table)')]
+CUT = """() => [...document.querySelectorAll('main :is(.table, .formula, pre, table, .runs-scroll)')]
   .filter(e => e.checkVisibility()).flatMap(e => {
     const scrolls = getComputedStyle(e).overflowX !== 'visible' && e.scrollWidth > e.clientWidth;
     const beyond = e.getBoundingClientRect().left + e.scrollWidth > document.documentElement.clientWidth;
@@ -21,3 +25,81 @@ def test_wide_tables_are_printed_whole(reader: Callable[..., Reader]) -> None:
     page.emulate_media(media="print")
     assert page.locator(".table table").count() > 20
     assert page.evaluate(CUT) == []
+
+
+# The sheets side by side, broken by the same rules as on paper.
+SHEETS = f"""() => {{
+  const sheets = new CSSStyleSheet();
+  sheets.replaceSync(`html, body {{ margin: 0 !important; overflow: visible !important }}
+    body {{ width: {WIDTH}px; height: {HEIGHT}px; columns: {WIDTH}px !important; column-gap: 20px !important;
+      column-fill: auto !important }}`);
+  document.adoptedStyleSheets = [sheets];
+}}"""
+# Heads that end a sheet whose next one begins with what they head, and captions without their figure.
+STRANDED = f"""() => {{
+  const sheet = ({{ left }}) => Math.floor(left / {WIDTH + 20});
+  const drawn = (e) => e && e.checkVisibility() && e.getClientRects().length > 0;
+  const apart = (e, next) => drawn(e) && drawn(next) && sheet([...e.getClientRects()].at(-1))
+    !== sheet(next.getClientRects()[0]);
+  const heads = [...document.querySelectorAll('main :is(h2, h3, .fold > summary, .figure-after > p, .in-short-title)')];
+  const captions = [...document.querySelectorAll('main figure.figure')].map((f) => {{
+    const inside = [...f.querySelectorAll('svg, .readouts, .legend, .runs')].filter(drawn);
+    return [inside.at(-1), f.querySelector('.caption')];
+  }});
+  return [...heads.map((e) => [e, e.nextElementSibling]), ...captions]
+    .filter((pair) => apart(...pair)).map((pair) => pair[1].textContent.trim().slice(0, 50));
+}}"""
+
+
+def printed(page: Page) -> Page:
+    """The page as it is printed now, after what its reader did at a desk."""
+    page.set_viewport_size({"width": WIDTH, "height": HEIGHT})
+    page.emulate_media(media="print")
+    return page
+
+
+@pytest.mark.parametrize("path", ["reading.html", "search.html", "space.html", "race.html"])
+def test_no_head_and_no_caption_is_left_alone(reader: Callable[..., Reader], path: str) -> None:
+    page = printed(reader().open(path))
+    page.evaluate(SHEETS)
+    assert page.evaluate("document.body.scrollWidth") > 5 * WIDTH
+    assert page.evaluate(STRANDED) == []
+
+
+def test_pinned_runs_are_printed_whole(reader: Callable[..., Reader]) -> None:
+    """Their 18 numbers stand beside their names, as wide as those are."""
+    page = reader().open("four.html")
+    figure = Figure(page, "fig-four").live()
+    for _ in range(2):
+        figure.reached("[data-pin]").click()
+    assert printed(page).evaluate(CUT) == []
+    names = figure.boxes(".runs thead th")
+    for run in range(2):
+        values = figure.boxes(f".runs tbody tr >> nth={run} >> :is(th, td:not(.runs-do))")
+        assert [box["y"] for box in values] == pytest.approx([box["y"] for box in names], abs=0.5)
+
+
+def test_a_used_figure_is_not_printed_with_the_end_of_another_run(reader: Callable[..., Reader]) -> None:
+    """What a figure comes to is drawn for its first settings: it is for a figure that is printed with those."""
+    page = reader().open("drive.html")
+    used = Figure(page, "fig-wrong-loop").live()
+    used.set("kernel", "cauchy")
+    used.settled().button("finish").click()
+    used.settled()
+    printed(page)
+    expect(used.root.locator(".figure-after")).to_be_hidden()
+    expect(page.locator("#fig-drive .figure-after")).to_be_visible()
+
+
+def test_the_charts_of_a_benchmark_have_room_for_their_words(reader: Callable[..., Reader]) -> None:
+    page = printed(reader().open("race.html"))
+    outside = page.locator("#fig-race .job-panels svg").evaluate_all(
+        """all => all.flatMap((svg) => {
+          const { left, right } = svg.getBoundingClientRect();
+          return [...svg.querySelectorAll('text')].filter((text) => {
+            const box = text.getBoundingClientRect();
+            return box.width && (box.left < left || box.right > right);
+          }).map((text) => text.textContent);
+        })"""
+    )
+    assert outside == []
