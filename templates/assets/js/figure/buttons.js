@@ -8,6 +8,15 @@ import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { END } from "./play.js";
 
+/**
+ * A button is as wide while it says Pause as before: none beside it moves, nor to another line and with it the page.
+ * @param {HTMLElement} node
+ * @param {boolean} running
+ */
+function holdWidth(node, running) {
+  node.style.width = running ? `${node.getBoundingClientRect().width}px` : "";
+}
+
 /** @param {Figure} figure */
 export function addButtons(figure) {
   const { root, spec } = figure;
@@ -36,6 +45,7 @@ export function addButtons(figure) {
       const each = buttonOf(node);
       const running = run?.button === each;
       node.setAttribute("aria-disabled", String(!running && off(each)));
+      if (running === !node.style.width) holdWidth(node, running);
       text(node, running ? "Pause" : each.label);
     }
   }
