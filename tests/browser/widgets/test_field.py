@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+from PIL import Image
 
+from sitegen.assets.swatches import contrast
+from sitegen.assets.tokens import colours
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
@@ -125,3 +129,31 @@ def test_the_tape_has_the_finest_level(reader: Callable[..., Reader]) -> None:
         "[...document.querySelectorAll('script.figure-record')].map(s => JSON.parse(s.textContent).frame.detail)"
     )
     assert taped == [LEVELS[-1]]
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_keyboard_s_crosshair_stands_out_of_any_field(reader: Callable[..., Reader], theme: str) -> None:
+    """Its lines, and beside them what parts them from the field, whose colours come close to theirs."""
+    page = reader(reduced_motion="reduce", color_scheme=theme).open("ndt-score.html")
+    score = Figure(page, "fig-score").live()
+    crosshair = score.root.locator(".crosshair").first
+    crosshair.focus()
+    page.keyboard.press("ArrowLeft")
+    score.settled()
+    image = Image.open(io.BytesIO(crosshair.screenshot())).convert("RGB")
+    pixels = [image.getpixel((x, image.height // 5)) for x in range(image.width)]
+    row = ["#" + bytes(pixel).hex() for pixel in pixels]  # type: ignore[arg-type]
+    middle = row.index(colours()["accent"][theme == "dark"])
+    sides = row[middle - 4 : middle], row[middle + 1 : middle + 5]
+    assert min(max(contrast(row[middle], colour) for colour in side) for side in sides) >= 3
+
+
+def test_every_line_of_a_climb_has_an_edge_on_the_field(score: Figure) -> None:
+    """Accepted steps and rejected tries alike: no one colour stands out of every shade."""
+    score.button("climb").click()
+    score.settled()
+    filters = score.root.locator("svg .heat ~ .line:is(.source, .outlier)").evaluate_all(
+        "all => Object.fromEntries(all.map((e) => [e.classList[1], getComputedStyle(e).filter]))"
+    )
+    assert {"source", "outlier"} <= set(filters)
+    assert "none" not in filters.values()
