@@ -1,5 +1,5 @@
 
-// The site lies in the first folder of the address that holds the style sheet of this build.
+// The site's root is the first folder of the address that holds this build's style sheet.
 (async () => {
   const link = document.querySelector("[data-beside]");
   const folders = location.pathname.split("/").slice(0, -1);

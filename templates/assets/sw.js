@@ -1,17 +1,17 @@
-// Offline after the first visit. The build fills in every file with its size and the hash of its content.
+// Makes the site work offline after the first visit. The build fills in every file with its size and content hash.
 //
-// A version is kept whole or not at all: what is loaded is held to its hash, and the first file that differs, is missing
-// or has no room ends the attempt and takes away what it had put. A new version waits until no page of the old one is
-// open. Files in the folders below are named by their content, so that a page finds those of its own build or none;
-// everything else comes from the network while that answers, and from one version alone when it does not.
+// A version is stored whole or not at all: each download is checked against its hash, and the first file that differs,
+// is missing or does not fit ends the attempt and removes the new cache. A new version waits until no page of the old
+// one is open. Files in the folders below are named by their content, so that a page finds those of its own build or
+// none; everything else comes from the network if that answers, otherwise from one version alone.
 //
-// What is kept may be damaged or evicted later. It is held to its hash again when a page asks for it, Python's files by the
-// page's worker, which asks for a wrong one once more, past all caches. What is wrong is dropped, and the next visit with
-// a network puts back whatever is missing.
+// Stored files may be damaged or evicted later, so they are checked again when a page asks for them; Python's files are
+// checked by the page's worker, which fetches a wrong one again, past all caches. Wrong files are dropped, and the next
+// visit with a network restores whatever is missing.
 "use strict";
 
 const VERSION = "__VERSION__";
-/** [name, bytes, integrity] of the pages with what they load, and of Python. */
+/** [name, bytes, integrity] of the pages and the files that they load, and of Python's files. */
 const FILES = __FILES__;
 const RUNTIME_FILES = __RUNTIME__;
 
@@ -20,9 +20,9 @@ const { scope } = worker.registration;
 const OURS = `ladder-offline:${new URL(scope).pathname}:`;
 const SITE = `${OURS}site:${VERSION}`;
 const RUNTIME = `${OURS}runtime:__RUNTIME_VERSION__`;
-const PATIENCE = 3000; // ms for an answer from the network where there is a kept one
+const PATIENCE = 3000; // ms to wait for the network when a stored copy exists
 
-/** The folders whose files are named by their content. */
+/** Folders whose files are named by their content. */
 const IMMUTABLE = __IMMUTABLE__;
 const ANY = { ignoreVary: true };
 
@@ -49,8 +49,8 @@ async function drop(url) {
 }
 
 /**
- * What is kept for an address, held to its hash where that is known. Where storage fails, nothing is kept; the network
- * answers. What is answered with is not the copy that was read: browsers keep compiled scripts beside an untouched one.
+ * The stored response for an address, checked against its hash if that is known; undefined if storage fails, so that
+ * the network answers. A second copy is hashed: browsers keep compiled scripts with a response that was not read.
  * @param {string} url
  * @param {{ cacheName?: string, integrity?: string }} [known]
  */
@@ -69,14 +69,14 @@ async function kept(url, { cacheName, integrity } = {}) {
 }
 
 /**
- * A response that may answer a navigation: one that was reached through a redirect may not.
+ * A response that may answer a navigation: browsers reject one that was reached through a redirect.
  * @param {Response} response
  */
 const plain = (response) =>
   response.redirected ? new Response(response.body, { status: response.status, headers: response.headers }) : response;
 
 /**
- * From the network, the very bytes that were built; past the browser's cache where that holds others.
+ * Fetches the exact bytes that were built; bypasses the browser's cache if that holds others.
  * @param {string} url
  * @param {string} integrity
  * @param {RequestCache} cache
@@ -96,7 +96,7 @@ async function whole(name, files) {
 }
 
 /**
- * Puts what is missing into a cache, from an older one where names tell the content; or leaves no new cache.
+ * Completes a cache, reusing stored files whose names identify their content; on failure removes a new cache.
  * @param {string} name
  * @param {Listed[]} files
  */
@@ -121,7 +121,7 @@ async function keep(name, files) {
   }
 }
 
-/** What was promised with the last version, Python included, is kept of this one before it may take over. */
+/** Stores this version before it may take over; includes Python if the last version had it. */
 async function install() {
   await keep(SITE, FILES);
   const promised = (await caches.keys()).some((name) => name.startsWith(`${OURS}runtime:`));
@@ -132,7 +132,7 @@ async function install() {
   });
 }
 
-/** No page of an older version is open any more. */
+/** Deletes the caches of older versions: none of their pages is open any more. */
 async function activate() {
   for (const name of await caches.keys()) {
     if (name.startsWith(OURS) && name !== SITE && name !== RUNTIME) await caches.delete(name);
@@ -141,7 +141,7 @@ async function activate() {
 }
 
 /**
- * This version's page for an address: folders and names without .html are what hosts make of pages.
+ * This version's page for an address; hosts also serve pages at a folder's address or without .html.
  * @param {string} url
  */
 async function ownPage(url) {
@@ -154,7 +154,7 @@ async function ownPage(url) {
 }
 
 /**
- * The network's answer, or what is kept where that is late, absent or a failure of the server.
+ * The network's answer, or the stored page if that is late, absent or a server error.
  * @param {Request} request
  */
 async function newest(request) {
@@ -168,7 +168,7 @@ async function newest(request) {
 }
 
 /**
- * A file that is named by its content; `reload` is asked for where what came before was wrong.
+ * A file named by its content. A request with cache `reload` says that the last answer was wrong: its copy is dropped.
  * @param {Request} request
  */
 async function fixed(request) {
@@ -186,9 +186,9 @@ worker.addEventListener("fetch", (event) => {
   event.respondWith(immutable(request.url.slice(scope.length)) ? fixed(request) : newest(request));
 });
 
-let keeping = null; // one attempt serves all pages that ask for it
+let keeping = null; // one attempt serves all pages that ask
 
-/** A page asks whether all is kept; Python is fetched for the first that does, and what has been lost for any. */
+/** A page asks for everything to be stored: the first request fetches Python, and any request restores lost files. */
 worker.addEventListener("message", (event) => {
   const [port] = event.ports;
   keeping ??= keep(SITE, FILES)

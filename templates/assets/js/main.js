@@ -1,5 +1,5 @@
-// Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start. Each is
-// set up apart, so that one that fails leaves the others.
+// Brings the page to life: figures and their parts, the theme button, links, cards, the runtime. Each is set up
+// separately, so that one failure leaves the rest working.
 /** @import { Overlay } from "./figure/overlay.js" */
 
 import { sound } from "./base/checked_record.js";
@@ -41,7 +41,7 @@ const page = document.documentElement;
 const FIGURES = "figure.figure:has(> script.figure-record)";
 
 /**
- * A figure's parts, in the order in which they hear of what happens to it.
+ * A figure's parts, in the order in which they receive its events.
  * @type {((figure: Figure, overlay: Overlay) => void)[]}
  */
 const PARTS = [
@@ -87,7 +87,7 @@ function live(root) {
   on(root, "focusin", touch);
 }
 
-/** Figures know whether they are on screen: runs pause off it. */
+/** Tells figures when they enter or leave the viewport: runs pause off screen. */
 function watch() {
   const seen = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
@@ -100,7 +100,7 @@ function watch() {
 }
 
 /**
- * Where not all rungs fit, the page's own is in the middle.
+ * Scrolls the ladder so that the page's own rung is in the middle where not all rungs fit.
  * @param {HTMLElement} ladder
  */
 function climb(ladder) {
@@ -111,7 +111,7 @@ function climb(ladder) {
 }
 
 /**
- * An equation wider than its column scrolls, by key as well: it can be focused for as long as it is too wide.
+ * An equation wider than its column scrolls, from the keyboard too: it is focusable for as long as it is too wide.
  * @param {Iterable<Element>} formulas
  */
 function reach(formulas) {
@@ -125,7 +125,7 @@ function reach(formulas) {
 }
 
 /**
- * In the margin of a wide page the chapter's contents are all to be seen: open, and no stop to fold them.
+ * In the margin of a wide page the chapter's contents stay open, and their summary is not a tab stop.
  * @param {HTMLElement} contents
  */
 function unfold(contents) {
@@ -138,7 +138,7 @@ function unfold(contents) {
   fold();
 }
 
-/** The script has come, perhaps after theme.js had given it up. */
+/** Marks the script as loaded, perhaps after theme.js had given up on it. */
 function arrive() {
   page.classList.add("js");
   page.dataset.script = "here";
@@ -146,8 +146,8 @@ function arrive() {
 }
 
 /**
- * Once the page has been painted, so that reading comes first. At once where nothing is painted (a hidden page), or where
- * what is to be seen is a figure's (a link into the page, a deck).
+ * Calls back after the first paint, so that the text is readable first; at once if nothing will be painted (a hidden
+ * page) or if a figure may be the first thing seen (a link into the page, a deck).
  * @param {(value: void) => void} then
  */
 function painted(then) {
@@ -155,7 +155,7 @@ function painted(then) {
   else requestAnimationFrame(() => setTimeout(then));
 }
 
-/** The figures, and all that goes on with them. What is far below has been left without a layout until now (theme.js). */
+/** Starts the figures and everything around them. Until now the parts far below had no layout (theme.js). */
 function enliven() {
   page.classList.remove("unpainted");
   each(FIGURES, live);
@@ -172,8 +172,8 @@ arrive();
 const alive = new Promise(painted).then(enliven);
 
 /**
- * All that the page shows of itself to the outside: the files of tapes and of the search call `tape` and `searchable`; the
- * rest is for whoever looks in (tests, measurements, the preview, a console).
+ * The page's only global: tape and search files call `tape` and `searchable`; the rest is for tests, measurements, the
+ * preview and the console.
  */
 globalThis.Ladder = Object.freeze({
   tape: receiveTape,

@@ -1,12 +1,12 @@
-// Before the first paint: the reader's theme, a class that says scripts run: what needs them keeps its place, and one that
-// leaves what is far below without a layout until then. Where the page's own script does not come, the first class goes,
-// so that the page is what it is without scripts, and a line says it.
+// Before the first paint: sets the reader's theme; the class `js`, so that whatever needs scripts keeps its place; and
+// the class `unpainted`, which leaves the parts far below without a layout until then. If the page's own script does not
+// load, `js` is removed, so that the page looks as it does without scripts, and a line says so.
 (() => {
   "use strict";
-  const PATIENCE = 10_000; // ms for the script, once the page itself is there
+  const PATIENCE = 10_000; // ms to wait for the script once the page itself is there
   const root = document.documentElement;
   root.classList.add("js");
-  // A reload and a way back lead to a place in the page, as an address may: all above it must have its height.
+  // A reload or a step back restores the scroll position, and a fragment sets one: everything above needs its height.
   const [way] = performance.getEntriesByType("navigation");
   root.classList.toggle("unpainted", !location.hash && /** @type {any} */ (way)?.type === "navigate");
   try {
@@ -32,5 +32,5 @@
   }
 
   document.addEventListener("readystatechange", () => setTimeout(look, PATIENCE), { once: true });
-  document.addEventListener("DOMContentLoaded", look); // by now a deferred script has run, or never will
+  document.addEventListener("DOMContentLoaded", look); // by now the deferred script has run or never will
 })();

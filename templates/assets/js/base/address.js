@@ -1,4 +1,4 @@
-// What a page's address names: an element, and a figure's state behind it.
+// The fragment of a page's address: the name of an element and, after it, a figure's state.
 
 const STATE = "s=";
 
@@ -6,7 +6,7 @@ const STATE = "s=";
 export const fragmentOf = (name, state) => `#${name}?${STATE}${state}`;
 
 /**
- * The fragment in two: what it names, and the state, where it has one. Some programs pass its marks on encoded.
+ * The fragment's two parts: the name, and the state if it has one. Some programs percent-encode its ?, = and &.
  * @returns {{ name: string, state: string | null }}
  */
 export function fragment() {
@@ -15,7 +15,7 @@ export function fragment() {
   return { name, state: query.startsWith(STATE) ? query.slice(STATE.length) : null };
 }
 
-/** The element that the fragment names; a fragment that cannot be decoded names none. */
+/** The element that the fragment names; null if there is none or the fragment cannot be decoded. */
 export function named() {
   try {
     return document.getElementById(decodeURI(fragment().name));

@@ -1,10 +1,10 @@
-// A record that came with an address: what is sound of it is taken, the rest is named. Python checks it all once more.
+// Checks a record from a link: valid parts are accepted, the rest is named. Python checks everything again.
 
 /** @import { Control, FigureRecord, Spec } from "./types.js" */
 
 const FURTHEST = 1e6;
 const LONGEST = 2000; // actions
-const PRINT = /^[0-9a-f]{32}$/; // the fingerprint of a file that the link's writer had
+const PRINT = /^[0-9a-f]{32}$/; // the fingerprint of a file that the link's author had
 
 /** @type {(value: unknown, most: number) => value is number} */
 const finite = (value, most) => typeof value === "number" && Math.abs(value) < most;
@@ -17,7 +17,7 @@ function fits(control, value) {
 }
 
 /**
- * Whether the figure knows such an action: what is pressed is a button, all else has a place in the world.
+ * Whether the figure knows such an action: a press names a button, every other action has a place in the world.
  * @type {(spec: Spec, action: unknown) => boolean}
  */
 function known(spec, action) {
@@ -31,7 +31,7 @@ function known(spec, action) {
 }
 
 /**
- * Of what a link's writer had brought along, what is named by a fingerprint.
+ * The link author's own files that are named by a valid fingerprint; the others are added to `ignored`.
  * @type {(given: unknown, takes: string[], ignored: string[]) => Pick<FigureRecord, "given">}
  */
 function brought(given, takes, ignored) {
@@ -50,8 +50,8 @@ function brought(given, takes, ignored) {
 }
 
 /**
- * The sound part of what a link gave, on top of `initial`, and the names of what was left out. From the first action
- * on that the figure does not know, none is taken: the later ones were done to a state that cannot be reached.
+ * The valid part of a link's record, on top of `initial`, and the names of what was ignored. The log is cut at the
+ * first action that the figure does not know: later ones applied to a state that cannot be reached.
  * @param {{ controls: object, seed: any, log: any[], given?: unknown }} given
  * @param {FigureRecord} initial
  * @param {Spec} spec

@@ -1,9 +1,9 @@
-// What the page's scripts do to elements and with the browser. They carry and never draw: pictures come from Python.
+// Helpers for elements and the browser. The page's scripts place pictures but never draw them: those come from Python.
 
 /** @import { Dispose } from "./types.js" */
 
 /**
- * Listens, and returns the disposer.
+ * Adds a listener and returns its disposer.
  * @template {Event} [E=any]
  * @param {EventTarget} target
  * @param {string} type
@@ -18,7 +18,7 @@ export function on(target, type, handler, options) {
 }
 
 /**
- * An element that the page's templates put there for certain; one that may be missing is for `querySelector`.
+ * An element that the page's templates guarantee; use `querySelector` for one that may be missing.
  * @param {ParentNode} root
  * @param {string} selector
  * @returns {HTMLElement}
@@ -26,14 +26,14 @@ export function on(target, type, handler, options) {
 export const find = (root, selector) => /** @type {HTMLElement} */ (root.querySelector(selector));
 
 /**
- * The same where it is a button.
+ * `find` for a button.
  * @param {ParentNode} root
  * @param {string} selector
  */
 export const findButton = (root, selector) => /** @type {HTMLButtonElement} */ (root.querySelector(selector));
 
 /**
- * The element around where an event came from, or that itself.
+ * The closest element to an event's target that matches, the target included.
  * @param {Event} event
  * @param {string} selector
  * @returns {HTMLElement | null}
@@ -43,7 +43,7 @@ export const around = ({ target }, selector) => (target instanceof Element ? tar
 export const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * An element with attributes (null and false are left out) and children (nodes or text).
+ * Makes an element with attributes (null and false are left out) and children (nodes or text).
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag
  * @param {Record<string, string | number | boolean | null>} [attributes]
@@ -60,7 +60,7 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 /**
- * Does a thing by itself: an error in it is reported, and what comes after it goes on.
+ * Runs a function in isolation: an error in it is reported, and the caller goes on.
  * @param {() => void} does
  */
 export function apart(does) {
@@ -81,7 +81,7 @@ export function text(element, value) {
 }
 
 /**
- * What was thrown, in words that go into a sentence: browsers end some of theirs with a full stop.
+ * The message of a thrown value, for use inside a sentence: browsers end some of theirs with a full stop.
  * @param {unknown} error
  */
 export const messageOf = (error) => (error instanceof Error ? error.message : String(error)).replace(/\.$/, "");
@@ -90,7 +90,7 @@ const still = matchMedia("(prefers-reduced-motion: reduce)");
 export const calm = () => still.matches;
 
 /**
- * Once the page has loaded and the browser has nothing better to do. (Safari has no word for it.)
+ * Calls back once the page has loaded and the browser is idle. (Safari has no requestIdleCallback.)
  * @param {() => void} then
  */
 export function idle(then) {
@@ -100,7 +100,7 @@ export function idle(then) {
 }
 
 /**
- * Puts text on the clipboard; resolves to whether that went well.
+ * Copies text to the clipboard; resolves to whether that succeeded.
  * @param {string} value
  */
 export async function copy(value) {
@@ -113,7 +113,7 @@ export async function copy(value) {
 }
 
 /**
- * Hands the reader a file.
+ * Saves a file on the reader's device.
  * @param {string} name
  * @param {BlobPart} data
  */
@@ -125,7 +125,7 @@ export function save(name, data, type = "text/plain") {
 }
 
 /**
- * What a file of a figure is called: the page's name, the figure's, and what is in it.
+ * The name of a figure's file: the page's name, the figure's id and an ending.
  * @param {string} id
  * @param {string} ending
  */
@@ -135,7 +135,7 @@ export function fileName(id, ending) {
 }
 
 /**
- * Adds a classic script, which loads from disk as well.
+ * Loads a classic script, which works from disk too.
  * @param {string} src
  * @returns {Promise<void>}
  */

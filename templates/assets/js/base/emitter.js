@@ -1,10 +1,10 @@
-// Events of the page's own.
+// The page's own events.
 
 /** @import { Dispose } from "./types.js" */
 
 /**
- * A minimal announcer: `on(type, fn)` returns the disposer, `emit(type, …)` calls.
- * @template {Record<string, unknown[]>} Events  name → what its listeners are told
+ * A minimal event emitter: `on(type, fn)` returns the disposer, `emit(type, …)` calls the listeners.
+ * @template {Record<string, unknown[]>} Events  name → its listeners' arguments
  */
 export function emitter() {
   /** @type {Map<keyof Events, Set<(...values: any[]) => void>>} */

@@ -1,7 +1,7 @@
-// Numbers and names as the page's scripts write them.
+// How the page's scripts write numbers and names.
 
 /**
- * To four decimals, and never −0.
+ * Rounds to four decimals, never to −0.
  * @param {number} value
  */
 export const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
@@ -9,7 +9,7 @@ export const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
 const NAME = 60;
 
 /**
- * A file's name in a sentence: of a long one its two ends.
+ * A file's name for use in a sentence: a long one is cut in the middle.
  * @param {string} name
  */
 export const called = (name) => (name.length > NAME ? `${name.slice(0, NAME / 2)}…${name.slice(1 - NAME / 2)}` : name);

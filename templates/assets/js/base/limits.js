@@ -1,6 +1,6 @@
-// How long things may take, and marks for whoever measures how long they take.
+// How long things may take, and performance marks for measuring how long they do.
 
-/** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` stands in for `start` where it is set. */
+/** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` overrides `start` if it is set. */
 const patience = { start: 25000, frame: 10000, replay: 30000, reading: 60000, slow: 1000 };
 export const limits = { ...patience, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
 
@@ -8,7 +8,7 @@ const MARKS = ["ladder:input", "ladder:swap", "ladder:finer"];
 let marks = 0;
 
 /**
- * A performance mark for whoever measures; swept now and then, so that a long visit does not gather them.
+ * Sets a performance mark; old ones are cleared now and then, so that they do not pile up during a long visit.
  * @param {string} name
  * @param {string} detail
  */

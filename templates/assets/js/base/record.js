@@ -1,4 +1,4 @@
-// A figure's whole state is a record, plain data. Every action makes a new record; none is ever changed in place.
+// A figure's whole state is a record of plain data. Every action makes a new record; none is ever changed in place.
 
 /** @import { Action, Control, FigureRecord, Handle, Point, Value, Values } from "./types.js" */
 
@@ -7,7 +7,7 @@ import { four } from "./format.js";
 const LONGEST_LINK = 200_000;
 
 /**
- * Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here.
+ * A string that is equal for equal states; JSON.stringify writes every number, so Python's 1.0 is 1 here.
  * @param {FigureRecord} record
  */
 export function key(record) {
@@ -27,19 +27,19 @@ export const press = (record, name) => logged(record, ["press", name]);
 export const click = (record, panel, [x, y]) => logged(record, ["click", panel, four(x), four(y)]);
 
 /**
- * A drag of the same handle once more replaces the last one.
+ * Adds a drag; it replaces the last action if that dragged the same handle.
  * @type {Placing}
  */
 export const drag = (record, handle, place) => latest(record, "drag", handle, place);
 
 /**
- * What is pointed at now takes the place of what was pointed at before.
+ * Adds a hover; it replaces the last action if that was a hover over the same panel.
  * @type {Placing}
  */
 export const hover = (record, panel, place) => latest(record, "hover", panel, place);
 
 /**
- * Nothing of these panels is pointed at any more. The record itself where nothing was.
+ * Drops a last hover over one of these panels; without one, returns the record itself.
  * @type {(record: FigureRecord, ...panels: string[]) => FigureRecord}
  */
 export function left(record, ...panels) {
@@ -70,11 +70,12 @@ export const reseed = (record) => ({
 /** @type {Record<Control["keeps"], (log: Action[]) => Action[]>} */
 const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
 
-/** What an option of a choice brings along. @type {(spec: Control, value: Value) => Values} */
+/** The controls that an option of a choice sets. @type {(spec: Control, value: Value) => Values} */
 const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(value)]) || {};
 
 /**
- * Whether a control has since been moved that the chosen option had set, or a handle where it had placed the start.
+ * Whether a control that the chosen option set has since changed, or a handle was dragged although the option places the
+ * start.
  * @type {(record: Pick<FigureRecord, "controls" | "log">, name: string, spec: Control) => boolean}
  */
 export const adjusted = ({ controls, log }, name, spec) =>
@@ -82,7 +83,7 @@ export const adjusted = ({ controls, log }, name, spec) =>
   (spec.kind === "choice" && Boolean(spec.places) && log.some(([kind]) => kind === "drag"));
 
 /**
- * A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps.
+ * Sets a control and whatever its chosen option sets; keeps as much of the log as the control's spec says.
  * @type {(record: FigureRecord, name: string, value: Value, spec: Control) => FigureRecord}
  */
 export function control(record, name, value, spec) {
@@ -91,7 +92,7 @@ export function control(record, name, value, spec) {
 }
 
 /**
- * Where a handle comes to stand that is put at a place: there, or at the nearest value of the slider that it sets.
+ * Where a handle put at a place ends up: there, or at the nearest value of the slider that it sets.
  * @type {(handle: Pick<Handle, "sets" | "world">, place: Point, controls: Record<string, Control>) => Point}
  */
 export function reached({ sets, world }, place, controls) {
@@ -103,7 +104,8 @@ export function reached({ sets, world }, place, controls) {
 }
 
 /**
- * A handle is put at a place: a drag, or another value of the slider that it sets. The record itself where that has it.
+ * Puts a handle at a place: adds a drag, or changes the slider that the handle sets. Returns the record itself if the
+ * slider already has that value.
  * @type {(record: FigureRecord, handle: Handle, place: Point, controls: Record<string, Control>) => FigureRecord}
  */
 export function put(record, handle, place, controls) {
@@ -114,14 +116,14 @@ export function put(record, handle, place, controls) {
 }
 
 /**
- * Whether `after` is `before` and one press or click more, which is what may be shown as a motion.
+ * Whether `after` is `before` plus one press or click, the only change that may be shown as a motion.
  * @type {(before: FigureRecord, after: FigureRecord) => boolean}
  */
 export const pressed = (before, after) =>
   ["press", "click"].includes(String(after.log.at(-1)?.[0])) && key(back(after)) === key(before);
 
 /**
- * The record as a link carries it: base64url of its JSON.
+ * Encodes a record for a link: base64url of its JSON.
  * @type {(record: FigureRecord) => string}
  */
 export function encode(record) {
@@ -134,7 +136,7 @@ export function encode(record) {
 const isMapping = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
 /**
- * A record out of a link, on top of `initial`; its values are checked by Python, its shape here.
+ * Decodes a record from a link, on top of `initial`; checks its shape only, Python checks its values.
  * @type {(data: string, initial: FigureRecord) => FigureRecord}
  * @throws {Error} that says what is wrong
  */

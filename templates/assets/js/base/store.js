@@ -1,7 +1,8 @@
-// What the browser keeps for the page.
+// The browser's storage, for the page's own data.
 
 /**
- * A storage as JSON; where it is forbidden or full, nothing is kept and nothing fails: `set` says so.
+ * Reads and writes a storage as JSON. A forbidden or full storage keeps nothing but never throws; `set` returns whether
+ * the value was stored.
  * @param {() => Storage} storage
  */
 const kept = (storage) => ({

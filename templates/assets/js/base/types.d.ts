@@ -1,4 +1,4 @@
-// What Python sends, what it is asked, and what the page's scripts hand each other.
+// The types of Python's questions and answers, and of the data that the page's scripts share.
 
 export type Point = [x: number, y: number];
 export type Dispose = () => void;
@@ -7,7 +7,7 @@ export type Action = ["press", string] | ["drag" | "click" | "hover", string, nu
 export type Value = number | string | boolean;
 export type Values = Record<string, Value>;
 
-/** A figure's whole state. given: place → fingerprint of what the reader brought. */
+/** A figure's whole state. given: place → fingerprint of the reader's own file there. */
 export interface FigureRecord {
   widget: string;
   preset: string;
@@ -41,7 +41,7 @@ interface Toggle extends Labelled {
 }
 export type Control = Slider | Choice | Toggle;
 
-/** "": not yet looked at; file: the page was opened from disk, where browsers allow no worker */
+/** "": not yet known; file: the page was opened from disk, where browsers allow no worker */
 export type RuntimeState = "" | "idle" | "loading" | "live" | "failed" | "file";
 
 export interface Button {
@@ -62,8 +62,8 @@ export interface Spec {
 }
 
 /**
- * [x0, x1, y0, y1, width, height, left, top, right, bottom]: the window of the world and, in nominal px, the panel's size
- * and what is left free around the window.
+ * [x0, x1, y0, y1, width, height, left, top, right, bottom]: the window in world coordinates and, in nominal px, the
+ * panel's size and the margins around the window.
  */
 export type View = [number, number, number, number, number, number, number, number, number, number];
 
@@ -107,7 +107,7 @@ export interface Move {
   shift: Point;
 }
 
-/** Lines that are drawn from their beginnings; the rest of their group comes with their ends. */
+/** Lines that are drawn progressively from their starts; the rest of their group appears with their ends. */
 export interface Trace {
   group: string;
   trace: true;
@@ -129,30 +129,30 @@ export interface Frame {
   files?: Record<string, string> | null;
 }
 
-/** How far a long answer has come: in actions, or in reading a file. */
+/** How far a long answer has come: in replayed actions, or in reading a file. */
 export interface Progress {
   replayed?: number;
   of?: number;
   reads?: string;
 }
 
-/** Questions with the same `merge` that still wait become the latest one. */
+/** The last waiting question is replaced by a new one with the same `merge`. */
 export interface Question {
   record: FigureRecord;
   merge: string | null;
 }
 
-/** What a figure tells its parts; the last three are words for its status and its voice. */
+/** A figure's events for its parts; the last three carry words for its status line and its announcer. */
 export type FigureEvents = {
-  /** a new record is wanted */
+  /** a new record has been requested */
   asked: [by: string];
-  /** one is shown */
+  /** a frame is shown */
   frame: [frame: Frame];
-  /** anything has changed that the status tells */
+  /** something that the status line shows has changed */
   state: [];
-  /** it has come on screen, or has left it */
+  /** the figure has entered or left the viewport */
   seen: [];
-  /** it is drawn in another size */
+  /** the figure is drawn at another size */
   scaled: [];
   say: [message: string];
   offer: [label: string, value: string];
@@ -217,17 +217,17 @@ interface Index {
 }
 
 declare global {
-  /** The page as it shows itself to the outside (main.js). */
+  /** The page's only global (main.js). */
   var Ladder: Readonly<Record<string, unknown>>;
-  /** Milliseconds that stand in for `limits.start`, where a test sets them. */
+  /** Milliseconds that override `limits.start`; set by tests. */
   var LADDER_PATIENCE: number | undefined;
-  /** The widest panels of their classes, in nominal px: the build puts the numbers there (panel_classes.py). */
+  /** The width of the widest panel in each class, in nominal px: the build fills the numbers in (panel_classes.py). */
   const __PANEL_SMALL__: number;
   const __PANEL_THIRD__: number;
   const __PANEL_HALF__: number;
   var MiniSearch: new (options: object) => Index;
   interface Navigator {
-    /** Not in every browser. */
+    /** Missing in some browsers. */
     readonly connection?: Line;
   }
 }

@@ -8,7 +8,7 @@ const EDGE = 8; // px
 /** @param {HTMLElement} link */
 const cardOf = (link) => document.getElementById(link.dataset.card ?? "");
 
-/** Screen readers hear of the cards that are there. */
+/** Points screen readers from each link to its card, if it has one. */
 export function describeCards() {
   for (const link of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("a[data-card]"))) {
     const card = cardOf(link);
@@ -47,13 +47,13 @@ export function addCards() {
   }
 
   /**
-   * Under the link, or over it where there is no room; never over an edge of the screen.
+   * Places the card under the link, or above it if there is no room below; never across the viewport's sides.
    * @param {HTMLElement} link
    * @param {HTMLElement} card
    */
   function place(link, card) {
     const [at] = link.getClientRects();
-    if (!at) return close(); // what it stands in was folded
+    if (!at) return close(); // the link is inside something that was folded
     card.style.position = "fixed";
     card.style.left = card.style.top = "0px";
     const { width, height } = card.getBoundingClientRect();
@@ -78,7 +78,7 @@ export function addCards() {
   }
 
   /**
-   * A card that the focus opened stays: the page scrolls under a pointer that rests.
+   * A card opened by focus stays: the page may scroll under a resting pointer.
    * @param {PointerEvent} event
    */
   function over(event) {
@@ -118,5 +118,5 @@ export function addCards() {
   });
   on(globalThis, "scroll", follow, { passive: true });
   on(globalThis, "resize", follow);
-  on(globalThis, "pagehide", close); // the history may bring the page back as it was left
+  on(globalThis, "pagehide", close); // the back/forward cache may bring the page back as it was left
 }

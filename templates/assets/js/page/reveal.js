@@ -1,4 +1,4 @@
-// What an address names may lie in something folded: that opens, in browsers that do not see to it themselves.
+// Opens the folded section around the element that the address names, for browsers that do not do so themselves.
 import { named } from "../base/address.js";
 import { on } from "../base/dom.js";
 

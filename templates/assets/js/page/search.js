@@ -1,19 +1,19 @@
-// Search over all pages: a dialog with a field and a list. What it searches comes with the first question, as scripts, so
-// that it is there offline and from disk too.
+// Search over all pages: a dialog with a field and a list. The library and the index load with the first query, as
+// scripts, so that search works offline and from disk too.
 /** @import { Found, Index } from "../base/types.js" */
 
 import { around, loadScript, make, on, text } from "../base/dom.js";
 
 const MOST = 20;
-const BEFORE = 40; // characters of a snippet before what was found
+const BEFORE = 40; // characters of a snippet before the match
 const LENGTH = 150;
-const LONGEST = 200; // letters of a question,
-const WORDS = 12; // and different words of it that are searched
+const LONGEST = 200; // characters of a query,
+const WORDS = 12; // and the number of its distinct words that are searched
 const COMBINING = /\p{M}/gu;
 const WORD = /[\p{L}\p{N}]+/gu;
 
 /**
- * A letter without its accents, in lower case; one letter for one, so that places stay.
+ * A letter without accents, in lower case; always one letter for one, so that offsets stay valid.
  * @param {string} letter
  */
 const plainLetter = (letter) => letter.normalize("NFKD").replace(COMBINING, "").toLowerCase()[0] ?? letter;
@@ -21,7 +21,7 @@ const plainLetter = (letter) => letter.normalize("NFKD").replace(COMBINING, "").
 const plain = (words) => Array.from(words, plainLetter).join("");
 
 /** @param {string} words */
-const tokens = (words) => plain(words.normalize("NFC")).match(WORD) ?? []; // pasted, an accent may come apart
+const tokens = (words) => plain(words.normalize("NFC")).match(WORD) ?? []; // pasted text may have combining accents
 
 const OPTIONS = {
   fields: ["heading", "page", "text"],
@@ -38,19 +38,19 @@ const OPTIONS = {
 };
 
 /** @type {Promise<Index> | null} */
-let index = null; // once asked for
+let index = null; // set by the first query
 /** @type {object[]} */
-let sections = []; // of the whole site, until the index has them
+let sections = []; // the whole site's, until they are indexed
 
 /**
- * What the file of the site's sections calls.
+ * Called by the file of the site's sections.
  * @param {[at: string, page: string, heading: string, words: string][]} entries
  */
 export function receiveSections(entries) {
   sections = entries.map(([at, page, heading, words], id) => ({ id, at, page, heading, text: words }));
 }
 
-/** Loads the library and the sections, once; a failed load is tried again with the next question. */
+/** Loads the library and the sections once; a failed load is retried with the next query. */
 function loaded() {
   index ??= (async () => {
     const { searchLibrary = "", searchData = "" } = document.body.dataset;
@@ -67,7 +67,7 @@ function loaded() {
 }
 
 /**
- * The text around the first of the found words, as nodes, the words marked.
+ * The text around the first matching word, as nodes, with all matching words marked.
  * @param {string} found
  * @param {string[]} terms
  */

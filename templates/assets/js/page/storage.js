@@ -1,8 +1,8 @@
-// The page about the site: a button that forgets what the browser keeps of it, and one that copies its citation.
+// The About page's buttons: one deletes everything that the browser stores for the site, one copies its citation.
 import { copy, make, on, text } from "../base/dom.js";
 import { forgotten } from "../runtime/offline.js";
 
-/** The worker that keeps the pages, and all that it has kept of this site. */
+/** Removes the service worker and everything that it has cached for this site. */
 async function unkeep() {
   const registration = await navigator.serviceWorker.getRegistration();
   if (!registration) return;
@@ -17,7 +17,7 @@ async function empty(storage) {
   ours.forEach((key) => storage().removeItem(key));
 }
 
-/** What the browser forbids to ask for it has not kept either. */
+/** Deletes everything. A storage that the browser denies access to holds nothing either, so its failure is ignored. */
 const forget = () => Promise.allSettled([empty(() => localStorage), empty(() => sessionStorage), unkeep()]);
 
 /** @param {HTMLElement} place */
@@ -27,7 +27,7 @@ export function addForgetButton(place) {
   place.replaceChildren(button, " ", told);
   on(button, "click", async () => {
     await forget();
-    forgotten().catch(() => {}); // a browser without channels has only this tab to tell
+    forgotten().catch(() => {}); // without BroadcastChannel the other tabs cannot be told
     text(told, "Forgotten. Whatever you visit next is stored again.");
   });
 }

@@ -1,4 +1,4 @@
-// The theme's button: auto, light, dark; kept, and the same in every open page of the site.
+// The theme button: auto, light, dark; the choice is stored and followed by every open page of the site.
 import { on } from "../base/dom.js";
 
 const THEMES = ["auto", "light", "dark"];
@@ -29,7 +29,7 @@ export function addThemeButton(button) {
     try {
       localStorage.setItem(KEY, now());
     } catch {
-      // holds for this page
+      // the choice lasts for this page only
     }
   });
   on(globalThis, "storage", ({ key, newValue }) => key === KEY && show(newValue ?? "auto"));

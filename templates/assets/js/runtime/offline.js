@@ -1,4 +1,4 @@
-// Keeps the site for offline use once the browser is idle, and says at the page's foot when all of it is kept.
+// Stores the site for offline use once the browser is idle; a line in the footer says when it is complete.
 import { idle, text } from "../base/dom.js";
 import { megabytes } from "../base/format.js";
 import { runtime } from "./runtime.js";
@@ -6,26 +6,26 @@ import { frugal } from "./start.js";
 
 const worker = new URL("../sw.js", /** @type {HTMLScriptElement} */ (document.currentScript).src);
 
-/** ready: every page and Python are kept, so that all works without the server. */
+/** ready: every page and Python are stored, so that everything works without the server. */
 export const offline = { ready: false };
 
-/** @param {boolean} ready @param {string} words what the page's foot says of it */
+/** @param {boolean} ready @param {string} words the footer's line */
 function show(ready, words) {
   offline.ready = ready;
   text(document.querySelector(".site-kept"), words);
 }
 
-/** Joins the pages of this site in all tabs: what one of them forgets is gone for the others. */
+/** A channel between this site's pages in all tabs: what one of them deletes is gone for the others too. */
 const channel = () => new BroadcastChannel(`ladder:${worker.pathname}`);
 
-/** Nothing is kept any more: said here and in the other tabs. */
+/** Clears the footer's line here and in the other tabs: nothing is stored any more. */
 export async function forgotten() {
   show(false, "");
   channel().postMessage("forgotten");
 }
 
 /**
- * Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down.
+ * Resolves as soon as Python is not loading: two loads at once would only slow each other down.
  * @returns {Promise<void>}
  */
 function quiet() {
@@ -66,11 +66,11 @@ async function keep() {
     show(true, `Works offline: stored on this device (${megabytes(bytes)} MB)`);
     channel().onmessage = () => show(false, "");
   } catch {
-    // a browser may refuse, or have no such thing; the site works all the same
+    // a browser may refuse or lack service workers; the site works without them
   }
 }
 
 export function keepOffline() {
   if (frugal || !location.protocol.startsWith("http")) return;
-  idle(() => idle(keep)); // Python's start, where a figure is in sight, waits for the first of them
+  idle(() => idle(keep)); // after Python's start, which takes the first idle period if a figure is in sight
 }

@@ -1,4 +1,4 @@
-// The page's side of its one worker: starting, asking for frames one at a time, noticing when it fails or falls silent.
+// The page's side of its one worker: starts it, asks it one question at a time, notices when it fails or falls silent.
 /** @import { FigureRecord, Frame, Progress, RuntimeFile, RuntimeState, Slice } from "../base/types.js" */
 
 import { messageOf } from "../base/dom.js";
@@ -7,42 +7,43 @@ import { limits } from "../base/limits.js";
 import { store } from "../base/store.js";
 
 /**
- * A question to the worker. finer: it only betters what is shown. replay: it goes on with what was begun. given: what its
- * record names. data: a reader's bytes. going: told what a long answer is at, it says whether that is still wanted.
+ * A question to the worker. finer: it only refines the picture that is shown. replay: it continues a replay. given: the
+ * fingerprints in its record. data: the bytes of a reader's file. going: called with the progress of a long answer,
+ * returns whether that is still wanted.
  * @typedef {{ type: "frame" | "job" | "give", id: number, figure?: string, finer?: boolean, replay?: boolean,
  *   request: string, data?: Uint8Array, given?: string[], going: (progress: Progress) => boolean,
  *   resolve: (answer: any) => void, reject: (error: Error) => void }} Question
  */
 /** @typedef {{ name: string, request: string, data: Uint8Array }} Brought */
-/** @typedef {{ key: string, words: string }} Told  on what a reader brought */
+/** @typedef {{ key: string, words: string }} Told  about a reader's file */
 /** @typedef {Error & { stopped?: boolean }} Stopped */
 
-/** @type {ReturnType<typeof emitter<{ change: [], lack: [] }>>} lack: a file that came to be needed did not load */
+/** @type {ReturnType<typeof emitter<{ change: [], lack: [] }>>} lack: a file that Python needs later did not load */
 const { on, emit } = emitter();
 const page = document.documentElement;
 const { runtime: folder = "", runtimeFiles, runtimeBytes, worker: script = "" } = document.body.dataset;
 /** @type {RuntimeFile[]} */
 const files = JSON.parse(runtimeFiles || "[]");
-const ENGINE = "ladder-engine"; // the hash of the engine that came up here last
+const ENGINE = "ladder-engine"; // storage key: the hash of the engine that last started in this browser
 const engine = files.find(({ name }) => name.endsWith(".wasm"))?.sha256;
-const LATE = 2000; // ms by which a timer is late only where the page did not run
+const LATE = 2000; // ms; a timer later than this means that the page was suspended
 
 const MOST_BROUGHT = 16;
 
 /** @type {Worker | null} */
 let worker = null;
-let launcher = ""; // the address it is started from
+let launcher = ""; // the worker's blob URL
 let last = 0; // id of the latest question
 /** @type {Question | null} */
-let asked = null; // the question the worker has
+let asked = null; // the question that the worker is answering
 /** @type {Question[]} */
-let queue = []; // the others, in the order they came
+let queue = []; // the others, oldest first
 /** @type {Pick<Question, "resolve" | "reject">[]} */
-let heaps = []; // who asked for the memory's size
+let heaps = []; // pending requests for the heap's size
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let patience;
 /**
- * What readers brought, by Python's fingerprint of it, the latest used last; and what of it the worker has.
+ * The reader's files by Python's fingerprint, most recently used last; and the fingerprints that the worker has.
  * @type {Map<string, Brought>}
  */
 const brought = new Map();
@@ -56,9 +57,9 @@ export const runtime = {
   loaded: 0,
   stage: "",
   message: "",
-  /** it was live once and died, so that starting anew is what helps */
+  /** the worker was live and died, so that a restart helps */
   stopped: false,
-  /** the figure that the reader has a hand on: its questions go first */
+  /** the figure that the reader last touched: its questions go first */
   touched: /** @type {string | null} */ (null),
   on,
   start: () => begin(false),
@@ -84,8 +85,8 @@ function become(state, message = "") {
 }
 
 /**
- * The worker's script by way of a blob: a worker made of that has its page's policy, whereas one made of a file has what
- * the host sends along with the file, which is nothing on hosts that send no headers.
+ * A blob URL that imports the worker's script: a worker made from a blob inherits its page's content security policy,
+ * whereas one made from a file has only the policy in the file's headers, and some hosts send none.
  */
 function launch() {
   const code = `import ${JSON.stringify(new URL(script, document.baseURI).href)};`;
@@ -93,7 +94,7 @@ function launch() {
 }
 
 /**
- * Starts once; what failed is started again by `restart` only.
+ * Starts the worker once; after a failure only `restart` starts it again.
  * @param {boolean} careful
  */
 function begin(careful) {
@@ -128,7 +129,7 @@ function restart() {
   begin(careful);
 }
 
-/** Takes the worker away; what it was asked is the askers' to keep, but what was to be read waits for the next one. */
+/** Ends the worker and rejects its questions, except for files still waiting to be read: the next worker gets those. */
 function drop() {
   clearTimeout(patience);
   worker?.terminate();
@@ -149,7 +150,7 @@ function die(message) {
   drop();
 }
 
-/** A start is alive as long as it tells something; one that does not is left running, but the reader is asked. */
+/** A start is alive while it reports progress; a silent one is left running, but the reader is offered a restart. */
 function wait() {
   const limit = globalThis.LADDER_PATIENCE ?? limits.start;
   const seconds = Math.max(1, Math.round(limit / 1000));
@@ -157,7 +158,7 @@ function wait() {
 }
 
 function told() {
-  if (runtime.state === "failed" && worker) become("loading"); // it was only given up on
+  if (runtime.state === "failed" && worker) become("loading"); // it was slow, not dead
   if (runtime.state !== "loading") return;
   wait();
   emit("change");
@@ -215,7 +216,7 @@ function answered(id, settle) {
 const stopped = (why) => Object.assign(new Error(why), { stopped: true });
 
 /**
- * A frame; or how far its replay has come, which goes on after what else is asked, unless nobody waits for it.
+ * Resolves a question with its frame. A replay that is not finished goes back to the queue, unless nobody waits for it.
  * @param {Question} question
  * @param {Frame | Progress} answer
  */
@@ -227,7 +228,7 @@ function drew(question, answer) {
   else queue.push({ ...question, replay: true });
 }
 
-/** The touched figure's question first, else the oldest; then slices of work, then what makes a picture finer. */
+/** Asks the next question: frames and files, then replays and jobs, then refinements; the touched figure's first. */
 function next() {
   if (asked || !queue.length || runtime.state !== "live") return;
   /** @param {Question} question */
@@ -248,7 +249,8 @@ function next() {
 }
 
 /**
- * What a record names is the last to be forgotten; a worker that was started anew lacks it.
+ * The first of a question's files that the worker lacks, as a restarted one does. Marks them all as just used, so that
+ * they are the last to be forgotten.
  * @param {Question} question
  */
 function lacking({ given = [] }) {
@@ -258,7 +260,7 @@ function lacking({ given = [] }) {
 }
 
 /**
- * Has the worker read something once more, before the question that is about it.
+ * A question that has the worker read a file again, ahead of the question that needs it.
  * @param {string} key
  * @param {Question} question
  * @returns {Question}
@@ -292,8 +294,8 @@ function listen(question) {
 }
 
 /**
- * Silence counts only while the page is seen and awake: browsers slow hidden pages down, and a page that comes back
- * (from the history, from a lid that was shut) finds its timers due before the worker could say anything.
+ * Calls `over` after `limit` ms, or `anew` if the page was hidden or suspended: browsers slow hidden pages down, and a
+ * page that comes back (from the history, from a closed lid) finds its timers due before the worker could say anything.
  * @param {number} limit
  * @param {() => void} anew
  * @param {() => void} over
@@ -305,13 +307,13 @@ function lasting(limit, anew, over) {
 }
 
 /**
- * The frame of a record; asked before Python is up, it comes when it is.
- * `detail`, from 0: how coarse a drawing will do; without it the finest comes. `finer`: it only betters what is shown,
- * and is dropped when the figure asks anything else before its turn has come.
- * `going` is told what a long answer is at, { replayed, of } in actions or { reads: a file's name }; a replay is given
- * up where it returns false.
- * Rejects with the Python error, with `lacks: true` where a file of Python's did not load, or with `stopped: true` where
- * the worker died or the replay was given up.
+ * The frame of a record; if Python is not up yet, it comes once it is.
+ * `detail`: level of detail from 0, the coarsest; the finest by default. `finer`: the frame only refines what is shown,
+ * and is dropped if the figure asks anything else before its turn comes.
+ * `going` is called with the progress of a long answer, { replayed, of } in actions or { reads: a file's name }; the
+ * answer is given up if it returns false.
+ * Rejects with the Python error, with `lacks: true` if one of Python's files did not load, or with `stopped: true` if
+ * the worker died, or the answer was given up or replaced.
  * @param {{ figure: string, record: FigureRecord, detail?: number, finer?: boolean,
  *   going?: (progress: Progress) => boolean }} wanted
  * @returns {Promise<Frame>}
@@ -329,8 +331,8 @@ function frame({ figure, record, detail, finer = false, going = always }) {
 }
 
 /**
- * A slice of a job: `does` is "begin", "go on" or "stop". Whatever a reader does comes first, so that a job that is
- * asked for a slice at a time never makes anybody wait for longer than one takes. Rejects as `frame` does.
+ * A slice of a job: `does` is "begin", "go on" or "stop". A reader's own actions come first, so that a job run slice by
+ * slice never makes a reader wait for longer than one slice. Rejects as `frame` does.
  * @param {{ figure: string, record: FigureRecord, name: string, does: "begin" | "go on" | "stop" }} wanted
  * @returns {Promise<Slice>}
  */
@@ -343,8 +345,8 @@ function job({ figure, record, name, does }) {
 }
 
 /**
- * Hands Python what a reader brought: a Uint8Array. Resolves to its fingerprint `key`, which a record's `given` names it
- * by, and `words` on what it is; rejects with what is wrong with it. It goes to this page's worker and nowhere else.
+ * Hands Python a reader's file, a Uint8Array. Resolves to its fingerprint `key`, by which a record's `given` refers to
+ * it, and a description `words`; rejects with what is wrong with it. It goes to this page's worker and nowhere else.
  * @param {{ figure: string, widget: string, name: string, data: Uint8Array }} thing
  * @returns {Promise<Told>}
  */
@@ -367,7 +369,7 @@ function give({ figure, widget, name, data }) {
 }
 
 /**
- * Bytes of the worker's memory. Rejects where there is no worker, or it goes before it has answered.
+ * The size of the worker's memory in bytes. Rejects if there is no worker or it ends before it answers.
  * @returns {Promise<number>}
  */
 function heap() {

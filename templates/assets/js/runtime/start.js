@@ -1,5 +1,5 @@
-// When Python starts: a figure has been seen, the page has loaded, the browser is idle. On a line that must be spared,
-// at the first touch that needs it.
+// When Python starts: once a figure has been in view, the page has loaded and the browser is idle; on a slow or metered
+// connection only when an interaction needs it.
 /** @import { Dispose } from "../base/types.js" */
 
 import { idle, on } from "../base/dom.js";
@@ -7,18 +7,18 @@ import { runtime } from "./runtime.js";
 
 const line = navigator.connection;
 
-/** Whether the reader's line is to be spared: asked to, metered, or slow. */
+/** Whether to save the reader's data: on request, or because the connection is metered or slow. */
 const slow = /2g|^3g/.test(line?.effectiveType ?? "");
 export const frugal = Boolean(line?.saveData || line?.type === "cellular" || slow);
 
 /**
- * A hand near a figure before the start: the largest file is fetched already, into the browser's cache. (Of a preload
- * that only a worker uses, Chromium complains.)
+ * Fetches the largest file into the browser's cache when a pointer or the focus reaches a figure before the start.
+ * (Chromium warns about a preload link that only a worker uses.)
  */
 function preload() {
   const wasm = runtime.urls.find((url) => url.endsWith(".wasm"));
   if (!wasm || runtime.state !== "idle") return;
-  fetch(wasm).then((response) => response.arrayBuffer()).catch(() => {}); // what fails here, the start will tell
+  fetch(wasm).then((response) => response.arrayBuffer()).catch(() => {}); // the start will report what fails here
 }
 
 /** @param {NodeListOf<HTMLElement>} roots */

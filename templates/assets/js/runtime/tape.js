@@ -1,4 +1,4 @@
-// Tapes: frames recorded at build time, by record. A classic script each, so that they load from disk as well.
+// Tapes: frames recorded at build time, by record. Each is a classic script, so that it loads from disk too.
 /** @import { FigureRecord, Frame } from "../base/types.js" */
 
 import { loadScript } from "../base/dom.js";
@@ -20,7 +20,7 @@ const arrivals = emitter();
 export const onTape = (id, heard) => void arrivals.on(id, heard);
 
 /**
- * What a tape file calls. A panel's `svg` is there the number of its drawing.
+ * Called by a tape file, in which a panel's `svg` is an index into `drawings`.
  * @param {string} id
  * @param {string[]} drawings
  * @param {{ record: FigureRecord, frame: Frame }[]} entries
@@ -38,13 +38,13 @@ export function receiveTape(id, drawings, entries) {
 export const taped = (id, record) => tapes.get(id)?.get(records.key(record));
 
 /**
- * Whether a figure's tape is here, or will not come.
+ * Whether a figure's tape has loaded or failed to load.
  * @param {string} id
  */
 export const arrived = (id) => tapes.has(id);
 
 /**
- * Adds the figure's tape once the figure comes near the screen; without it the runtime answers all the same.
+ * Loads the figure's tape once the figure comes near the viewport; without it the runtime still answers.
  * @param {HTMLElement} root
  */
 export function loadTape(root) {
