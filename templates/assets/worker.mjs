@@ -5,10 +5,10 @@
 //     modules? }
 //       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
-//         one of them, later.json, lists those that are loaded when Python first asks for a module that they hold
+//         one of them, later.json, lists files that are loaded when Python first imports a module in them
 //       again: an earlier start failed: the engine too is    { type: "failed", message, detail }
-//         held to its hash before it is used
-//       known: this very engine has come up here before
+//         checked against its hash before it is used
+//       known: this very engine has started here before
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
 //   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
 //   { type: "give", id, request, data }                      { type: "give", id, told, python_ms }      data: Uint8Array
@@ -16,38 +16,38 @@
 //                                                            { type: "error", id, message, trace, lacks }   lacks: a file
 //   { type: "heap" }                                         { type: "heap", bytes }
 
-const network = self.fetch.bind(self); // what start() puts in its place is for Pyodide alone
+const network = self.fetch.bind(self); // start() replaces self.fetch for Pyodide only
 const PROGRESS_EVERY = 100; // ms
 const WASM = "application/wasm";
 
 /** @type {Pyodide | null} */
-let python = null; // once it is up
+let python = null; // set once it is up
 /** @type {Answers | null} */
-let answers = null; // frame, job, give and forget of the one widgets.engine.host.Host, the Python objects that are held
+let answers = null; // the methods of the one widgets.engine.host.Host, the only Python objects that are kept
 /** @type {Rooms | null} */
-let rooms = null; // what Python asks for of the files that were not loaded at the start
+let rooms = null; // loads the files that Python needs later
 let failed = false;
-let turn = Promise.resolve(); // of one question after another, also where one waits for a file
+let turn = Promise.resolve(); // answers one question at a time, even while one waits for a file
 
 /** @param {object} message */
 const post = (message) => self.postMessage(message);
 
 /** @param {string} message @param {any} error */
 function fail(message, error) {
-  if (failed) return; // the first failure names the cause; what follows from it does not help
+  if (failed) return; // the first failure names the cause; its consequences do not help
   failed = true;
   post({ type: "failed", message, detail: String(error?.stack ?? error ?? "") });
 }
 
 /**
- * Promises that other code waits for as well must not count as unhandled when they fail here first.
+ * Marks a promise as handled: other code awaits it as well, and must not be too late if it fails first.
  * @template T
  * @param {Promise<T>} promise
  */
 const shared = (promise) => (promise.catch(() => {}), promise);
 
 /**
- * For what Pyodide waits for: if it fails, `start` says why, and Pyodide must not add an error of its own.
+ * For promises that Pyodide awaits: if one fails, `start` says why, and Pyodide must not add an error of its own.
  * @template T
  * @param {Promise<T>} promise
  * @returns {Promise<T>}
@@ -70,7 +70,7 @@ function progressTeller(files) {
 
 /** @param {RuntimeFile} file @returns {(error: any) => never} */
 const lost = (file) => (error) => {
-  throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox ends its own with one
+  throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox ends its messages with one
 };
 
 /** @param {RuntimeFile} file */
@@ -78,7 +78,7 @@ const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...(sha256.
 
 /** @param {string} url @param {RuntimeFile} file @param {RequestCache} cache */
 async function open(url, file, cache) {
-  const held = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // which a browser does without telling how far it is
+  const held = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // the browser's check hides the progress
   const response = await network(url, { cache, ...held }).catch(lost(file));
   if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
   return response;
@@ -99,7 +99,7 @@ function counted(response, count) {
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
 /**
- * Holds bytes to the file's pin; where a page has no crypto.subtle, the browser has held them to it as they came.
+ * Checks bytes against the file's hash; without crypto.subtle the browser has already done so during the fetch.
  * @param {ArrayBuffer} bytes
  * @param {RuntimeFile} file
  */
@@ -122,7 +122,7 @@ async function checked(url, file, count, cache) {
 }
 
 /**
- * The file's bytes, as they were built. A wrong answer may have stayed in the browser's cache: then once more past it.
+ * The file's bytes, as they were built. The browser's cache may hold a wrong answer: then they are fetched past it.
  * @param {string} url
  * @param {RuntimeFile} file
  * @param {Count} count
@@ -130,7 +130,8 @@ async function checked(url, file, count, cache) {
 const sound = (url, file, count) => checked(url, file, count, "default").catch(() => checked(url, file, count, "reload"));
 
 /**
- * A .pack is a gzipped zip of stored members: it travels compressed from any host, and the browser inflates it.
+ * The file's bytes, unpacked if it is a .pack: a gzipped zip of stored members, which travels compressed from any host
+ * and is inflated by the browser.
  * @param {string} url
  * @param {RuntimeFile} file
  * @param {Count} count
@@ -148,7 +149,7 @@ async function bytesOf(url, file, count) {
 }
 
 /**
- * The members of a zip whose members are stored, as views into it.
+ * The members of a zip that stores them uncompressed, as views into it.
  * @param {Uint8Array<ArrayBuffer>} zip
  * @returns {[name: string, bytes: Uint8Array<ArrayBuffer>][]}
  */
@@ -198,7 +199,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
   const load = (/** @type {RuntimeFile} */ file) => shared(bytesOf(address(file), file, count));
   const alike = (/** @type {RuntimeFile} */ file) => sound(address(file), file, () => {});
   const script = async (/** @type {RuntimeFile} */ file) => {
-    await sound(address(file), file, count); // and import() takes what the browser keeps of that
+    await sound(address(file), file, count); // import() then takes it from the browser's cache
     return import(address(file)).catch(lost(file));
   };
 
@@ -209,12 +210,12 @@ async function start({ runtime, files, again = false, known = false, modules = [
   // Everything at once.
   // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
   /** @type {Promise<void> | undefined} */
-  let intact; // told once all is up: a compiler may take what is not as it was built
+  let intact; // awaited once everything is up: a compiler may accept bytes that differ from the build's
   const compileCore = async () => {
     if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
     const response = await open(address(wasm), wasm, "default");
     if (known && response.headers.get("content-type") === WASM) {
-      // A browser keeps what it has compiled only for a response as it came; its bytes are held to their hash beside.
+      // A browser caches compiled code only for the original response, so a clone is hashed.
       intact = shared(response.clone().arrayBuffer().then((bytes) => hold(bytes, wasm)));
       const module = await WebAssembly.compileStreaming(response);
       count(wasm.size);
@@ -237,12 +238,12 @@ async function start({ runtime, files, again = false, known = false, modules = [
   const later = shared(json("later.json"));
   const stdlib = load(stdlibFile);
   const archives = wheels.map(load);
-  // An engine keeps a compiled module while somebody holds it: dlopen then finds these ready.
+  // An engine caches a compiled module while it is referenced: dlopen then finds these ready.
   const compiled = archives.map((archive) =>
     shared(archive.then((zip) => Promise.all(members(zip).filter(([name]) => name.endsWith(".so")).map(([, so]) => WebAssembly.compile(so))))),
   );
 
-  // What Pyodide asks the network for by itself, it is handed from here.
+  // Answers Pyodide's own requests from these downloads.
   const handed = new Map([
     [address(wasm), async () => new Response()],
     [address(stdlibFile), async () => new Response(await awaited(stdlib))],
@@ -271,7 +272,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
       },
     });
   };
-  // A download that fails must be told as such, not as what Python makes of its absence.
+  // A failed download must be reported as such, not as the error that its absence causes in Python.
   const up = shared(begin());
   await downloads;
   const pyodide = (python = /** @type {Pyodide} */ (await up));
@@ -294,7 +295,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
 }
 
 /**
- * Tells Python of the files that come later; loads the one that an import has asked for.
+ * Tells Python which modules the later files hold, and loads the file that an import needs.
  * @param {Pyodide} pyodide
  * @param {RuntimeFile[]} files
  * @param {(file: RuntimeFile) => string} address
@@ -327,7 +328,7 @@ async function answer({ type, id, request, data }) {
     } catch (error) {
       const file = rooms?.wanted();
       const fault = file ? await rooms?.bring(file).catch((lack) => lack) : error;
-      if (!fault) continue; // once more, with what it lacked
+      if (!fault) continue; // retry, now that the missing file is there
       const trace = String(/** @type {any} */ (fault)?.message ?? fault).trim();
       post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace, lacks: Boolean(file) });
       return;
@@ -336,7 +337,8 @@ async function answer({ type, id, request, data }) {
 }
 
 /**
- * What throws here is Python's end: without a word the questions after it would wait for nothing.
+ * Queues work behind the current answer. An error here means that Python is dead; it is reported, so that later
+ * questions do not wait in vain.
  * @param {() => void | Promise<void>} does
  */
 function inTurn(does) {

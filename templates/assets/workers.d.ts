@@ -1,10 +1,10 @@
-// What the build fills into the service worker: [name, bytes, integrity] of files.
+// The file lists that the build fills into the service worker: [name, bytes, integrity].
 type Listed = [name: string, bytes: number, integrity: string];
 declare const __FILES__: Listed[];
 declare const __RUNTIME__: Listed[];
 declare const __IMMUTABLE__: string[];
 
-/** A file of Python's, as the page names it. */
+/** One of Python's files, as the page lists it. */
 interface RuntimeFile {
   name: string;
   size: number;
@@ -12,16 +12,16 @@ interface RuntimeFile {
   holds?: string[];
 }
 
-/** Told of bytes as they come. */
+/** Called with the number of bytes as they arrive. */
 type Count = (bytes: number) => void;
 
-/** What of Pyodide's file system is used. */
+/** The part of Pyodide's file system that is used. */
 interface FileSystem {
   mkdirTree(path: string): void;
   writeFile(path: string, bytes: Uint8Array, options: { canOwn: boolean }): void;
 }
 
-/** What of Pyodide is used. */
+/** The part of Pyodide that is used. */
 interface Pyodide {
   runPython(code: string): any;
   pyimport(name: string): { destroy(): void };
@@ -29,7 +29,7 @@ interface Pyodide {
   _module: { HEAPU8: Uint8Array };
 }
 
-/** What Python asks for of the files that were not loaded at the start, once an answer has failed for want of one. */
+/** Python's later files: which one an answer failed for want of, and how to load it. */
 interface Rooms {
   wanted(): RuntimeFile | undefined;
   bring(file: RuntimeFile): Promise<unknown>;

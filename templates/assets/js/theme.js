@@ -1,6 +1,6 @@
 // Before the first paint: sets the reader's theme; the class `js`, so that whatever needs scripts keeps its place; and
-// the class `unpainted`, which leaves the parts far below without a layout until then. If the page's own script does not
-// load, `js` is removed, so that the page looks as it does without scripts, and a line says so.
+// the class `unpainted`, which leaves the parts far below without a layout until then. If the page's own script does
+// not load, `js` is removed, so that the page looks as it does without scripts, and a line says so.
 (() => {
   "use strict";
   const PATIENCE = 10_000; // ms to wait for the script once the page itself is there

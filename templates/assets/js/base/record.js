@@ -74,8 +74,8 @@ const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind ===
 const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(value)]) || {};
 
 /**
- * Whether a control that the chosen option set has since changed, or a handle was dragged although the option places the
- * start.
+ * Whether a control that the chosen option set has since changed, or a handle was dragged although the option places
+ * the start.
  * @type {(record: Pick<FigureRecord, "controls" | "log">, name: string, spec: Control) => boolean}
  */
 export const adjusted = ({ controls, log }, name, spec) =>

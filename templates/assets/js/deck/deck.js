@@ -1,5 +1,5 @@
-// A deck: its slides are sections in a column that can be scrolled. Keys, buttons, swipes and the address lead from one
-// to another; the slide that is seen is always known from where the column stands.
+// A deck: its slides are sections in a scrolling column. Keys, buttons, swipes and the address move between them; the
+// current slide always follows from the scroll position.
 /** @import { Options, Steps } from "./keys.js" */
 
 import { named } from "../base/address.js";
@@ -8,7 +8,8 @@ import { addKeys, addSwipes } from "./keys.js";
 import { figures } from "../figure/registry.js";
 
 /**
- * The deck opened a second time, on another screen, follows and leads. Returns what tells it the current slide.
+ * Keeps the deck in step with a second window of it, in both directions. Returns a function that sends it the current
+ * slide.
  * @param {(slide: number, options: Options) => void} go
  * @returns {(slide: number) => void}
  */
@@ -30,11 +31,11 @@ export function runDeck(root) {
   const button = (what) => findButton(bar, `[data-slides="${what}"]`);
   const place = bar.querySelector(".deck-at");
   const progress = find(bar, ".deck-progress");
-  let now = 0; // the slide that is seen, from 0
-  let ahead = 0; // the animation frame that will look where the column stands
+  let now = 0; // the current slide, from 0
+  let ahead = 0; // the animation frame that will check the scroll position
 
   /**
-   * Tells which slide is seen, in words and by the bar.
+   * Shows which slide is current, in words and on the progress bar.
    * @param {number} index
    */
   function show(index) {
@@ -46,15 +47,15 @@ export function runDeck(root) {
     button("after").setAttribute("aria-disabled", String(index === slides.length - 1));
   }
 
-  /** Puts the slide that is seen into the address. */
+  /** Writes the current slide into the address. */
   const address = () => history.replaceState(history.state, "", `#${now + 1}`);
 
   /** @param {HTMLElement} slide */
   const shown = (slide) => slide.scrollIntoView({ block: "start", behavior: "instant" });
 
   /**
-   * Goes to a slide. focus: it takes the focus, so that keys and screen readers go on from there. jump: the way back
-   * leads to the slide before. told: by another window, which knows.
+   * Goes to a slide. focus: it takes the focus, so that keys and screen readers go on from there. jump: Back returns to
+   * the previous slide. told: another window asked for it, so it is not sent back.
    * @param {number} index
    * @param {Options} [options]
    */
@@ -74,7 +75,7 @@ export function runDeck(root) {
     slide.focus({ preventScroll: true });
   }
 
-  /** After a scroll by hand: the slide in the middle of the screen. */
+  /** After a manual scroll, makes the slide in the middle of the viewport the current one. */
   function look() {
     ahead = 0;
     if (page.dataset.slides === "grid") return;
@@ -86,14 +87,14 @@ export function runDeck(root) {
     tell(index);
   }
 
-  /** The slides have another size: the one that is seen stays, and its figure's handles find their places. */
+  /** After a change of the slides' size, scrolls back to the current slide and realigns the figures' handles. */
   function rescaled() {
     shown(slides[now]);
     for (const figure of figures.values()) figure.rescaled();
   }
 
   /**
-   * All slides at once, small; what stands on them is out of reach meanwhile.
+   * Shows all slides at once, small, with their contents inert; or returns to the current slide.
    * @param {boolean} wanted
    */
   function overview(wanted) {
@@ -120,7 +121,7 @@ export function runDeck(root) {
 
   function full() {
     if (document.fullscreenElement) document.exitFullscreen();
-    else page.requestFullscreen().catch(() => {}); // refused: all stays as it is
+    else page.requestFullscreen().catch(() => {}); // refused: nothing changes
   }
 
   /** @type {Steps} */
@@ -135,7 +136,7 @@ export function runDeck(root) {
     second: () => open(`${location.pathname}?notes#${now + 1}`, "ladder-notes", "popup,width=1280,height=800"),
   };
 
-  /** The slide of whatever the address names: a number, or a figure with or without a state. */
+  /** The index of the slide that the address names: a number, or a figure with or without a state; -1 without one. */
   function addressed() {
     const target = named();
     return target ? slides.findIndex((slide) => slide.contains(target)) : -1;
@@ -147,7 +148,7 @@ export function runDeck(root) {
     return slides.findIndex((each) => each === slide);
   }
 
-  /** The address stays as it is: it may hold a figure's state. */
+  /** Follows a change of the address, and leaves it as it is: it may hold a figure's state. */
   function linked() {
     const index = addressed();
     if (index < 0) return;
@@ -158,7 +159,7 @@ export function runDeck(root) {
     if (another) tell(index);
   }
 
-  /** Another window: a slide that is no longer in its middle is brought back there, before anybody takes it for left. */
+  /** After a resize, scrolls the current slide back to the middle before `look` takes another one for current. */
   function resized() {
     if (page.dataset.slides === "grid") return;
     const { top, bottom } = slides[now].getBoundingClientRect();
@@ -167,7 +168,7 @@ export function runDeck(root) {
   }
 
   /**
-   * Whether more of a slide that is taller than the screen follows, downwards or upwards.
+   * Whether a slide taller than the viewport has more to scroll to, downwards (by > 0) or upwards.
    * @param {number} by
    */
   function goesOn(by) {
@@ -177,7 +178,7 @@ export function runDeck(root) {
   }
 
   /**
-   * One on or back; in the overview the focus goes, and Enter picks.
+   * Goes one slide on or back; in the overview only the focus moves, and Enter picks.
    * @param {number} by
    * @param {Options} options
    */

@@ -1,5 +1,5 @@
-// What moves a deck: keys, unless the focus is on something that has a use for them, and swipes, unless one begins on
-// something that is dragged.
+// Moves a deck by key, unless the focused element uses the key itself, and by swipe, unless it begins on something that
+// can be dragged.
 
 import { around, on } from "../base/dom.js";
 
@@ -8,7 +8,7 @@ const PAGES = ["PageUp", "PageDown", "Home", "End"];
 const SWIPE = 48; // px across
 
 /**
- * Who keeps which keys: [selector, keys]; all of them where none are named.
+ * Elements that use keys themselves: [selector, keys], or null for all keys.
  * @type {[selector: string, keys: string[] | null][]}
  */
 const USES = [
@@ -49,12 +49,12 @@ const KEYS = {
   n: "notes",
 };
 
-/** Keys that scroll first, where there is more of a slide that way. @type {Record<string, number>} */
+/** Keys that scroll first, if the slide has more to show that way. @type {Record<string, number>} */
 const SCROLLS = { ArrowDown: 1, PageDown: 1, " ": 1, ArrowUp: -1, PageUp: -1, "Shift+ ": -1 };
 const TOGGLES = ["grid", "notes", "full"];
 
 /**
- * does: what keys and swipes set off. goesOn: whether the slide has more, downwards (1) or upwards (-1).
+ * does: actions by name. goesOn: whether the slide has more to scroll to, downwards (1) or upwards (-1).
  * @param {Steps} does
  * @param {(by: number) => boolean} goesOn
  */
@@ -66,7 +66,7 @@ export function addKeys(does, goesOn) {
     const name = event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key;
     const what = KEYS[name];
     if (!what || taken(target, key)) return;
-    if (key === "Escape" && document.querySelector(".card:not([hidden])")) return; // which that closes
+    if (key === "Escape" && document.querySelector(".card:not([hidden])")) return; // Escape closes the card first
     if (SCROLLS[name] && goesOn(SCROLLS[name])) return;
     event.preventDefault();
     if (event.repeat && TOGGLES.includes(what)) return;
@@ -75,7 +75,7 @@ export function addKeys(does, goesOn) {
 }
 
 /**
- * Across, with one finger. Up and down the page scrolls by itself.
+ * Handles horizontal swipes with one finger. Vertical ones scroll the page as usual.
  * @param {HTMLElement} root
  * @param {Steps} does
  */

@@ -1,12 +1,12 @@
-// What a figure says to those who hear it: what the reader's own doing led to, and nothing unasked. It speaks once things
-// have been still for a moment, now and then while they are not, and never more often than one can listen.
+// What a figure announces to screen readers: the results of the reader's own actions, nothing else. It speaks once the
+// figure has been still for a moment, now and then while it is not, and never faster than one can listen.
 /** @import { Frame, Readout } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
 import { find } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 
-const MOST = 8; // numbers in one go
+const MOST = 8; // numbers per announcement
 
 /** @param {string} words */
 const sentences = (words) => words.split(/(?<=[.!?])\s+/);
@@ -14,7 +14,8 @@ const sentences = (words) => words.split(/(?<=[.!?])\s+/);
 const told = ({ label, value, unit }) => (value === "–" ? `${label} none` : `${label} ${value} ${unit}`.trimEnd());
 
 /**
- * What there is to tell of the frame `now` to who knows `before`: its note, and the numbers that are new.
+ * What is new in the frame `now` after `before`: its note and the changed numbers, else the first changed sentence of
+ * its description.
  * @type {(before: Frame, now: Frame) => string}
  */
 function news(before, now) {
@@ -27,15 +28,15 @@ function news(before, now) {
 }
 
 /**
- * A message, such as why something failed, comes before what is seen.
+ * Announces messages, such as why something failed, before changes of the frame.
  * @param {Figure} figure
  */
 export function addAnnouncer(figure) {
   const line = find(figure.root, ".figure-voice");
-  let known = figure.frame; // the one spoken of last
+  let known = figure.frame; // the last frame announced
   let message = "";
-  let at = -Infinity; // when it spoke last
-  let latest = 0; // when it speaks at the latest; 0 where there is nothing to tell
+  let at = -Infinity; // when it last spoke
+  let latest = 0; // when it must speak at the latest; 0 if there is nothing to say
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let due;
 
@@ -48,7 +49,7 @@ export function addAnnouncer(figure) {
     message = "";
     at = performance.now();
     latest = 0;
-    // The same words once more: to be heard, they have to differ.
+    // Repeated words must differ to be announced.
     line.textContent = line.textContent === words ? `${words}\u00a0` : words;
     plan();
   }
@@ -56,7 +57,7 @@ export function addAnnouncer(figure) {
   function plan() {
     clearTimeout(due);
     const fresh = figure.frame !== known;
-    if (!fresh && !figure.pending && figure.speaks) figure.spoken(); // nothing came of it
+    if (!fresh && !figure.pending && figure.speaks) figure.spoken(); // the action changed nothing
     if (!message && !(fresh && figure.speaks)) return;
     const now = performance.now();
     latest ||= now + limits.gap;

@@ -1,5 +1,5 @@
-// Buttons: press, run (and pause), back, reset, reseed. What cannot be pressed is told by aria-disabled, so that a
-// button does not lose the keyboard's focus when its last step is done.
+// Buttons: press, run (and pause), back, reset, reseed. They are disabled by aria-disabled, so that a button does not
+// lose the keyboard focus when its last step is done.
 /** @import { Button } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -21,14 +21,14 @@ function holdWidth(node, running) {
 export function addButtons(figure) {
   const { root, spec } = figure;
   const { clicks = [], hovers = [] } = spec;
-  const passing = hovers.filter((name) => clicks.includes(name)); // what is pointed at there goes with the pointer
+  const passing = hovers.filter((name) => clicks.includes(name)); // a hover there ends when the pointer leaves
   const boxes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(".buttons")]);
   const specs = new Map(spec.buttons.map((each) => [each.name, each]));
   const nodes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[data-button]")]);
   /** @param {HTMLElement} node */
   const buttonOf = (node) => /** @type {Button} */ (specs.get(node.dataset.button ?? ""));
   /** @type {{ button: Button, due: ReturnType<typeof setTimeout> | undefined, at: number } | null} */
-  let run = null; // due: the next tick's timer, at: when the last one was
+  let run = null; // due: the next tick's timer; at: the time of the last one
 
   /** @param {Button} button */
   function off({ name, does, repeats }) {
@@ -60,7 +60,7 @@ export function addButtons(figure) {
     show();
   }
 
-  /** One press more; waits where the figure is off screen, the page hidden, or the last press not yet shown. */
+  /** Presses once more; waits while the figure is off screen, the page hidden or the last press not yet shown. */
   function tick() {
     if (!run || !figure.visible || document.hidden || figure.pending) return;
     if (off(run.button)) {
@@ -86,7 +86,7 @@ export function addButtons(figure) {
       if (figure.pending && name === END && kind === "press" && last === END) return; // asked for already
       figure.ask(pressed(name), { at });
     },
-    /** A doing; what is pointed at since is none. */
+    /** Undoes the last action; a hover since then does not count as one. */
     back: (_, at) => figure.ask(records.back(records.left(figure.record, ...hovers)), { at }),
     reset: () => figure.reset(),
     reseed: (_, at) => figure.ask(records.reseed(figure.record), { at }),
@@ -110,7 +110,7 @@ export function addButtons(figure) {
   }
 
   /**
-   * A key that is held presses no faster than pictures come, and runs or pauses once.
+   * A held key presses no faster than frames arrive, and runs or pauses only once.
    * @param {KeyboardEvent} event
    */
   function hold(event) {

@@ -1,4 +1,4 @@
-// Controls: the inputs and the record say the same. While a reader moves one, the record leads; else the frame does.
+// Controls: keeps the inputs in step with the record while a question is pending, and with the frame otherwise.
 /** @import { Control, FigureRecord, Value } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -50,7 +50,7 @@ export function addControls(figure) {
     for (const [name, spec] of Object.entries(specs)) if (name in record.controls) write(forms, name, spec, record);
   }
 
-  /** The chosen option once more, which browsers call no change: it sets its values again. @param {UIEvent} event */
+  /** Picking the chosen option again fires no change event, but must restore its values. @param {UIEvent} event */
   function again({ target, timeStamp }) {
     const { name, type, value } = /** @type {HTMLInputElement} */ (target);
     const { record } = figure;

@@ -1,17 +1,17 @@
-// From a pointer's place to the world that a panel shows, and back to the panel.
+// From a pointer's position to a panel's world coordinates, and back to the panel.
 
 /** @import { Point, View } from "../base/types.js" */
 
 /** @typedef {{ left: number, top: number, width: number, height: number }} Rect  of a panel, on the screen */
 
 /**
- * Where an arrow key leads, in the world's directions.
+ * The direction of each arrow key in world coordinates.
  * @type {Record<string, Point>}
  */
 export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
- * A pointer's place in a panel's world.
+ * A pointer's position in a panel's world coordinates.
  * @type {(rect: Rect, view: View, clientX: number, clientY: number) => Point}
  */
 export function world(rect, view, clientX, clientY) {
@@ -22,7 +22,7 @@ export function world(rect, view, clientX, clientY) {
 }
 
 /**
- * A world place in percent of the panel.
+ * A world position in percent of the panel.
  * @type {(view: View, place: Point) => Point}
  */
 export function percent(view, [x, y]) {

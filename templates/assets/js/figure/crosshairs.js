@@ -1,5 +1,5 @@
-// Picks: panels that take a click at a place, or answer to what is pointed at. By keyboard a crosshair does: arrows move
-// it and, where a click counts, Enter or Space picks.
+// Picks: panels that take a click at a place, or respond to the pointer's place. A crosshair does both by keyboard:
+// arrows move it, and if the panel takes clicks, Enter or Space picks.
 /** @import { Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
@@ -14,7 +14,7 @@ import { runtime } from "../runtime/runtime.js";
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
 /**
- * A crosshair over a panel. `moved` is told when a key has moved it.
+ * A crosshair over a panel. `moved` is called after a key has moved it.
  * @param {Figure} figure
  * @param {Overlay} overlay
  * @param {string} name
@@ -44,7 +44,7 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   }
 
   /**
-   * The place that an event points at; null outside of the window.
+   * An event's place in world coordinates; null outside the window.
    * @param {MouseEvent} event
    * @returns {Point | null}
    */
@@ -102,7 +102,7 @@ function picked(figure, overlay, name) {
 }
 
 /**
- * The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may.
+ * Follows the pointer, but asks only while Python is up: moving over a picture must not make it wait. A tap or key may.
  * @param {ReturnType<typeof crosshair>} cross
  * @param {(at: number) => void} ask
  */
@@ -152,8 +152,8 @@ function pointed(figure, overlay, name) {
 }
 
 /**
- * A panel that does both: what is pointed at is shown for as long as the pointer or the focus is there, and a click, a
- * tap or Enter picks it for good.
+ * A panel that does both: it shows the pointer's place while the pointer or the focus is there, and a click, a tap or
+ * Enter picks that place for good.
  * @type {(figure: Figure, overlay: Overlay, name: string) => void}
  */
 function explored(figure, overlay, name) {

@@ -1,4 +1,4 @@
-// Dragging a handle: the handle follows the pointer at once, the picture as fast as Python answers.
+// Dragging a handle: the handle follows the pointer at once, and the picture as fast as Python answers.
 /** @import { FigureRecord, Handle, Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
@@ -18,8 +18,8 @@ import { hold } from "./hold.js";
 export function addDrags(figure, overlay, handles) {
   const { root } = figure;
   /**
-   * before: the record to go back to. grip: px from the handle's place to the pointer. to: a place not yet asked for. at:
-   * when it came. ahead: the animation frame that will ask.
+   * before: the record to restore on cancel. grip: px from the handle's centre to the pointer. to: a place not yet
+   * asked for. at: the time of its event. ahead: the animation frame that will ask.
    * @typedef {{ button: HTMLElement, name: string, panel: string, before: FigureRecord,
    *   grip: [number, number], to: Point | null, at: number, ahead: number }} Drag
    */
@@ -33,7 +33,7 @@ export function addDrags(figure, overlay, handles) {
     /** @type {[number, number]} */
     const grip = [event.clientX - (box.left + box.right) / 2, event.clientY - (box.top + box.bottom) / 2];
     const { handle: name = "", panel = "" } = button.dataset;
-    handles.own(name)?.focus({ preventScroll: true }); // which a copy in another panel is not
+    handles.own(name)?.focus({ preventScroll: true }); // a copy in another panel cannot take it
     root.classList.add("dragging");
     return { button, name, panel, before: figure.record, grip, to: null, at: 0, ahead: 0 };
   }
@@ -60,7 +60,7 @@ export function addDrags(figure, overlay, handles) {
   }
 
   /**
-   * At most one question an animation frame: the first place at once, the last one of the frame at its end.
+   * Asks at most once per animation frame: for the first place at once, for the last one when the frame comes.
    * @param {Drag} drag
    */
   function ahead(drag) {
@@ -80,7 +80,7 @@ export function addDrags(figure, overlay, handles) {
   }
 
   /**
-   * The handle goes to where the frame has it, unless the place it was put at still waits for its frame.
+   * Ends a drag: the handle snaps to its place in the frame, unless a frame is still to come.
    * @param {Drag} drag
    */
   function end(drag) {
@@ -99,7 +99,7 @@ export function addDrags(figure, overlay, handles) {
   on(overlay.layer, "mousedown", (event) => {
     if (around(event, ".copy")) event.preventDefault(); // the focus is where `begin` put it
   });
-  // Where the browser tells a move as it comes, Python's answer is there before the frame that pointermove waits for.
+  // pointerrawupdate fires at once, so that Python's answer is there before the frame that pointermove waits for.
   const moves = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
   const pointer = hold(overlay.layer, root, { begin, follow, end, cancel }, moves);
   return {

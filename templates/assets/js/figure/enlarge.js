@@ -1,5 +1,5 @@
-// Of many small panels one can be large. On a phone one always is, the first to begin with: it takes the hand, and the
-// others are buttons.
+// In a figure of many small panels one can be enlarged. On a phone one always is, at first the first: it is
+// interactive, and the others are buttons that enlarge them.
 /** @import { Figure } from "./figure.js" */
 
 import { make, on } from "../base/dom.js";

@@ -1,4 +1,4 @@
-// The picture as a file of its own: an SVG that needs no style sheet, and a PNG of it. Always in light colours, on white.
+// Exports the picture as an SVG that needs no style sheet, or as a PNG of it. Always in light colours, on white.
 /** @import { Rect } from "./coordinates.js" */
 
 /** @typedef {Pick<Rect, "left" | "top">} Origin  of the picture, on the screen */
@@ -7,10 +7,10 @@
 import { around, fileName, make, messageOf, on, save, SVG, text } from "../base/dom.js";
 
 const MARGIN = 12; // px around the whole
-const SHARP = 2; // px of the PNG to one of the screen
+const SHARP = 2; // px of the PNG per px of the screen
 const PAINTS = ["fill", "stroke"];
 /**
- * What is written out, with the value that need not be.
+ * Properties that are written as attributes, with the default that is left out.
  * @type {Record<string, string>}
  */
 const LOOKS = {
@@ -25,7 +25,7 @@ const LOOKS = {
 const WORDS = ["font-family", "font-size", "font-weight", "text-anchor", "dominant-baseline"];
 
 /**
- * A colour as every program reads it: [#rrggbb, its opacity].
+ * A colour in a form that every program reads: [#rrggbb, opacity].
  * @type {(css: string) => [hex: string, opacity: number]}
  */
 const plainColour = (() => {
@@ -50,7 +50,8 @@ const plainColour = (() => {
 })();
 
 /**
- * Writes on `to` how `from`, on the page, is seen. `unit`: user units to a px, which strokes that do not scale need.
+ * Writes the computed style of `from`, on the page, onto `to`. `unit`: user units per px, for strokes that do not
+ * scale.
  * @type {(from: Element, to: Element, unit: number) => void}
  */
 function write(from, to, unit) {
@@ -100,7 +101,7 @@ function element(name, attributes, ...children) {
 }
 
 /**
- * One drawing at its place in the picture, on its ground.
+ * One drawing at its place in the picture, on its background.
  * @type {(svg: SVGSVGElement, origin: Origin) => SVGElement[]}
  */
 function drawn(svg, origin) {
@@ -120,7 +121,7 @@ function drawn(svg, origin) {
 }
 
 /**
- * A text as the lines that it is broken into, each with the place of its first word.
+ * The lines that a text is broken into, each with the box of its first word.
  * @param {Text} node
  */
 function broken(node) {
@@ -139,7 +140,7 @@ function broken(node) {
 }
 
 /**
- * A panel's caption as text of the drawing.
+ * A panel's caption as SVG text.
  * @type {(span: Element, origin: Origin) => SVGElement[]}
  */
 function written(span, origin) {
@@ -162,7 +163,7 @@ const PARTS = [
   .join();
 
 /**
- * The figure once more, unseen and in light colours, for as long as `use` looks at it.
+ * Runs `use` on a copy of the figure that is off screen and in light colours.
  * @template T
  * @param {HTMLElement} root
  * @param {(twin: HTMLElement) => T} use
@@ -209,7 +210,7 @@ function picture(root) {
 }
 
 /**
- * The style sheet's faces of a family as a style sheet of their own; where a page may not read them, none.
+ * The @font-face rules of a family with their fonts inlined; "" if the page may not read them.
  * @param {string} family
  */
 async function faces(family) {
@@ -232,7 +233,7 @@ async function faces(family) {
 }
 
 /**
- * The picture as text that stands alone.
+ * The picture as the text of a self-contained SVG.
  * @param {Picture} picture
  */
 async function alone({ svg }) {
@@ -256,7 +257,7 @@ async function bitmap(svg, { width, height }) {
 }
 
 /**
- * The buttons that hand a figure's picture out, in what is folded under its caption.
+ * Adds the buttons that save a figure's picture to the details under its caption.
  * @param {HTMLElement} root
  */
 export function addPictureButtons(root) {

@@ -23,11 +23,11 @@ export class Figure {
   #visible = false;
   #running = false;
   #speaks = false;
-  #pressed = false; // what is seen came about by one press more
-  #began = 0; // the motion that is under way, as performance.now() tells it
-  /** @type {Dispose | null} what ends the motion that is under way */
+  #pressed = false; // one more press or click led to the shown record
+  #began = 0; // when the current motion began, by performance.now()
+  /** @type {Dispose | null} ends the current motion */
   #moving = null;
-  /** @type {object | null} the next finer drawing of what is seen, on its way */
+  /** @type {object | null} the finer drawing of the shown record that is requested next */
   #finer = null;
   /** @type {ReturnType<typeof setTimeout> | undefined} the timer that will ask for it */
   #rest;
@@ -49,22 +49,22 @@ export class Figure {
     this.tell();
   }
 
-  /** @param {() => boolean} test  whether something that it was given is still being read */
+  /** @param {() => boolean} test  whether a file of the reader's is still being read */
   whileReading(test) {
     this.#reading = test;
   }
 
-  /** What the reader wants to see. */
+  /** The record that the reader wants to see. */
   get record() {
     return this.#state.record;
   }
 
-  /** What the page was built with. */
+  /** The record that the page was built with. */
   get initial() {
     return this.#state.initial;
   }
 
-  /** What is seen. */
+  /** The record that is shown. */
   get shown() {
     return this.#state.shown;
   }
@@ -77,12 +77,12 @@ export class Figure {
     return this.#state.name(runtime.state);
   }
 
-  /** Why the last question has no answer, in words; "" where it has one. */
+  /** Why the last question could not be answered, in words; "" if it was. */
   get error() {
     return this.#state.error;
   }
 
-  /** Why the record that is wanted waits while Python is up, in words; "" where none does. */
+  /** Why the wanted record waits although Python is up, in words; "" if none does. */
   get lack() {
     return this.#state.lack;
   }
@@ -92,44 +92,44 @@ export class Figure {
     return this.#state.asked;
   }
 
-  /** What the question that is being drawn is at, where that takes long. */
+  /** The progress of the question that is being drawn, if it takes long. */
   get replay() {
     return this.#state.replay;
   }
 
-  /** Something waits to be asked. */
+  /** Whether a question waits to be asked. */
   get waiting() {
     return this.#state.waiting;
   }
 
-  /** Something is asked, or waits to be. */
+  /** Whether a question is being drawn or waits to be asked. */
   get pending() {
     return this.#state.pending;
   }
 
-  /** Whether something is read, asked, waiting, moving or being made finer. */
+  /** Whether anything is being read, asked, moved or refined; not while a question waits for lack of a file. */
   get busy() {
     return Boolean(this.#reading() || (this.pending && !this.lack) || this.#moving || this.#finer);
   }
 
-  /** It is on screen. */
+  /** Whether the figure is on screen. */
   get visible() {
     return this.#visible;
   }
 
-  /** A run presses its button again and again. */
+  /** Whether a run is pressing its button again and again. */
   get running() {
     return this.#running;
   }
 
-  /** What is seen is to be said to those who hear it. */
+  /** Whether the next change is to be announced to screen readers. */
   get speaks() {
     return this.#speaks;
   }
 
   /**
-   * Wants the figure to show `record`. Questions with the same `merge` that still wait become the latest one; without
-   * it they are answered one by one, in order. `by` names who asks, for those who step aside when others do.
+   * Asks for `record` to be shown. It replaces the last waiting question if that has the same `merge`; without `merge`,
+   * questions are answered one by one, in order. `by` names who asks, for parts that stop when another one does.
    * @param {FigureRecord} record
    * @param {{ merge?: string | null, by?: string, at?: number }} [options]
    */
@@ -159,7 +159,7 @@ export class Figure {
     return none;
   }
 
-  /** Hands the oldest waiting question on, unless one is being drawn. */
+  /** Sends the oldest waiting question to Python, unless one is being drawn. */
   #pump() {
     const question = runtime.state === "live" ? this.#state.take() : null;
     if (!question) return;
@@ -167,7 +167,7 @@ export class Figure {
     const detail = this.spec.details > 1 ? 0 : undefined;
     const began = performance.now();
     /**
-     * A long replay that something newer waits for makes way: the newer record holds what was done meanwhile, too.
+     * A long replay gives way to a newer question: the newer record includes everything done meanwhile.
      * @param {Progress} replay
      */
     const going = (replay) => {
@@ -207,7 +207,7 @@ export class Figure {
   }
 
   /**
-   * The next finer drawing of what is seen, `rest` ms from now; then the next, unless something else is asked.
+   * Requests ever finer drawings of the shown record, the next one after `rest` ms, until something else is asked.
    * @param {number} rest
    */
   #refine(rest) {
@@ -235,7 +235,7 @@ export class Figure {
   }
 
   /**
-   * Keeps the last picture and takes back what led away from it.
+   * Keeps the last picture, returns to its record and reports the message as an error.
    * @param {string} message
    */
   refuse(message) {
@@ -243,13 +243,13 @@ export class Figure {
     this.#left();
   }
 
-  /** Asks once more for what waits, as a file of Python's did not load. */
+  /** Asks again for the question that waits because one of Python's files did not load. */
   retry() {
     this.#pump();
     this.tell();
   }
 
-  /** Gives up what is being drawn and what waits: the figure is what is seen of it. */
+  /** Gives up all questions and returns to the shown record. */
   leave() {
     this.#state.leave();
     this.#left();
@@ -267,7 +267,7 @@ export class Figure {
    * @param {"tape" | "live"} source
    */
   #show(record, frame, source) {
-    const same = records.key(record) === records.key(this.shown); // drawn finer: its motions may be known only now
+    const same = records.key(record) === records.key(this.shown); // a finer drawing: it may be the first with motions
     if (!same) this.#pressed = records.pressed(this.shown, record);
     const goesOn = same && Boolean(this.#moving);
     const moves = goesOn || (this.#pressed && !(same && this.frame.motions.length));
@@ -292,36 +292,36 @@ export class Figure {
     this.#moving = null;
   }
 
-  /** Has everything that depends on the figure's state look at it again. */
+  /** Notifies everything that depends on the figure's state. */
   tell() {
     this.root.dataset.state = this.state;
     this.#events.emit("state");
   }
 
-  /** @param {string} message  in passing: it stands until the next question */
+  /** @param {string} message  shown in the status line until the next question */
   say(message) {
     this.#events.emit("say", message);
   }
 
-  /** @type {(label: string, value: string) => void} text that the clipboard would not take, for the reader to copy */
+  /** @type {(label: string, value: string) => void} text for the reader to copy, after the clipboard refused it */
   offer = (label, value) => this.#events.emit("offer", label, value);
 
-  /** @type {(message: string) => void} words to be heard by those who do not see */
+  /** @type {(message: string) => void} words for screen readers */
   announce = (message) => this.#events.emit("announce", message);
 
-  /** Has what is seen said to those who hear it: what is asked in passing or by a run is not, without this. */
+  /** Has the frame announced to screen readers; those asked for by a hover, a run or a play are not by themselves. */
   speak() {
     this.#speaks = true;
     this.tell();
   }
 
-  /** It has been said, or there was nothing to say. */
+  /** The frame has been announced, or there was nothing to say. */
   spoken() {
     this.#speaks = false;
   }
 
   /**
-   * A run has begun or ended: while it goes on, motions are no longer than from press to press.
+   * Notes that a run has begun or ended: during a run, motions last no longer than the time between presses.
    * @param {boolean} running
    */
   run(running) {
@@ -329,7 +329,7 @@ export class Figure {
   }
 
   /**
-   * The figure has come on screen, or has left it.
+   * Notes that the figure has entered or left the viewport.
    * @param {boolean} visible
    */
   see(visible) {
@@ -337,20 +337,20 @@ export class Figure {
     this.#events.emit("seen");
   }
 
-  /** The figure is drawn in another size. */
+  /** Notes that the figure is drawn at another size. */
   rescaled() {
     this.#events.emit("scaled");
   }
 
   /**
-   * The window that a panel shows.
+   * A panel's view.
    * @param {string} panel
    */
   viewOf(panel) {
     return /** @type {Panel} */ (this.frame.panels.find(({ name }) => name === panel)).view;
   }
 
-  /** Takes the focus: where the reader is sent, and where what had it has gone. */
+  /** Focuses the stage, when the reader is sent to the figure or the focused element is removed. */
   focus() {
     this.stage.tabIndex = -1;
     this.stage.focus({ preventScroll: true });
@@ -370,12 +370,12 @@ export class Figure {
     this.#show(this.record, frame, "tape");
   }
 
-  /** The page's settings; what the reader brought along stays at hand. */
+  /** The page's initial record, but with the reader's own files. */
   get fresh() {
     return { ...this.initial, given: this.record.given };
   }
 
-  /** Empties the log; where it is empty already, the settings go back to the page's. A dead worker is replaced. */
+  /** Empties the log; if it is empty already, restores the page's settings. Replaces a dead worker. */
   reset() {
     const again = runtime.stopped && runtime.state === "failed";
     if (again) this.#state.clear();
@@ -383,7 +383,7 @@ export class Figure {
     if (again) runtime.restart();
   }
 
-  /** The address of the figure in the state that is seen. */
+  /** A link to the figure in the state that is shown. */
   link() {
     const more = moreOf(this.root)?.open ? MORE : "";
     return location.href.split("#")[0] + fragmentOf(this.id, records.encode(this.shown)) + more;

@@ -1,4 +1,4 @@
-// A ghost of the source over its panel: a reader takes it to where they think the source will stop.
+// A ghost of the source over its panel: the reader drags it to where they think the source will stop.
 /** @import { Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
@@ -11,7 +11,7 @@ import { away, mean, placed, points } from "./rigid.js";
 
 const PANEL = "main";
 const GROUP = "source";
-const ARM = 92; // nominal px from the ghost's middle to the handle that turns it
+const ARM = 92; // nominal px from the ghost's centre to the handle that turns it
 
 /** @type {(figure: Figure) => Element | null} */
 const groupOf = (figure) =>
@@ -25,10 +25,10 @@ export function createGhost(figure, overlay) {
   const panel = /** @type {HTMLElement} */ (panelOf(figure.root, PANEL));
   const view = figure.viewOf(PANEL);
   const [x0, x1, , , width, , left, , right] = view;
-  const unit = (width - left - right) / (x1 - x0); // nominal px
+  const unit = (width - left - right) / (x1 - x0); // nominal px per world unit
   const svg = document.createElementNS(SVG, "svg");
   const box = drawing(figure.root, PANEL)?.getAttribute("viewBox") ?? "0 0 1 1";
-  const fine = Number(box.split(" ")[2]) / width; // units of the drawing to a nominal px
+  const fine = Number(box.split(" ")[2]) / width; // units of the drawing per nominal px
   svg.setAttribute("viewBox", box);
   svg.setAttribute("class", "plot predict-ghost");
   svg.setAttribute("aria-hidden", "true");
@@ -39,7 +39,7 @@ export function createGhost(figure, overlay) {
   panel.append(svg);
 
   const start = points(own);
-  /** @type {Point} the middle, in units of the drawing */
+  /** @type {Point} the centre, in units of the drawing */
   const middle = mean(start);
   let turn = 0; // degrees, as the drawing turns
   /** @type {Point} */
@@ -55,7 +55,7 @@ export function createGhost(figure, overlay) {
     return overlay.layer.appendChild(button);
   }
 
-  /** A place of the drawing in the world. @param {Point} place @returns {Point} */
+  /** A place in the drawing in world coordinates. @param {Point} place @returns {Point} */
   function there([x, y]) {
     const rect = { left: 0, top: 0, width: width * fine, height: Number(box.split(" ")[3]) };
     return world(rect, view, x, y);
@@ -87,7 +87,7 @@ export function createGhost(figure, overlay) {
   /** @param {number} degrees */
   const turned = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
 
-  /** The middle stays in the panel. @param {Point} to */
+  /** Moves the centre, which stays in the panel. @param {Point} to */
   function move(to) {
     const [, , wide, high] = box.split(" ").map(Number);
     const kept = [Math.min(Math.max(to[0], 0), wide), Math.min(Math.max(to[1], 0), high)];
@@ -104,7 +104,7 @@ export function createGhost(figure, overlay) {
   }
 
   /**
-   * What is held of it, and where it was before. grip: from its middle to the pointer.
+   * The handle that is held, and the ghost's pose before. grip: from its centre to the pointer.
    * @typedef {{ kind: string, grip: Point, before: { turn: number, shift: Point } }} Held
    */
 
@@ -121,7 +121,7 @@ export function createGhost(figure, overlay) {
 
   /** @param {Held} held @param {PointerEvent} event */
   function follow({ kind, grip }, event) {
-    if (compared) return; // by key, while the pointer holds it
+    if (compared) return; // the run was started by key while the pointer holds the ghost
     const [x, y] = where(event);
     const [a, b] = now();
     if (kind === "move") move([x - grip[0], y - grip[1]]);
@@ -167,7 +167,7 @@ export function createGhost(figure, overlay) {
       svg.remove();
     },
     focus: () => handles.move.focus({ preventScroll: true }),
-    /** It stays where it is. */
+    /** Fixes the ghost where it is. */
     fix() {
       compared = true;
       letGo();
@@ -175,7 +175,7 @@ export function createGhost(figure, overlay) {
     get compared() {
       return compared;
     },
-    /** How far its points are, on average, from those that are seen now, in u. */
+    /** The mean distance of its points from the source's points shown now, in u. */
     compare: () => away(placed(start, turn, middle, shift), points(groupOf(figure))) / fine / unit,
   };
 }

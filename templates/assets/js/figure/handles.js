@@ -1,5 +1,5 @@
-// Handles: buttons over the picture that a pointer drags and arrow keys move. A key is a drag to the place that the
-// frame names for it.
+// Handles: buttons over the picture that a pointer drags and arrow keys move. A key press is a drag to the place that
+// the frame gives for it.
 /** @import { Handle } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
@@ -18,8 +18,8 @@ function hint() {
 }
 
 /**
- * A handle's button in a panel: a slider to screen readers, which keep the arrow keys of a button to themselves. In all
- * panels but one it is a copy, for the pointer alone.
+ * Makes a handle's button in a panel. Its role is slider, because screen readers do not pass arrow keys on to a button.
+ * In all panels but one it is a copy, for the pointer only.
  * @param {Handle} handle
  * @param {string} panel
  * @param {boolean} copy
@@ -36,7 +36,7 @@ function made({ name, label, kind, radius }, panel, copy) {
 }
 
 /**
- * Where the handle stands, as a slider tells it.
+ * Writes the handle's place into its slider attributes.
  * @param {HTMLElement} button
  * @param {Handle} handle
  */
@@ -52,13 +52,13 @@ function slide(button, { value, slider: [least, most, now] }) {
  */
 export function addHandles(figure, overlay) {
   /** @type {Map<string, HTMLButtonElement>} */
-  const buttons = new Map(); // by the handle's name; a copy by its panel's too
+  const buttons = new Map(); // by handle name; copies by handle and panel name
   /** @param {string} name */
   const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
   /** @param {string} name */
   const own = (name) => buttons.get(name);
   const drags = addDrags(figure, overlay, { of, own, update });
-  /** @type {[handle: string, key: string][]} pressed faster than frames come */
+  /** @type {[handle: string, key: string][]} key presses that wait for their frames */
   let keys = [];
 
   function update() {
@@ -91,13 +91,13 @@ export function addHandles(figure, overlay) {
     const which = (event.shiftKey ? "Shift+" : "") + event.key;
     if (!of(name)?.keys[which]) return;
     event.preventDefault();
-    const room = event.repeat ? 1 : MOST_KEYS; // a key that is held moves no longer than it is
+    const room = event.repeat ? 1 : MOST_KEYS; // a held key stops moving the handle on release
     if (!drags.held && keys.length < room) keys.push([name, which]);
     next(event.timeStamp);
   }
 
   /**
-   * A key's place holds for the frame that is seen: the next key waits for the next frame.
+   * A key's place is valid for the current frame only: the next key waits for the next frame.
    * @param {number} [at]
    */
   function next(at) {

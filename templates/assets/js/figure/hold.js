@@ -1,9 +1,9 @@
-// One pointer that holds something, from its press to its release. Other pointers do nothing meanwhile; Escape takes it back.
+// One pointer holds something from press to release. Other pointers are ignored meanwhile; Escape cancels.
 import { on } from "../base/dom.js";
 
 /**
- * What a press, a move and a release do. begin: what is held from now on; null where the press is not for it. end: let go,
- * or taken away by the browser (`pointercancel`). cancel: everything as it was before.
+ * Handlers of a press, a move and a release. begin: returns the held thing, or null to ignore the press. end: after a
+ * release, or when the browser takes the pointer away (`pointercancel`). cancel: restores everything.
  * @template T
  * @typedef {{
  *   begin: (event: PointerEvent) => T | null,
@@ -16,9 +16,9 @@ import { on } from "../base/dom.js";
 /**
  * @template T
  * @param {HTMLElement} area  where a press counts
- * @param {HTMLElement} captor  what the pointer's events go to, wherever it is: around `area`, or that itself
+ * @param {HTMLElement} captor  captures the pointer: `area` or an element around it
  * @param {Does<T>} does
- * @param {string} [moves]  the event that tells of a move
+ * @param {string} [moves]  the event type for moves
  */
 export function hold(area, captor, { begin, follow, end, cancel }, moves = "pointermove") {
   /** @type {{ pointer: number, what: T } | null} */
@@ -39,7 +39,7 @@ export function hold(area, captor, { begin, follow, end, cancel }, moves = "poin
   /** @param {PointerEvent} event */
   function move(event) {
     if (held?.pointer !== event.pointerId) return;
-    const gone = event.pointerType !== "touch" && !event.buttons; // let go while another page was seen
+    const gone = event.pointerType !== "touch" && !event.buttons; // released while another page was in front
     if (gone) release(event);
     else follow(held.what, event);
   }
@@ -68,7 +68,7 @@ export function hold(area, captor, { begin, follow, end, cancel }, moves = "poin
     on(captor, "pointerup", release),
     on(captor, "pointercancel", release),
     on(captor, "lostpointercapture", release),
-    on(document, "keydown", key, { capture: true }), // the focus may be anywhere; a card or a deck hears of it later
+    on(document, "keydown", key, { capture: true }), // the focus may be anywhere; comes before cards and decks
   ];
   return {
     get held() {

@@ -1,5 +1,5 @@
-// Jobs: long work that a figure offers. Asked for slice by slice, so that everything else comes first and Stop needs
-// only to ask no more. What it finds is a table that sorts, with drawings; one run can be kept beside the next.
+// Jobs: long computations that a figure offers. They run slice by slice, so that everything else comes first, and Stop
+// only has to stop asking. The result is a sortable table with drawings; one run can be kept to compare with the next.
 /** @import { Column, FigureRecord, JobResult, Row, Slice } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -7,10 +7,10 @@ import { around, copy, fileName, find, findButton, make, messageOf, on, save, te
 import { withUnit } from "../base/format.js";
 import { runtime } from "../runtime/runtime.js";
 
-/** @typedef {{ by: number | null, falls: boolean }} Order  of the rows, by a column or, for -1, by their names */
+/** @typedef {{ by: number | null, falls: boolean }} Order  by a column; -1: by label; null: as given */
 
 /**
- * The rows in order of a column's values; what has no value comes last.
+ * The rows sorted by a column; rows without a value come last.
  * @type {(rows: Row[], order: Order) => Row[]}
  */
 function sorted(rows, { by, falls }) {
@@ -38,7 +38,7 @@ function head(columns, heading, order) {
 }
 
 /**
- * A row; under its numbers those of the kept run, where that has the row too.
+ * A row; its numbers are followed by those of the kept run, if that has the row too.
  * @type {(row: Row, was: Row | undefined) => HTMLElement}
  */
 function line(row, was) {
@@ -69,7 +69,7 @@ function drawings({ panels }) {
 }
 
 /**
- * What the page was built with: its drawings stand in it.
+ * The result that the page was built with; its drawings are read from the page.
  * @param {HTMLElement} box
  * @returns {JobResult}
  */
@@ -95,7 +95,7 @@ function job(figure, box) {
   /** @type {Order} */
   let order = { by: null, falls: false };
   /** @type {{ record: FigureRecord, rows: boolean } | null} */
-  let run = null; // { record, rows: whether any has come } while one is under way
+  let run = null; // { record, rows: whether any has arrived } while a run is under way
 
   /** @param {string} message */
   function tell(message, aloud = true) {
@@ -233,7 +233,7 @@ function job(figure, box) {
     show();
   }
 
-  find(box, ".job-head").hidden = false; // and `show` replaces what it will have kept the place of
+  find(box, ".job-head").hidden = false; // before `show` replaces the placeholder
   on(box, "click", press);
   show();
 }

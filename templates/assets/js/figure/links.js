@@ -1,4 +1,5 @@
-// Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both put a figure into a record and show it.
+// Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both set a figure's record and go to the
+// figure.
 /** @import { FigureRecord } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -13,7 +14,7 @@ import { taped } from "../runtime/tape.js";
 import { goTo, offerWayBack } from "./way_back.js";
 
 /**
- * Brings the stage into view, if it is not, and puts the focus on it; tells whether it went anywhere.
+ * Scrolls the stage into view if needed and focuses it; returns whether it scrolled.
  * @param {Figure} figure
  */
 function visit(figure) {
@@ -26,7 +27,7 @@ function visit(figure) {
 }
 
 /**
- * Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first.
+ * Shows a record. If it ends in a press that can be shown as a motion, the state before the press comes first.
  * @param {Figure} figure
  * @param {FigureRecord} wanted
  * @param {string} [by]
@@ -68,7 +69,7 @@ function linked() {
 }
 
 /**
- * Hands a link to the device's own sheet, where a finger asks and there is one; tells whether that was possible.
+ * Opens the device's share sheet for a link, on a touch device that has one; returns whether that was possible.
  * @param {string} url
  */
 async function handOn(url) {
@@ -95,7 +96,7 @@ export function addLinkButton(figure) {
 }
 
 /**
- * A link to the address that the page already has: nothing changes, and yet the reader wants to go there.
+ * Follows a link to the page's current address: no hashchange fires, but the reader wants to go there.
  * @param {MouseEvent} event
  */
 function again(event) {

@@ -1,11 +1,11 @@
-// A drawing set in place: of two markups of one panel only what differs is written into its elements, so that what stays
-// is neither parsed nor styled anew, and the page around it is not laid out again.
+// Updates a drawing in place: only the differences between a panel's old and new markup are written into its elements,
+// so that unchanged ones are neither parsed nor styled again, and the page around them is not laid out again.
 
-const TAGS = /<[^>]*>[^<]*/g; // a tag with the words after it; in an attribute Python writes > as &gt;
+const TAGS = /<[^>]*>[^<]*/g; // a tag and the text after it; Python writes > as &gt; in attributes
 const ATTRIBUTES = /([\w-]+)="([^"]*)"/g;
 
 /**
- * The tags of a markup, in order.
+ * The tags of a markup in order, each with the text after it.
  * @param {string} markup
  * @returns {string[]}
  */
@@ -18,8 +18,8 @@ const nameOf = (tag) => tag.slice(0, tag.search(/[\s/>]/));
 const attributesOf = (tag) => new Map([...tag.matchAll(ATTRIBUTES)].map(([, name, value]) => [name, value]));
 
 /**
- * What has to be written to make one markup of another: the element's number in the drawing, its new attributes, its
- * words where they are others. Null where that takes more than attributes and words: other elements, or references.
+ * The edits that turn one markup into another: the element's index in the drawing, its changed attributes, and its text
+ * if that has changed. Null if attributes and text are not enough: other elements, or character references.
  * @param {string[]} before
  * @param {string[]} now
  * @returns {{ index: number, attributes: [string, string][], words: string | null }[] | null}
@@ -43,8 +43,8 @@ export function changes(before, now) {
 }
 
 /**
- * Sets a drawing in place; false where it has to be swapped whole: it is no longer what was drawn before (a pen's ink is
- * in it), or other elements are.
+ * Updates a drawing in place; false if it must be replaced whole, because its elements have changed or something was
+ * added to it since (a pen's ink).
  * @param {SVGSVGElement} drawing
  * @param {string[]} before  its tags as they are
  * @param {string[]} now

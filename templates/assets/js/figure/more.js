@@ -1,4 +1,4 @@
-// More: what of a figure does not lead. It opens in place, by itself where something in it is meant, and a link tells it.
+// More: a figure's secondary parts. It opens in place, and by itself if a link says that it was open.
 /** @import { Figure } from "./figure.js" */
 
 import { on } from "../base/dom.js";
@@ -9,7 +9,7 @@ export const MORE = "&more"; // in the address of a state, after the record
 export const moreOf = (root) => root.querySelector("details.figure-rest");
 
 /**
- * What is behind it is measured once it is seen.
+ * Has the parts behind it measured once they are shown.
  * @param {Figure} figure
  */
 export function addMore(figure) {

@@ -1,5 +1,5 @@
-// Motions from the old place to the new: Python gives the end poses and how they came about, the page moves the groups;
-// and traces, whose lines it draws from their beginnings.
+// Motions from the old pose to the new: Python gives the end poses and the motion that led there, the page moves the
+// groups. And traces, whose lines the page draws progressively from their starts.
 
 /** @import { Dispose, Motion, Move } from "../base/types.js" */
 
@@ -10,13 +10,13 @@ import { limits } from "../base/limits.js";
 const ease = (part) => 1 - (1 - part) ** 3;
 
 /**
- * What draws a group's lines so far, its other marks unseen until the lines are whole.
+ * A function that draws a part of a group's lines; its other marks are hidden until the lines are whole.
  * @param {SVGElement} group
  * @returns {(left: number) => void}
  */
 function tracer(group) {
   const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path, text")]);
-  const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, as the lines' widths are
+  const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, like the lines' widths
   const lengths = all.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
   return (left) => {
     for (const [index, length] of lengths.entries()) {
@@ -28,17 +28,17 @@ function tracer(group) {
 }
 
 /**
- * What puts a group where it is on its way.
+ * A function that places a group on its way.
  * @param {SVGElement} group
  * @param {Move} motion
- * @returns {(left: number) => void}  from 1, before it has begun, to 0
+ * @returns {(left: number) => void}  from 1 at the start to 0 at the end
  */
 const mover = (group, { turn, about, shift }) => (left) => {
   const [x, y] = shift.map((value) => -value * left);
   group.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
 };
 
-/** @param {SVGElement} group  it is where it is drawn, and as it is drawn */
+/** @param {SVGElement} group  restored to the way it was drawn */
 function leave(group) {
   group.removeAttribute("transform");
   group.ownerSVGElement?.classList.remove("moving");
@@ -46,10 +46,10 @@ function leave(group) {
 }
 
 /**
- * Starts each group at the inverse of its motion, or its lines at their beginnings, and lets it go to where it is
- * drawn; `over` is called when they are there. Returns what ends it before; null where nothing moves.
+ * Starts each group at the inverse of its motion, or its lines at their starts, and moves it to where it is drawn;
+ * calls `over` at the end. Returns a function that ends the motions early; null if nothing moves.
  * @param {Motion[]} motions
- * @param {number} began  when, as performance.now() tells it: a finer drawing goes on where a coarser one was
+ * @param {number} began  when, by performance.now(): a finer drawing continues a coarser one's motion
  * @param {number} length  in ms; lines take three times as long
  * @param {() => void} over
  * @returns {Dispose | null}
@@ -88,7 +88,7 @@ export function startMotions(motions, began, length, over) {
 }
 
 /**
- * How long a motion takes, in ms; in a run no longer than from press to press.
+ * The length of a motion in ms; in a run no longer than the time between presses.
  * @param {boolean} running
  */
 export const motionLength = (running) => (running ? Math.min(limits.run, limits.motion) : limits.motion);

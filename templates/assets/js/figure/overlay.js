@@ -1,4 +1,4 @@
-// The overlay over a figure's panels: buttons at world places (handles, crosshairs) that outlive every swap.
+// The overlay over a figure's panels: buttons at world positions (handles, crosshairs) that outlive every swap.
 /** @import { Figure } from "./figure.js" */
 /** @import { Rect } from "./coordinates.js" */
 
@@ -8,8 +8,8 @@ import { make, on } from "../base/dom.js";
 import { drawing } from "./panels.js";
 
 /**
- * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
- * would make each swap wait for layout. What is measured is px of the screen; a slide beside its notes is drawn smaller
+ * Keeps buttons at positions in percent of a panel. Boxes are measured when sizes change and not on every frame, which
+ * would make each swap wait for layout. Measurements are in px of the screen; a slide beside its notes is drawn smaller
  * than it is laid out.
  * @param {Figure} figure
  */
@@ -22,8 +22,8 @@ export function createOverlay(figure) {
   /** @type {Map<HTMLElement, [panel: string, left: number, top: number]>} */
   const places = new Map(); // in percent of the panel
   /** @type {DOMRect | null} */
-  let origin = null; // the layer's place on the screen, until something may have moved it
-  let scale = 1; // px of the screen to one of the layout
+  let origin = null; // the layer's box on the screen; null once something may have moved it
+  let scale = 1; // px of the screen per px of the layout
 
   function measure() {
     const from = (origin = layer.getBoundingClientRect());
@@ -41,16 +41,16 @@ export function createOverlay(figure) {
     const [panel, left, top] = places.get(button) ?? ["", 0, 0];
     const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
     const [across, down] = [x + (left / 100) * width, y + (top / 100) * height];
-    button.style.translate = `${across / scale}px ${down / scale}px`; // which lays nothing out, as left and top would
+    button.style.translate = `${across / scale}px ${down / scale}px`; // unlike left and top, needs no layout
   }
 
   const watch = new ResizeObserver(measure);
   [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
   measure();
-  figure.on("scaled", measure); // by a slide, which no observer tells
+  figure.on("scaled", measure); // no observer reports a slide's scale
   const moved = () => (origin = null);
   on(document, "scroll", moved, { capture: true, passive: true });
-  on(document, "toggle", moved, { capture: true }); // what is folded out above
+  on(document, "toggle", moved, { capture: true }); // something above may have unfolded
   on(globalThis, "resize", moved);
   on(root, "pointerenter", moved);
   return {
@@ -67,7 +67,7 @@ export function createOverlay(figure) {
       return { left: origin.left + x, top: origin.top + y, width, height };
     },
     /**
-     * Puts a button, whose centre is meant, at a place in percent of a panel.
+     * Centres a button at a position in percent of a panel.
      * @param {HTMLElement} button
      * @param {string} panel
      * @param {number} left

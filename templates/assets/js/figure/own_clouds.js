@@ -1,5 +1,5 @@
 // A reader's own clouds: two files, chosen or dropped. Their bytes go to Python in this page's worker and nowhere else;
-// what they hold, and what is wrong with them, Python says.
+// Python says what they contain and what is wrong with them.
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
@@ -10,9 +10,9 @@ import { runtime } from "../runtime/runtime.js";
 
 const LARGEST = 24_000_000;
 
-/** @typedef {{ name: string, data: Uint8Array }} Thing  what is brought; without a name it was drawn */
+/** @typedef {{ name: string, data: Uint8Array }} Thing  a file; a drawing has no name */
 /** @typedef {Record<string, Thing>} Things  by place */
-/** @typedef {{ name: string, over: boolean }} Turn  of the thing brought to a place last; over: read, or refused */
+/** @typedef {{ name: string, over: boolean }} Turn  the reading of a place's latest file; over: read or refused */
 
 /**
  * @param {Figure} figure
@@ -23,9 +23,9 @@ export function addOwnClouds(figure, overlay) {
   if (!box) return;
   const places = figure.spec.takes;
   /** @type {Map<string, string>} */
-  const words = new Map(); // fingerprint → what it is
+  const words = new Map(); // fingerprint → description
   /** @type {Map<string, Turn>} */
-  const turns = new Map(); // by place: what is read in an earlier turn is not heard
+  const turns = new Map(); // by place: results of earlier turns are ignored
 
   /** @param {string} place */
   const told = (place) => box.querySelector(`[data-told="${place}"]`);
@@ -34,7 +34,7 @@ export function addOwnClouds(figure, overlay) {
   const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} will be read once Python is ready.`);
 
   /**
-   * On what a record names; that may be forgotten by now, or have been brought on another visit.
+   * Describes a file that a record refers to; it may be forgotten by now, or stem from another visit.
    * @param {string | undefined} key
    */
   function named(key) {
@@ -53,7 +53,7 @@ export function addOwnClouds(figure, overlay) {
   }
 
   /**
-   * Begins the turns of things by their names; `alone`: all others are over.
+   * Begins a turn for each thing; `alone`: ends all others.
    * @param {Record<string, { name: string }>} things
    */
   function begin(things, alone = false) {
@@ -66,7 +66,7 @@ export function addOwnClouds(figure, overlay) {
   }
 
   /**
-   * The fingerprint of a thing, once Python has read it.
+   * Has Python read a thing; resolves to its fingerprint.
    * @param {Thing} thing
    * @param {Turn} turn
    */
@@ -81,7 +81,7 @@ export function addOwnClouds(figure, overlay) {
   }
 
   /**
-   * Has the figure show these things; `alone`: in place of all that was there.
+   * Has the figure show these things; `alone`: in place of all others.
    * @param {Things} things
    */
   async function bring(things, alone = false, begun = begin(things, alone)) {
@@ -91,7 +91,7 @@ export function addOwnClouds(figure, overlay) {
     const found = [];
     runtime.start();
     for (const [place, thing] of Object.entries(things)) {
-      if (!mine([place])) continue; // another came while its bytes were read
+      if (!mine([place])) continue; // another file came while this one was read
       try {
         found.push([place, await read(thing, begun[place])]);
       } catch (error) {
@@ -109,7 +109,7 @@ export function addOwnClouds(figure, overlay) {
     const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
     const same = places.every((place) => before[place] === given[place]);
     const controls = { ...figure.record.controls, clouds: "own" };
-    const log = same ? figure.record.log : []; // a link's steps wait for the files that they were taken on
+    const log = same ? figure.record.log : []; // a link's actions are kept for the files that they were made with
     figure.ask({ ...figure.record, controls, log, given });
     figure.speak();
     show();
@@ -210,7 +210,7 @@ export function addOwnClouds(figure, overlay) {
   const pen = addPen(figure, overlay, (things) => bring(things, true));
   figure.whileReading(() => [...turns.values()].some(({ over }) => !over));
   /** @param {DragEvent} event */
-  const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
+  const missed = (event) => carries(event) && event.preventDefault(); // a drop beside the figure keeps the page
   const shown = () => {
     for (const button of files) button.disabled = !figure.frame.files;
     swapping.disabled = !figure.record.given || figure.record.controls.clouds !== "own";

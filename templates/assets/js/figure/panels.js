@@ -1,5 +1,5 @@
-// Swaps a frame's panels in, on the stage and behind More. The handles' overlay stays, so that focus and pointer capture
-// survive.
+// Swaps in a frame's panels, on the stage and behind More. The handles' overlay stays, so that focus and pointer
+// capture survive.
 
 /** @import { Panel } from "../base/types.js" */
 
@@ -16,8 +16,8 @@ export const panelOf = (root, name) => root.querySelector(`.figure-panel[data-pa
 export const drawing = (root, name) => panelOf(root, name)?.querySelector("svg.plot") ?? null;
 
 /**
- * Whether a panel is there for the hand: a slide may show some of a figure's panels only, some wait behind More, and on a
- * phone a small one is a button.
+ * Whether a panel is interactive: a slide may show only some of a figure's panels, some are behind More, and on a phone
+ * the small ones are buttons.
  * @type {(root: HTMLElement, name: string) => boolean}
  */
 export function onStage(root, name) {
@@ -26,13 +26,13 @@ export function onStage(root, name) {
 }
 
 /**
- * The drawing that each panel element holds, as text and by its tags: what has not changed is left alone.
+ * Each panel's current drawing, as text and as tags, so that unchanged parts are left alone.
  * @type {WeakMap<HTMLElement, { svg: string, tags: string[] }>}
  */
 const held = new WeakMap();
 
 /**
- * Shows a drawing in a panel, set in place where it can be.
+ * Shows a drawing in a panel, updated in place if possible.
  * @param {HTMLElement} panel
  * @param {string} svg
  */
@@ -46,7 +46,7 @@ function show(panel, svg) {
 }
 
 /**
- * A panel's caption: a line each, the first its name.
+ * Writes a panel's caption: one element per line, the first is its name.
  * @param {HTMLElement} panel
  * @param {string} words
  */

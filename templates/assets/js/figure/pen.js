@@ -1,5 +1,5 @@
-// Drawing two clouds by hand: strokes of the pointer, or single points by key. What is drawn goes to Python as the text of
-// a file would; the line under the pen is all that is drawn here, until the picture with the points is there.
+// Drawing two clouds by hand: strokes with the pointer, or single points by key. They go to Python as text, like a
+// file; only the line under the pen is drawn here, until the picture with the points arrives.
 /** @import { Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Things } from "./own_clouds.js" */
@@ -12,7 +12,7 @@ import { percent } from "./coordinates.js";
 import { hold } from "./hold.js";
 
 const PANEL = "main";
-const APART = 0.12; // of the window's units, along a stroke
+const APART = 0.12; // world units between points along a stroke
 const MOST = 2000; // points of a cloud
 const TURN = Math.PI / 7;
 const SHIFT = [0.7, -0.45];
@@ -20,7 +20,7 @@ const SHIFT = [0.7, -0.45];
 /** @typedef {{ place: string, points: Point[] }} Stroke */
 
 /**
- * Points along a line through `corners`, evenly apart.
+ * Evenly spaced points along a line through `corners`.
  * @param {Point[]} corners
  */
 function spread(corners) {
@@ -45,7 +45,7 @@ const moved = ([x, y]) => [
 /**
  * @param {Figure} figure
  * @param {Overlay} overlay
- * @param {(things: Things) => void} bring  in place of all that was there
+ * @param {(things: Things) => void} bring  shows the things in place of all others
  */
 export function addPen(figure, overlay, bring) {
   const box = find(figure.root, ".own");
@@ -55,15 +55,15 @@ export function addPen(figure, overlay, bring) {
   const cross = crosshair(figure, overlay, PANEL, words, () => {});
   /** @type {Stroke[]} in the order they were drawn */
   let strokes = [];
-  let place = ""; // which cloud is drawn, or none
+  let place = ""; // the cloud being drawn, if any
   /** @typedef {{ corners: Point[], ink: SVGPathElement }} Line */
-  /** @type {SVGPathElement[]} of lines that are whole, until a picture has their points, or none will */
+  /** @type {SVGPathElement[]} finished lines, until the next frame */
   const dry = [];
 
   /** @param {string} which */
   const of = (which) => strokes.filter((each) => each.place === which).flatMap((each) => each.points);
 
-  /** The strokes so far as two clouds. */
+  /** Hands over the strokes so far as two clouds. */
   function hand() {
     /** @type {Things} */
     const things = {};
@@ -89,7 +89,7 @@ export function addPen(figure, overlay, bring) {
     cross.button.hidden = !place;
   }
 
-  /** Takes the pen for a cloud, or puts it away. */
+  /** Starts drawing a cloud, or stops drawing. */
   function put(which = "") {
     place = which;
     show();
@@ -161,7 +161,7 @@ export function addPen(figure, overlay, bring) {
   const pointer = hold(panel, panel, { begin, follow, end, cancel });
   figure.on("frame", () => {
     dry.splice(0).forEach((ink) => ink.remove());
-    if (pointer.held) find(panel, "svg.plot").append(pointer.held.ink); // the drawing may be another, and the pen is still down
+    if (pointer.held) find(panel, "svg.plot").append(pointer.held.ink); // the drawing may be new
   });
   show();
   return { put };

@@ -1,4 +1,4 @@
-// Pinned runs: a small table beside the figure of states worth keeping, with the settings in which they differ.
+// Pinned runs: a small table of states worth keeping, with the settings in which they differ.
 /** @import { Control, FigureRecord, Readout, Value } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -18,14 +18,14 @@ const MOST = 50;
 const differ = (pins, of) => new Set(pins.map(of)).size > 1;
 
 /**
- * A readout without a value, such as the error of no rotation, has no unit either; its column has.
+ * The unit of a readout's column: a readout without a value, such as the error of no rotation, has no unit either.
  * @type {(pins: Pin[], name: string) => string}
  */
 const unitOf = (pins, name) =>
   pins.flatMap((pin) => pin.readouts).find((each) => each.name === name && each.unit)?.unit ?? "";
 
 /**
- * Every column; `all` also takes the settings that are equal in all rows.
+ * The table's columns; `all` includes the settings that are equal in all rows.
  * @type {(specs: Controls, pins: Pin[], all: boolean) => Column[]}
  */
 function columns(specs, pins, all) {
@@ -90,8 +90,8 @@ const WORDS = ["name", "label", "value", "unit"];
 const read = (each) => WORDS.every((word) => typeof each?.[word] === "string");
 
 /**
- * What an earlier visit or another tab kept, as far as it still is a pin of this figure. A control that the figure got
- * since then stands where the page has it; a run that cannot be done any more is none.
+ * The stored pins of earlier visits and other tabs that are still valid for this figure. A control added since then has
+ * the page's value; a run that can no longer be replayed is dropped.
  * @type {(key: string, figure: Figure) => Pin[]}
  */
 function kept(key, { initial, spec }) {
@@ -137,7 +137,7 @@ export function addPins(figure) {
     if (again instanceof HTMLElement) again.focus({ preventScroll: true });
   }
 
-  /** Another tab may have pinned or removed runs; where nothing is stored, the page's own are all there are. */
+  /** Rereads the pins, as another tab may have changed them; if storing failed, the page's own are all there are. */
   function look() {
     if (stored) pins = kept(key, figure);
     show();

@@ -1,4 +1,4 @@
-// A record played press by press, at the pace of Run, so that the way to it is seen and not its end alone.
+// Plays a record press by press, at the pace of Run, so that the way to it is seen and not only its end.
 /** @import { FigureRecord } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -8,16 +8,16 @@ import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
 import { taped } from "../runtime/tape.js";
 
-const MOST = 32; // presses that are played, four seconds; the end follows then
-export const END = "finish"; // the press that is all those of Run at once
+const MOST = 32; // presses that are played, four seconds' worth; then comes the end
+export const END = "finish"; // the button that does all of Run's presses at once
 
 /** @typedef {{ counted: boolean, within: (record: FigureRecord) => boolean, ended: () => boolean, go: () => void }} Play */
 
 /**
- * The way to a record that presses what Run repeats, so many times or to the end; null for any other. within: whether a
- * record lies on that way. ended: whether the figure shows the end of a run on it.
+ * The way to a record that repeats Run's press a number of times or to the end; null for any other record. within:
+ * whether a record lies on that way. ended: whether the figure shows the end of a run on it.
  * @param {Figure} figure
- * @param {() => FigureRecord} wanted  the same but for the clouds that the reader has brought
+ * @param {() => FigureRecord} wanted  always the same, except for the reader's own clouds
  * @returns {Play | null}
  */
 export function createPlay(figure, wanted) {
@@ -28,7 +28,7 @@ export function createPlay(figure, wanted) {
   if (!repeats || !log.length || !(counted || whole)) return null;
   const most = counted ? log.length : MOST;
   let playing = false;
-  let asked = 0; // when the last press was
+  let asked = 0; // the time of the last press
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let due;
 
@@ -47,7 +47,7 @@ export function createPlay(figure, wanted) {
   }
 
   function press() {
-    if (!figure.visible || document.hidden) return; // it goes on once it is seen
+    if (!figure.visible || document.hidden) return; // it goes on once the figure is in view
     const here = records.left(figure.record, ...(figure.spec.hovers ?? []));
     const further = records.press(here, /** @type {string} */ (repeats));
     const drawn = runtime.state === "live" || taped(figure.id, further);
@@ -70,7 +70,7 @@ export function createPlay(figure, wanted) {
 
   function go() {
     playing = true;
-    ask(records.reset(wanted())); // which stops a run of the reader's own
+    ask(records.reset(wanted())); // stops a run of the reader's own
     if (playing) figure.run(true);
   }
 

@@ -1,5 +1,5 @@
-// A prediction before the run: the reader picks an answer or places a ghost, then the figure runs, and both are shown
-// together. The score stays in the tab.
+// A prediction before the run: the reader picks an answer or places a ghost, then the figure runs and shows both. The
+// score stays in the tab.
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
@@ -12,7 +12,7 @@ import { createPlay } from "./play.js";
 
 const KEY = "ladder:predictions";
 
-/** What was predicted in this tab so far, by page and figure; the first answer counts. */
+/** Whether each prediction in this tab so far was right, by page and figure; the first answer counts. */
 function score() {
   const kept = session.get(KEY);
   return /** @type {Record<string, boolean>} */ (kept && typeof kept === "object" ? kept : {});
@@ -46,9 +46,9 @@ export function addPrediction(figure, overlay) {
   const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
   /** @type {ReturnType<typeof createGhost> | null} */
   let ghost = null;
-  /** @type {(() => void) | null} what is done once the run's end is seen */
+  /** @type {(() => void) | null} called once the run's end is shown */
   let compare = null;
-  /** @type {(() => void) | null} what ends the wait for the picture in which a ghost is placed */
+  /** @type {(() => void) | null} ends the wait for the picture in which a ghost is placed */
   let waits = null;
 
   /** @type {(record: import("../base/types.js").FigureRecord) => boolean} */
@@ -79,7 +79,7 @@ export function addPrediction(figure, overlay) {
 
   function look() {
     if (!seen(wanted()) && !play?.ended()) {
-      if (ghost?.compared && !compare) clear(); // what it is compared with has gone
+      if (ghost?.compared && !compare) clear(); // the result that it is compared with is gone
       return;
     }
     const does = compare;
@@ -88,7 +88,7 @@ export function addPrediction(figure, overlay) {
     if (does) figure.speak();
   }
 
-  /** Looks whether the settings are neither the figure's nor those of the question. */
+  /** Notes whether the settings are neither the figure's nor the question's. */
   function compareSettings() {
     const [now, ...known] = [figure.record, figure.fresh, wanted()].map((record) => records.key(records.reset(record)));
     moved = !known.includes(now);
@@ -109,7 +109,7 @@ export function addPrediction(figure, overlay) {
     });
   }
 
-  /** A ghost where the source stands, to be taken where it will stop. */
+  /** Adds a ghost where the source is, for the reader to drag to where it will stop. */
   function place() {
     compareSettings();
     if (!seen(figure.fresh)) figure.ask(figure.fresh);
@@ -145,7 +145,7 @@ export function addPrediction(figure, overlay) {
     });
   }
 
-  /** As if nothing had been asked. */
+  /** Withdraws the prediction. */
   function clear() {
     ghost?.dispose();
     ghost = null;

@@ -1,5 +1,5 @@
-// A page that is open while the site is published anew asks for files that are gone. Where Python could not be loaded, or
-// a part of it later, it looks whether that is why: then a reload helps, and nothing else does.
+// A page that is open while a new version of the site is published asks for files that are gone. If Python, or a part
+// that it needs later, could not be loaded, the page checks whether that is why: then only a reload helps.
 /** @import { Figure } from "./figure.js" */
 
 import { fragmentOf } from "../base/address.js";
@@ -8,8 +8,8 @@ import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
 /**
- * Whether a page would load something else later, by names that hold the content's hash. What a browser's extensions
- * have written beside them plays no part.
+ * Whether a page would load other files later, judged by file names with content hashes. Attributes added by browser
+ * extensions are ignored.
  * @param {Document} page
  */
 const differs = ({ body }) =>
@@ -26,7 +26,7 @@ async function look() {
 export const published = {
   anew: false,
   /**
-   * Loads the page as it is now; the state that the reader wants of a figure goes along in the address.
+   * Loads the new version of the page; the address carries the state that the reader is waiting for.
    * @param {Figure} figure
    */
   reload(figure) {
@@ -35,6 +35,6 @@ export const published = {
   },
 };
 
-const check = () => void look().catch(() => {}); // no network: nothing is known
+const check = () => void look().catch(() => {}); // without a network nothing is known
 runtime.on("change", () => runtime.state === "failed" && !runtime.stopped && check());
 runtime.on("lack", check);

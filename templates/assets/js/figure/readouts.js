@@ -1,4 +1,4 @@
-// The numbers, the words and the Python beside a figure follow its frames.
+// Keeps the numbers, the description and the Python beside a figure in step with its frames.
 /** @import { Frame, Readout } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -18,7 +18,7 @@ const row = ({ name, label, role }) =>
  * @param {Frame} frame
  */
 function readouts(list, frame) {
-  const chosen = list.dataset.chosen?.split(" "); // here stand some of them, the others elsewhere or nowhere
+  const chosen = list.dataset.chosen?.split(" "); // this list shows only some; others are elsewhere or not shown
   const shown = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
   const there = /** @type {HTMLElement[]} */ ([...list.children]).map((each) => each.dataset.readout).join();
   if (there !== shown.map(({ name }) => name).join()) list.replaceChildren(...shown.map(row));
@@ -26,7 +26,7 @@ function readouts(list, frame) {
     text(list.children[i].querySelector("dt"), label);
     text(list.children[i].querySelector(".value"), value);
     text(list.children[i].querySelector(".unit"), unit);
-    list.children[i].querySelector(".unit")?.classList.toggle("degrees", unit === "°"); // which stands close
+    list.children[i].querySelector(".unit")?.classList.toggle("degrees", unit === "°"); // without a space before it
   });
 }
 

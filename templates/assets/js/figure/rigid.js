@@ -1,10 +1,10 @@
-// Points of a drawing, moved as a whole and compared: pure functions.
+// Pure functions that move a drawing's points rigidly and compare them.
 /** @import { Point } from "../base/types.js" */
 
 const DOTS = "path.dot";
 
 /**
- * The places of the dots that a group draws: "M x y h1 m dx dy h1 …", each dot a line one unit long.
+ * The positions of a path's dots: "M x y h1 m dx dy h1 …", each dot a line one unit long.
  * @param {string} path
  * @returns {Point[]}
  */
@@ -31,7 +31,7 @@ export function points(group) {
 }
 
 /**
- * Turned by so many degrees about a place, then moved.
+ * Points turned by `turn` degrees about a place, then shifted.
  * @type {(points: Point[], turn: number, about: Point, shift: Point) => Point[]}
  */
 export function placed(points, turn, [a, b], [right, down]) {
@@ -44,7 +44,7 @@ export function placed(points, turn, [a, b], [right, down]) {
 }
 
 /**
- * The mean distance from each point to its own in the other list.
+ * The mean distance between corresponding points of two lists.
  * @type {(points: Point[], others: Point[]) => number}
  */
 export function away(points, others) {
@@ -53,7 +53,7 @@ export function away(points, others) {
 }
 
 /**
- * The points' middle.
+ * The points' centroid.
  * @type {(points: Point[]) => Point}
  */
 export function mean(points) {

@@ -1,8 +1,8 @@
-// A control's value in words, as the build writes it: `shown` in sitegen/pages/views.py.
+// A control's value as text, written as the build does: `shown` in sitegen/pages/views.py.
 /** @import { Control, Value } from "../base/types.js" */
 
 /**
- * Fixed decimals, a true minus, a space before the unit that no line ends at; 60° has none.
+ * Fixed decimals, a true minus sign, a no-break space before the unit, except before °.
  * @type {(spec: Control, value: Value) => string}
  */
 export function shownValue(spec, value) {

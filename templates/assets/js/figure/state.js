@@ -1,17 +1,17 @@
-// What a figure shows and what is asked of it: plain data in one class.
+// What a figure shows and which questions it has asked: plain data in one class.
 
 /** @import { FigureRecord, Frame, Progress, Question, RuntimeState } from "../base/types.js" */
 
 /**
- * What is seen: "static", the picture that the page was built with; "tape", a frame recorded when the page was built;
- * "live", a frame that Python drew; "waiting", as before, Python is asked and not up; "failed", as before, what is asked
- * has no answer.
+ * What is shown: "static", the picture that the page was built with; "tape", a frame recorded at build time; "live", a
+ * frame that Python drew; "waiting", the last picture, while a question waits for Python to start; "failed", the last
+ * picture, because the question has no answer.
  * @typedef {"static" | "tape" | "live" | "waiting" | "failed"} StateName
  */
 
 /**
- * The questions that wait once another is asked. While Python is not up only the latest counts; then one that may be
- * merged takes the place of the last, if that is of its kind.
+ * The waiting questions after a new one. Until Python is up only the latest counts; then a question replaces the last
+ * one if both have the same `merge`.
  * @type {(waiting: readonly Question[], question: Question, live: boolean) => Question[]}
  */
 export function merged(waiting, question, live) {
@@ -21,11 +21,11 @@ export function merged(waiting, question, live) {
 }
 
 export class FigureState {
-  /** @type {Question[]} not yet asked, the oldest first */
+  /** @type {Question[]} not yet asked, oldest first */
   #waiting = [];
   /** @type {Question | null} being drawn */
   #asked = null;
-  /** @type {Progress | null} what the question that is being drawn is at, where that takes long */
+  /** @type {Progress | null} the progress of the question being drawn, if it takes long */
   #replay = null;
   /** @type {"static" | "tape" | "live"} */
   #source = "static";
@@ -37,14 +37,14 @@ export class FigureState {
    * @param {Frame} frame
    */
   constructor(record, frame) {
-    /** what the page was built with, what the reader wants to see, and what is seen */
+    /** the records that the page was built with, that the reader wants to see, and that is shown */
     this.initial = record;
     this.record = record;
     this.shown = record;
     this.frame = frame;
   }
 
-  /** Not yet asked; while Python is not up, the latest only. */
+  /** Whether questions wait to be asked; until Python is up, only the latest does. */
   get waiting() {
     return this.#waiting.length > 0;
   }
@@ -57,17 +57,17 @@ export class FigureState {
     return this.#replay;
   }
 
-  /** Why the last question has no answer, in words; cleared by the next answer. */
+  /** Why the last question could not be answered, in words; cleared by the next question or answer. */
   get error() {
     return this.#error;
   }
 
-  /** Why what waits is not asked while Python is up, in words: a file of Python's did not load. */
+  /** Why a question waits although Python is up, in words: one of Python's files did not load. */
   get lack() {
     return this.#lack;
   }
 
-  /** Something is asked, or waits to be. */
+  /** Whether a question is being drawn or waits to be asked. */
   get pending() {
     return this.#asked !== null || this.waiting;
   }
@@ -81,14 +81,14 @@ export class FigureState {
     return this.waiting && runtime !== "live" ? "waiting" : this.#source;
   }
 
-  /** Another question: what was wrong with the last one is past. */
+  /** Prepares for another question: drops the last one's error. */
   begin() {
     this.#error = "";
     if (this.#lack) this.clear();
   }
 
   /**
-   * Wants a record that is not there yet.
+   * Adds a question for a record that is not there yet.
    * @param {FigureRecord} record
    * @param {string | null} merge
    * @param {boolean} live  Python is up
@@ -97,7 +97,7 @@ export class FigureState {
     this.#waiting = merged(this.#waiting, { record, merge }, live);
   }
 
-  /** The oldest question, which is now being drawn; null where there is none, or one is being drawn already. */
+  /** Takes the oldest question to be drawn now; null if there is none or one is being drawn already. */
   take() {
     if (this.#asked || !this.waiting) return null;
     this.#lack = "";
@@ -105,26 +105,26 @@ export class FigureState {
   }
 
   /**
-   * What the question that is being drawn is at.
+   * Notes the progress of the question being drawn.
    * @param {Progress} replay
    */
   progress(replay) {
     this.#replay = replay;
   }
 
-  /** The question is answered, or has failed. A replay that a newer question takes on is told of until that is asked. */
+  /** The question was answered or failed. `replayed` keeps a replay's progress for the question that continues it. */
   settle(replayed = false) {
     this.#asked = null;
     if (!replayed) this.#replay = null;
   }
 
-  /** Python went, and the record is still wanted: it is asked again of the next one. */
+  /** Queues the wanted record again, for the next worker after Python has stopped. */
   again() {
     this.#waiting = [{ record: this.record, merge: null }];
   }
 
   /**
-   * A file that Python needs for the record did not load: it waits for the reader to ask again, or for another.
+   * A file that Python needs for the record did not load: the record waits for a retry or another question.
    * @param {string} why
    */
   miss(why) {
@@ -132,13 +132,13 @@ export class FigureState {
     this.#lack = why;
   }
 
-  /** Nothing waits any more. */
+  /** Drops all waiting questions. */
   clear() {
     this.#waiting = [];
     this.#lack = "";
   }
 
-  /** Gives up what is being drawn and what waits: the figure is what is seen of it. */
+  /** Gives up all questions and returns to the shown record. */
   leave() {
     this.#asked = this.#replay = null;
     this.clear();
@@ -146,7 +146,7 @@ export class FigureState {
   }
 
   /**
-   * Keeps the last picture and takes back what led away from it.
+   * Keeps the last picture, returns to its record and notes the error.
    * @param {string} message
    */
   refuse(message) {

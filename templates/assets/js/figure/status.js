@@ -1,4 +1,5 @@
-// The status line: what a figure waits for, why it failed, what it notes. What has to be heard of it, the voice says.
+// The status line: what a figure waits for, why it failed, its note. The announcer speaks what screen readers must
+// hear.
 /** @import { Progress, Question } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -10,7 +11,7 @@ import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 import { frugal } from "../runtime/start.js";
 
-const LONGEST = 280; // characters: what comes from an address or a file may be of any length
+const LONGEST = 280; // characters: text from an address or a file may have any length
 /** @type {Record<string, string>} */
 const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
 const FROM_DISK =
@@ -27,13 +28,13 @@ function progress() {
 /** @param {Progress} replay */
 function replaying({ replayed, of, reads }) {
   if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
-  if (of === 1) return { words: "Python is working on this." }; // an action that takes long itself
+  if (of === 1) return { words: "Python is working on this." }; // a single slow action
   return { words: "Restoring your actions:", progress: `${replayed} of ${of} actions` };
 }
 
 /**
- * What the line says: words, progress, which ways on, and whether the words are to be heard, since the reader asked for
- * something. `late`: the answer that is being drawn takes long.
+ * What the line says: words, progress, the ways on, and whether to announce the words, because the reader asked for
+ * something. `late`: the current answer takes long.
  * @param {Figure} figure
  * @param {boolean} late
  * @returns {{ words: string, progress?: string, ways: string[], heard?: boolean }}
@@ -85,17 +86,17 @@ export function addStatus(figure) {
   const choices = make("span", { class: "status-ways" });
   const offer = make("span", { class: "status-offer" });
   let offered = "";
-  let passing = ""; // said once, gone with the next question
-  let heard = ""; // of what the line says now
+  let passing = ""; // a message that lasts until the next question
+  let heard = ""; // the announced part of the current line
   /** @type {Question | null} */
   let watched = null; // the question that is being drawn
-  let late = false; // its answer
+  let late = false; // whether its answer takes long
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let patience;
   line.replaceChildren(words, " ", bytes, choices, offer);
 
   function watch() {
-    const newer = watched && figure.replay; // the newer question takes the replay on
+    const newer = watched && figure.replay; // a newer question continues the replay
     if (watched === figure.asked || (figure.asked && newer)) return;
     watched = figure.asked;
     late = false;
@@ -110,7 +111,7 @@ export function addStatus(figure) {
   function show() {
     watch();
     const now = told(figure, late);
-    text(words, short((now.ways.length ? "" : passing) || now.words)); // what leads on comes first
+    text(words, short((now.ways.length ? "" : passing) || now.words)); // words with ways on come first
     text(bytes, now.progress ?? "");
     if (offered !== now.ways.join()) {
       offered = now.ways.join();

@@ -1,5 +1,6 @@
-// Warm-up: Python's first answers of a kind are its slowest, and a reader's first drag would get them. Once Python is up,
-// what is seen is drawn unseen; when all is at rest, so are the moves that a reader may make of it next.
+// Warm-up: Python's first answers of each kind are its slowest, and a reader's first drag would pay for them. Once
+// Python is up, visible figures are drawn off screen; when the page is idle, so are the moves that a reader may make
+// next.
 /** @import { FigureRecord, Frame, Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
@@ -11,12 +12,12 @@ import { figures } from "./registry.js";
 const DRAGS = 100; // after 25, a reader's first drag was still slower than the next
 const MOVES = 25; // of each other kind
 const LONGEST = 1500; // ms for a kind
-const SWAY = 1 / 50; // of a panel's width: how far off its place a handle is put
+const SWAY = 1 / 50; // how far a handle is moved, as a part of a panel's width
 
-/** @typedef {Generator<FigureRecord, void, Frame>} Moves  records to draw, each told the frame of the one before */
+/** @typedef {Generator<FigureRecord, void, Frame>} Moves  records to draw; each yield returns its frame */
 
 /**
- * The place at a part of a turn on a circle.
+ * The point on a circle after a part of a full turn.
  * @type {(middle: Point, radius: number, turn: number) => Point}
  */
 const onCircle = ([x, y], radius, turn) => [
@@ -24,7 +25,7 @@ const onCircle = ([x, y], radius, turn) => [
   y + radius * Math.sin(2 * Math.PI * turn),
 ];
 
-/** @type {(figure: Figure) => Moves} its handles in turn, each about its own place */
+/** @type {(figure: Figure) => Moves} its handles in turn, each around its own place */
 function* drags({ shown, spec, frame: { handles, panels } }) {
   for (let i = 0; handles.length && i < DRAGS; i++) {
     const handle = handles[i % handles.length];
@@ -33,7 +34,7 @@ function* drags({ shown, spec, frame: { handles, panels } }) {
   }
 }
 
-/** @type {(figure: Figure) => Moves} places pointed at in its first panel that answers to that */
+/** @type {(figure: Figure) => Moves} hovers over its first panel that responds to them */
 function* hovers({ shown, spec, frame: { panels } }) {
   const panel = panels.find(({ name }) => spec.hovers.includes(name));
   if (!panel) return;
@@ -54,7 +55,7 @@ function* steps({ shown, spec, frame }) {
   }
 }
 
-/** @type {(figure: Figure) => Moves} its first slider about its value, where a coarse picture answers it */
+/** @type {(figure: Figure) => Moves} its first slider near its value, if coarse pictures exist */
 function* slides({ shown, spec }) {
   const [name, slider] = Object.entries(spec.controls).find(([, { kind }]) => kind === "slider") ?? [];
   if (!name || slider?.kind !== "slider" || spec.details === 1) return;
@@ -69,13 +70,13 @@ function* slides({ shown, spec }) {
 const KINDS = [drags, hovers, steps, slides];
 
 /**
- * Warms Python up for a figure: never while anybody waits for an answer, and only for one that is on screen.
+ * Warms Python up for a figure, never while anybody waits for an answer, and only if the figure is on screen.
  * @param {Figure} figure
  */
 export function addWarmUp(figure) {
   const { id, root, spec } = figure;
-  let drawn = false; // by Python, what is seen
-  let kind = 0; // the next one
+  let drawn = false; // whether Python has drawn what is shown
+  let kind = 0; // the index of the next kind
   let underway = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let timer;
@@ -88,7 +89,7 @@ export function addWarmUp(figure) {
   const interrupted = (shown) => shown !== figure.shown || !figure.visible || busy();
 
   /**
-   * Draws moves until they have taken their time, or one cannot be drawn. False where something came between.
+   * Draws moves until their time is up or one cannot be drawn. False if something interrupted.
    * @param {Moves} moves
    */
   async function make(moves) {
@@ -105,7 +106,7 @@ export function addWarmUp(figure) {
     return true;
   }
 
-  /** What is seen, level by level: Python has it at hand, and a first touch coarsens nothing. */
+  /** Draws what is shown at every level of detail, so that Python has it cached and a first touch coarsens nothing. */
   async function finish() {
     const { shown } = figure;
     for (let detail = 0; detail < spec.details; ) {
@@ -127,7 +128,7 @@ export function addWarmUp(figure) {
   async function alone(work) {
     underway = true;
     await work().catch(({ stopped }) => {
-      if (!stopped) root.toggleAttribute("data-warm", true); // what is seen cannot be drawn: there is nothing to warm up
+      if (!stopped) root.toggleAttribute("data-warm", true); // the shown record cannot be drawn: nothing to warm up
     });
     underway = false;
     later();
@@ -140,13 +141,13 @@ export function addWarmUp(figure) {
       timer = setTimeout(() => (busy() ? later() : void alone(go)), limits.pause);
     } else {
       drawn = true;
-      void alone(() => unseen(figure.shown, 0)); // a first touch waits for no import
+      void alone(() => unseen(figure.shown, 0)); // so that a first touch waits for no import
     }
   }
 
   function changed() {
     if (runtime.state !== "live") {
-      drawn = false; // another worker is as cold as the first was
+      drawn = false; // the next worker starts as cold as the first
       kind = 0;
       root.toggleAttribute("data-warm", false);
     }

@@ -1,8 +1,8 @@
-// A button in the text may lead far away: the way back stays on the screen until it is taken or no longer needed.
+// A button in the text may lead far away: a way back stays on screen until it is used or no longer needed.
 
 import { calm, make, on } from "../base/dom.js";
 
-/** @type {(() => void) | undefined} takes the last offer away */
+/** @type {(() => void) | undefined} removes the last offer */
 let withdraw;
 
 /** @param {Element} place */
@@ -14,7 +14,7 @@ export const goTo = (place) => place.scrollIntoView({ block: "center", behavior:
 export function offerWayBack(from) {
   withdraw?.();
   const back = make("button", { type: "button", class: "way-back" }, "Back to where you were");
-  let left = false; // the place that one comes from is out of sight
+  let left = false; // whether `from` has been out of view
   const watch = new IntersectionObserver(([{ isIntersecting }]) => {
     if (left && isIntersecting) withdraw?.();
     left ||= !isIntersecting;
