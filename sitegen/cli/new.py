@@ -118,7 +118,7 @@ def _sound(name: str) -> None:
 
 def _titled(title: str) -> None:
     if title and (title.isspace() or any(unicodedata.category(sign) in ("Cc", "Cs") for sign in title)):
-        raise NameTaken(f"--title {title!r} is no title: a line of text in UTF-8, without control characters")
+        raise NameTaken(f"--title {title!r}: expected a line of text in UTF-8, without control characters")
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:

@@ -70,7 +70,7 @@ function progressTeller(files) {
 
 /** @param {RuntimeFile} file @returns {(error: any) => never} */
 const lost = (file) => (error) => {
-  throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox ends its messages with one
+  throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox's end with one
 };
 
 /** @param {RuntimeFile} file */
