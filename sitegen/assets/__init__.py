@@ -1,1 +1,1 @@
-"""What pages load beside their text: style sheet, script, typefaces, icons, colours, and what hosts are told."""
+"""The pages' assets: style sheet, script, typefaces, icons, colours, and files for hosts."""

@@ -1,4 +1,4 @@
-"""What pages load beside their text: one style sheet, one script, the worker, pictures, all named by their content."""
+"""The pages' assets: one style sheet, one script, the worker and pictures, all named by their content."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sitegen.problems import Place, Problems, hint
 from sitegen.progress import Progress, quiet
 
 PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
-ENTRIES = {  # file in templates/assets → its name on the site, the attribute of Assets that holds that
+ENTRIES = {  # file in templates/assets → its name on the site, the attribute of Assets for that name
     "css/site.css": ("site.css", "css"),
     "js/main.js": ("site.js", "js"),
     "js/theme.js": ("theme.js", "theme"),
@@ -27,7 +27,7 @@ ENTRIES = {  # file in templates/assets → its name on the site, the attribute 
 
 @dataclass
 class Assets:
-    """Names of the loaded files relative to the site, and all their contents."""
+    """The names of the loaded files, relative to the site, and their contents."""
 
     files: dict[str, bytes] = field(default_factory=dict)
     css: str = ""
@@ -52,15 +52,16 @@ class Assets:
         return self.pictures[name]
 
     def preloads(self, page: str) -> list[str]:
-        """The typefaces' files that a page with this HTML preloads."""
+        """The typeface files that a page with this HTML preloads."""
         return preloads(self.preload, page)
 
     def from_disk(self) -> Assets:
-        """The same for pages that lie on a reader's disk: a browser refuses there what it would fetch ahead."""
+        """The same for pages on a reader's disk, where browsers refuse to preload, and without manifest and
+        download."""
         return replace(self, preload=(), manifest="", download=None)
 
     def add(self, name: str, data: bytes) -> str:
-        """Put a file under assets/, named by its content."""
+        """Add a file under assets/ and return its name, which holds its content's hash."""
         hashed = hashed_name(f"assets/{name}", data)
         self.files[hashed] = data
         return hashed
@@ -76,7 +77,7 @@ def read_assets(
     cache: Path,
     progress: Progress = quiet,
 ) -> Assets:
-    """The assets of templates/assets, with pictures that the build draws; `styles` stand before its own sheets."""
+    """Read templates/assets and add the pictures that the build draws; `styles` come before its own sheets."""
     home = root / "templates" / "assets"
     assets = Assets()
     lying = {path.name: path.read_bytes() for path in sorted(home.glob("*")) if path.suffix in PICTURES}
@@ -98,7 +99,7 @@ def read_assets(
 
 
 def _entries(files: Mapping[str, str], assets: Assets, problems: Problems) -> list[Entry]:
-    """What is bundled, each with the files of its kind."""
+    """The entries to bundle, each with all files of its kind."""
     entries = []
     for path in ENTRIES:
         path = f"templates/assets/{path}"
@@ -109,7 +110,7 @@ def _entries(files: Mapping[str, str], assets: Assets, problems: Problems) -> li
 
 
 def _put(assets: Assets, name: str, made: Bundle, before: str) -> str:
-    """Add a bundle and its source map, which it names in its last line; what stands `before` it has none."""
+    """Add a bundle and its source map, which its last line names; the text `before` it is not in the map."""
     if not made.code:
         return assets.add(name, before.encode())
     source_map = assets.add(f"{name}{MAP}", made.placed(before.count("\n")).encode())
@@ -119,7 +120,7 @@ def _put(assets: Assets, name: str, made: Bundle, before: str) -> str:
 
 
 def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> dict[str, str]:
-    """What the sheets' url(…) of pictures in templates/assets are on the site; others go to `problems`."""
+    """The addresses on the site of the pictures that the sheets name by url(…); unknown ones go to `problems`."""
     found = {}
     for path, text in sheets.items():
         for url in urls(text):

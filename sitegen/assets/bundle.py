@@ -1,7 +1,7 @@
-"""Scripts and style sheets as a browser gets them: modules bundled and minified by esbuild, with a source map each.
+"""Bundles of scripts and style sheets for browsers: bundled and minified by esbuild, with a source map each.
 
-A bundle is kept in the cache by all that it is made of; esbuild, which takes half a second to start, runs only where
-something of it has changed.
+Bundles are cached by a key of all their inputs; esbuild, which takes half a second to start, runs only if some have
+changed.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ from sitegen.problems import Place, Problems, read_text
 from sitegen.progress import Progress, quiet
 
 SCRIPT = Path(__file__).with_name("esbuild.mjs")
-FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
-SECONDS = 120.0  # at most, on a machine under load
+FORMAT = "1"  # of cached bundles; to be raised when their making changes in a way that the key does not cover
+SECONDS = 120.0  # timeout, for a machine under load
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What is to become one file: where it begins, all files by name that it may import, addresses of pictures."""
+    """The input of one bundle: its entry file, all files by name that it may import, addresses of pictures."""
 
     path: str
     files: Mapping[str, str]
     pictures: Mapping[str, str] = field(default_factory=dict)
 
     def key(self, made_by: str) -> str:
-        """All that the bundle depends on."""
+        """The cache key: everything that the bundle depends on."""
         hashes = {name: digest(text.encode()) for name, text in sorted(self.files.items())}
         return json.dumps([made_by, self.path, hashes, sorted(self.pictures.items())])
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """A script or a style sheet, and its source map; both empty where something is wrong with it."""
+    """A script or style sheet and its source map; both are empty if esbuild reported problems."""
 
     code: str
     source_map: str
 
     def placed(self, lines: int) -> str:
-        """The source map of the code as it stands below so many other lines."""
+        """The source map for the code when it is placed below that many other lines."""
         data = json.loads(self.source_map)
         return json.dumps({**data, "mappings": ";" * lines + data["mappings"]}, ensure_ascii=False)
 
 
 def read_files(root: Path, folder: str, pattern: str, problems: Problems) -> dict[str, str]:
-    """The files of a folder and those below it, by their names in the checkout."""
+    """Read the files in a folder and below it; keyed by their names in the checkout."""
     paths = sorted((root / folder).rglob(pattern))
     names = {path.relative_to(root).as_posix(): path for path in paths}
     return {name: read_text(path, name, problems) for name, path in names.items()}
@@ -61,7 +61,7 @@ def read_files(root: Path, folder: str, pattern: str, problems: Problems) -> dic
 def bundled(
     entries: Sequence[Entry], cache: Path, problems: Problems, progress: Progress = quiet
 ) -> list[Bundle]:
-    """The bundle of each entry; what esbuild objects to goes to `problems`."""
+    """The bundle of each entry; esbuild's errors and warnings go to `problems`."""
     store = Store(cache, "bundles")
     made_by = f"{FORMAT} {pins.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
     keys = {entry.path: entry.key(made_by) for entry in entries}

@@ -1,4 +1,4 @@
-"""Which characters a site uses: its typefaces are cut to them."""
+"""The characters that a site uses, to which its typefaces are cut."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ REMEMBERED = 500  # pages and tapes of earlier builds
 
 
 def characters(pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Path, memory: Memory) -> tuple[str, str]:
-    """The characters in the pages' text and in their mathematics, those of the tapes among the text's. The name of a
-    tape holds its content's hash."""
+    """The characters in the pages' text, including the tapes, and in their mathematics. A tape's name holds its
+    content's hash."""
     known = Remembered(cache, f"characters-{typefaces.FORMAT}", REMEMBERED)
 
     def of_page(page: str) -> tuple[str, str]:

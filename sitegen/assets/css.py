@@ -1,4 +1,4 @@
-"""The site's style sheets as a parser reads them: their rules, and the addresses that they name."""
+"""Parsed style sheets: their rules and the addresses that they name."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 import tinycss2
 
-SHEETS = 64  # that are remembered: `serve` reads the same ones at every build
+SHEETS = 64  # remembered sheets: `serve` reads the same ones at every build
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What holds on every screen: selectors, and the names and values that they give. Comments are left out."""
+    """A rule for every screen: its selectors, and the names and values of its declarations, without comments."""
 
     selectors: tuple[str, ...]
     declarations: tuple[tuple[str, str], ...]
@@ -22,7 +22,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Url:
-    """An address in a style sheet, with the line and the column that it begins at, from 1."""
+    """An address in a style sheet, with the line and column where it begins, from 1."""
 
     address: str
     line: int
@@ -31,7 +31,7 @@ class Url:
 
 @lru_cache(maxsize=SHEETS)
 def rules(text: str) -> tuple[Rule, ...]:
-    """The rules at a sheet's top, in order. Those within @media, @container and the like are left out."""
+    """The top-level rules of a sheet, in order, without those inside @media, @container and the like."""
     parts = tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True)
     plain = [part for part in parts if part.type == "qualified-rule"]
     return tuple(Rule(_selectors(part.prelude), _declarations(part.content)) for part in plain)
@@ -39,12 +39,12 @@ def rules(text: str) -> tuple[Rule, ...]:
 
 @lru_cache(maxsize=SHEETS)
 def urls(text: str) -> tuple[Url, ...]:
-    """Every address of a sheet, wherever it stands."""
+    """All addresses in a sheet, at any level."""
     return tuple(_urls(tinycss2.parse_component_value_list(text)))
 
 
 def imports(text: str) -> Iterator[Url]:
-    """The sheets that a sheet begins with: `@import "…"`; those by `url(…)` are among its addresses."""
+    """The sheets that a sheet imports by `@import "…"`; those by `url(…)` are found by `urls`."""
     for rule in tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True):
         if rule.type == "at-rule" and rule.lower_at_keyword == "import":
             for part in rule.prelude:
@@ -73,7 +73,7 @@ def _selectors(prelude: Iterable[Any]) -> tuple[str, ...]:
 
 
 def _split(tokens: Iterable[Any]) -> list[list[Any]]:
-    """At commas; those within brackets and functions lie deeper."""
+    """Split at the top-level commas, not at those inside brackets and functions."""
     parts: list[list[Any]] = [[]]
     for token in tokens:
         if token == ",":
@@ -84,7 +84,7 @@ def _split(tokens: Iterable[Any]) -> list[list[Any]]:
 
 
 def _plain(tokens: Iterable[Any]) -> str:
-    """The text of a value or a selector in one line."""
+    """The text of a value or a selector on one line."""
     text: str = tinycss2.serialize([token for token in tokens if token.type != "comment"])
     return " ".join(text.split())
 

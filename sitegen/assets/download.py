@@ -1,7 +1,7 @@
 """The whole site as one folder in a zip, for reading from disk.
 
-Members are put in as they were packed for hosts, from the cache: the standard library's zipfile can only pack anew,
-which would be the slowest step of a build.
+Members are added from the cache, as they were compressed for hosts: the standard library's zipfile can only compress
+them again, which would be the slowest step of a build.
 """
 
 from __future__ import annotations
@@ -16,32 +16,32 @@ from pathlib import Path, PurePosixPath
 from sitegen.cache import pool
 from sitegen.cache.packing import PACKED, WORTH, gzipped
 
-NOON = (0, 0x0021)  # 1980-01-01, the first date that a zip can hold: the same files give the same bytes
+NOON = (0, 0x0021)  # midnight of 1980-01-01, the first date that a zip can hold: the same files give the same bytes
 STORED, DEFLATED = 0, 8
 VERSION = 20
-GZIP_HEAD, GZIP_TAIL = 10, 8  # bytes around the deflated data where a gzip file has neither name nor comment
+GZIP_HEAD, GZIP_TAIL = 10, 8  # bytes around the deflated data in a gzip file without name or comment
 
 
 @dataclass(frozen=True)
 class Download:
-    """A file for readers to take away: its name on the site, its bytes."""
+    """A file for readers to download: its name on the site and its bytes."""
 
     name: str
     data: bytes
 
     @property
     def size(self) -> str:
-        """Its size as a reader is told it."""
+        """Its size, as shown to readers."""
         return f"{len(self.data) / 1e6:.1f} MB"
 
 
 def folder_name(title: str) -> str:
-    """What a site's folder is called: its title in lower-case ASCII letters, digits and hyphens."""
+    """The name of a site's folder: its title in lower-case ASCII letters, digits and hyphens."""
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "site"
 
 
 def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
-    """A zip of the files (name → content) in one folder. Names have to be ASCII."""
+    """A zip of the files (name → content) in one folder. Names must be ASCII."""
     body: list[bytes] = []
     at, directory = 0, bytearray()
     names = sorted(files)
@@ -61,7 +61,7 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
 
 
 def _packed(name: str, data: bytes, cache: Path) -> tuple[int, bytes]:
-    """A member's method and bytes; as it is where packing saves nothing."""
+    """A member's compression method and bytes; stored as it is if compressing saves nothing."""
     if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
         return STORED, data
     return DEFLATED, gzipped(data, cache)[GZIP_HEAD:-GZIP_TAIL]

@@ -1,4 +1,4 @@
-"""A rung's emblem: the ring of its dial, beside its name in the ladder and on the picture that a shared link shows."""
+"""A rung's emblem: the ring of its dial, shown beside its name in the ladder and on the picture of a shared link."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from widgets.parts.dial import COARSE, RUNGS, Dial, headings, made
 from widgets.parts.ring import place
 
 NAMES: Sequence[str] = tuple(RUNGS)
-NOISE = 0.02  # u, with which the dials of the chapters open
+NOISE = 0.02  # u, the chapters' dials at the start
 TURN = Pose.from_angle(np.radians(100.0))
-BOX = 24  # units across, as icons have them
+BOX = 24  # units, the width of an icon's box
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 91)
 
 
 @cache
 def dial(name: str) -> Dial:
-    """The dial as its chapter opens with it."""
+    """The dial in the state in which its chapter shows it first."""
     return made(name, SEED, NOISE, RUNGS[name].length or 1.0)
 
 
 def profile(name: str) -> Array:
-    """The ring's outer line, (60, 2) u from the middle, the truth at the top; a flat one lies on the inner circle."""
+    """The ring's outer line, (60, 2) u from the centre, with the truth at the top; a flat one is the inner circle."""
     return place(headings()[::COARSE], marks.heights(dial(name), full=False))
 
 
 @cache
 def path(name: str) -> str:
-    """The ring as the path of an icon of 24 units, to be filled by the even-odd rule; y downwards."""
+    """The ring as a path for an icon of 24 units, to be filled by the even-odd rule; y points down."""
     scale = BOX / 2 / (marks.OUTER + 0.1)
     inside = marks.INNER * scale
     outside = (profile(name) * (scale, -scale) + BOX / 2).round(1)
-    if RUNGS[name].flat:  # a line, where there is nothing to fill
+    if RUNGS[name].flat:  # nothing to fill, so only a line
         return _circle(inside + 0.4) + _circle(inside - 0.4)
     return "M" + "L".join(f"{x:g} {y:g}" for x, y in outside.tolist()) + "z" + _circle(inside - 0.4)
 
@@ -50,8 +50,8 @@ def _circle(radius: float) -> str:
 
 
 def draw(axes: Any, theme: dict[str, str], name: str, middle: Array, scale: float) -> None:
-    """The dial on matplotlib axes whose y points down: ring, room, the robot's scan turned away, its ball. scale: px a
-    world unit."""
+    """Draw the dial on matplotlib axes whose y points down: ring, room, the robot's turned scan, its ball. scale: px
+    per world unit."""
     one = dial(name)
 
     def px(points: Any) -> Any:

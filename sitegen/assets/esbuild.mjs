@@ -1,23 +1,23 @@
-// Modules and sheets to one file each by esbuild: one JSON request on stdin, one JSON answer as the last line of stdout.
+// Bundles modules and style sheets with esbuild: one JSON request on stdin, one JSON answer as the last line of stdout.
 // Request: { library, wasm, bundles: [{ entry, files: { path: text }, pictures: { name: address } }] }
 // Answer: for each bundle { code, map, messages: [{ path, line, column, text }] }, lines and columns from 1.
 //
-// esbuild's build for browsers is run right here: its build for Node starts a second process, by whatever is called
-// "node" on the machine. Nothing is read from disk, so what a bundle is made of is in the request.
+// esbuild's build for browsers runs in this process: its build for Node would start a second one, with whatever is
+// called "node" on the machine. Nothing else is read from disk, so the request holds everything in a bundle.
 
 import { readFileSync } from "node:fs";
 import { posix } from "node:path";
 import { pathToFileURL } from "node:url";
 import { setFlagsFromString } from "node:v8";
 
-setFlagsFromString("--liftoff-only"); // the second compiler would take seconds, for a program that runs for a tenth of one
+setFlagsFromString("--liftoff-only"); // the optimising compiler would take seconds, for a run of a tenth of one
 globalThis.self = globalThis;
 
 const request = JSON.parse(readFileSync(0, "utf8"));
 const { default: esbuild } = await import(pathToFileURL(request.library).href);
 await esbuild.initialize({ wasmModule: new WebAssembly.Module(readFileSync(request.wasm)), worker: false });
 
-/** Files by their names in the request, in a file system that has nothing else. */
+/** A plugin that resolves files by their names in the request and nothing else. */
 function inMemory(files, pictures) {
   return {
     name: "in-memory",
@@ -39,7 +39,7 @@ function inMemory(files, pictures) {
 function told({ text, location, notes }) {
   const words = [text, ...notes.map((note) => note.text)].join(" ");
   if (!location) return { path: "", line: 0, column: 0, text: words };
-  const { file, line, column, lineText } = location; // the column is in bytes
+  const { file, line, column, lineText } = location; // column: in bytes
   const before = Buffer.from(lineText).subarray(0, column).toString();
   return { path: file.replace(/^\//, ""), line, column: [...before].length + 1, text: words };
 }
@@ -53,7 +53,7 @@ async function bundle({ entry, files, pictures }) {
     charset: "utf8",
     legalComments: "none",
     format: style ? undefined : entry.endsWith(".mjs") ? "esm" : "iife",
-    banner: entry.endsWith(".js") ? { js: '"use strict";' } : {}, // a classic script is not strict by itself
+    banner: entry.endsWith(".js") ? { js: '"use strict";' } : {}, // a classic script is not strict by default
     sourcemap: "external",
     absWorkingDir: "/",
     outdir: "/",

@@ -1,4 +1,4 @@
-"""What hosts are told: headers, the Content-Security-Policy, and the service worker with its list of files."""
+"""Files for hosts and browsers: headers, the Content-Security-Policy, and the service worker with its list of files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from sitegen.cache.files import digest, fingerprint, short_hash
 
 
 def policy(style: str = "", script: str = "") -> str:
-    """The Content-Security-Policy. style, script: hashes of what stands in a page itself.
+    """The Content-Security-Policy. style, script: sources of a page's inline style and script.
 
-    A worker may be made of a blob: that one has its page's policy, others only what a host sends along with their file.
+    Workers may be made from a blob: such a worker has its page's policy, others only the headers sent with their file.
     """
     scripts = ["'self'", "'wasm-unsafe-eval'", *([script] if script else [])]
     styles = ["'self'", *([style] if style else [])]
@@ -26,29 +26,29 @@ def policy(style: str = "", script: str = "") -> str:
 
 
 def source_of(text: str) -> str:
-    """What a policy calls a style or a script that stands in a page."""
+    """The policy source of an inline style or script."""
     return f"'{integrity(digest(text.encode()))}'"
 
 
 def integrity(hashed: str) -> str:
-    """A sha256 in hex as browsers want it."""
+    """A hexadecimal sha256 in the form that browsers take."""
     return "sha256-" + base64.b64encode(bytes.fromhex(hashed)).decode()
 
 
 POLICY = policy()
 IMMUTABLE = ("assets/", "images/", "runtime/", "tapes/")
-"""The folders whose files are named by their content: kept for ever by browsers, hosts and the service worker."""
-FOR_HOSTS = ("404.html", "sitemap.xml")  # what no reader asks for; a host may answer for the first as it says: by a 404
-MAP = ".map"  # for whoever looks into a script with a browser's tools; no reader's browser asks for it
+"""Folders whose files are named by their content: browsers, hosts and the service worker may keep them for ever."""
+FOR_HOSTS = ("404.html", "sitemap.xml")  # not requested by readers; hosts may serve the first with the status 404
+MAP = ".map"  # source maps, for a browser's developer tools only
 
 
 def immutable(folder: str) -> str:
-    """The rule of `_headers` for one of the folders."""
+    """The rule in `_headers` for one of the folders."""
     return f"/{folder}*\n  Cache-Control: public, max-age=31536000, immutable\n"
 
 
 def headers(policy: str) -> str:
-    """`_headers`: what hosts shall send along."""
+    """The file `_headers`: the headers that hosts should send."""
     return f"""\
 /*
   Content-Security-Policy: {policy}; frame-ancestors 'none'
@@ -62,9 +62,10 @@ def headers(policy: str) -> str:
 def service_worker(
     root: Path, files: Mapping[str, bytes], runtime: Iterable[tuple[str, int, str]]
 ) -> bytes | None:
-    """The service worker with all that it keeps filled in; None where templates/assets has none.
+    """The service worker with its lists of files filled in; None if templates/assets has none.
 
-    runtime: name, bytes and sha256 in hex of the files of Python. A change of any file, or of the worker, is a version.
+    runtime: name, bytes and hexadecimal sha256 of Python's files. Any change of a file or of the worker is a new
+    version.
     """
     path = root / "templates" / "assets" / "sw.js"
     if not path.is_file():
@@ -82,6 +83,6 @@ def service_worker(
 
 
 def _listed(files: Iterable[tuple[str, int, str]]) -> str:
-    """Name, bytes and integrity of each file as JSON, a line a file."""
+    """Name, bytes and integrity of each file as JSON, one line per file."""
     lines = [json.dumps([name, size, integrity(hashed)]) for name, size, hashed in sorted(files)]
     return "[\n" + "".join(f"  {line},\n" for line in lines).removesuffix(",\n") + "\n]"

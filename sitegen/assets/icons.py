@@ -1,7 +1,7 @@
-"""The site's emblem: the favicon, and the picture that a shared link shows. Drawn from the scene of the first figure.
+"""The site's icons, and the pictures for shared links, drawn from the scene of the first figure or a rung's emblem.
 
 Everything is fixed (size, fonts, colours, metadata), so that the same title gives the same bytes on one machine.
-matplotlib is imported where something is drawn: most builds find all of it in the cache, and its import is slow.
+matplotlib is imported only to draw: its import is slow, and most builds find everything in the cache.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from sitegen.cache.files import cache_dir
 from sitegen.cache.store import Store
 from solvers.scenes.rooms import Scene, kabsch_scene
 
-FORMAT = "1"  # of what is kept; raised when the drawing changes
+FORMAT = "1"  # of cached pictures; to be raised when the drawing changes
 SHARE = (1200, 630)
 RUNGS = (5, 11, 17)  # heights in the emblem's box of 24 by 24; the middle one is the reader's
 RAILS = (7, 17)
-SAFE = 0.72  # the ladder's corners stay within the circle of 80 % that no shape of an icon cuts
+SAFE = 0.72  # keeps the ladder's corners within the circle of 80 % that every icon mask leaves visible
 
 
 Emblems = Mapping[str, tuple[str, str, str]]
-"""Of each page that has a share picture of its own: the rung's emblem, the title and the line."""
+"""For each page with its own share picture: the rung's emblem, the title and the line."""
 
 
 def make(
@@ -46,12 +46,12 @@ def make(
     *,
     cache: Path | None = None,
 ) -> dict[str, bytes]:
-    """The pictures by name: favicon.svg, favicon.png (32 px), touch-icon.png (180 px), share.png (1200 × 630 px), and
-    for the installed site icon-192.png, icon-512.png and icon-maskable.png (512 px, to be cut to any shape); and for
-    each page with an emblem share-PAGE.png.
+    """The pictures by name: favicon.svg, favicon.png (32 px), touch-icon.png (180 px), share.png (1200 × 630 px); for
+    the installed site icon-192.png, icon-512.png and icon-maskable.png (512 px, safe for any mask); and for each page
+    with an emblem share-PAGE.png.
 
-    title, line: what the share picture says, the line in some hundred characters, set in the title and sans of `faces`.
-    Kept in the cache by what they are made of.
+    title, line: the share picture's text, the line of about a hundred characters, set in the title and sans faces of
+    `faces`. Cached by a key of their inputs.
     """
     store = Store(cache or cache_dir(), "emblem")
     scene = kabsch_scene("clean")
@@ -78,7 +78,7 @@ def make(
 
 
 def _svg() -> str:
-    """A ladder, its middle rung lit; in ink that follows the browser's theme."""
+    """A ladder with its middle rung lit, in colours that follow the browser's theme."""
     (ink, pale), (lit, bright) = colours()["ink"], colours()["accent"]
     rails = "".join(f"M{x} 2v20" for x in RAILS)
     low, middle, high = (f"M{RAILS[0]} {y}h{RAILS[1] - RAILS[0]}" for y in RUNGS)
@@ -92,7 +92,7 @@ def _svg() -> str:
 
 
 def _canvas(width: int, height: int, ground: str) -> tuple[Any, Any]:
-    """A figure of so many px whose axes count px from the top left."""
+    """A figure of this size in px, with axes in px from the top left."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width / 100, height / 100), dpi=100, facecolor=ground)
@@ -110,12 +110,12 @@ def _png(figure: Any) -> bytes:
 
 
 def _px(width: float) -> float:
-    """A line's width in matplotlib's points at 100 dots an inch."""
+    """A line width in px as matplotlib's points, at 100 dots per inch."""
     return width * 0.72
 
 
 def _icon(size: int, drawn: float = 1.0) -> bytes:
-    """The emblem on paper; `drawn` is the part of the width that its box of 24 takes, in the middle."""
+    """The emblem on the paper colour; `drawn` is the part of the width that its box of 24 takes, centred."""
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(size, size, theme["paper"])
     k = size * drawn / 24
@@ -133,7 +133,7 @@ def _icon(size: int, drawn: float = 1.0) -> bytes:
 
 
 def _share(title: str, line: str, faces: typefaces.FontSet, shown: Scene | str) -> bytes:
-    """shown: the first figure's scene, or a rung's emblem by name."""
+    """The share picture; `shown` is the first figure's scene, or the name of a rung's emblem."""
     from matplotlib.font_manager import FontProperties
 
     theme = {name: light for name, (light, _) in colours().items()}
@@ -155,7 +155,7 @@ def _share(title: str, line: str, faces: typefaces.FontSet, shown: Scene | str) 
 
 
 def _font(faces: typefaces.FontSet, face: str, folder: Path) -> Path:
-    """One of the site's faces as matplotlib takes it: a file without compression."""
+    """Save one of the site's faces in the form that matplotlib takes, uncompressed."""
     data = next(data for name, data in faces.files.items() if re.fullmatch(rf"{face}-[0-9a-f]+\.woff2", name))
     from fontTools.ttLib import TTFont
 
@@ -167,7 +167,7 @@ def _font(faces: typefaces.FontSet, face: str, folder: Path) -> Path:
 
 
 def _ladder(axes: Any, theme: dict[str, str], left: float, right: float, height: int) -> None:
-    """From edge to edge: it goes on below and above."""
+    """Draw the ladder from edge to edge, as if it went on below and above."""
     for x in (left, right):
         axes.plot([x, x], [-10, height + 10], color=theme["edge"], lw=_px(5))
     for i, y in enumerate(np.linspace(height - 48, 48, 7)):
@@ -177,7 +177,7 @@ def _ladder(axes: Any, theme: dict[str, str], left: float, right: float, height:
 
 
 def _scene(axes: Any, theme: dict[str, str], scene: Scene) -> None:
-    """The first figure's bird before it is solved: source, target, the pairs, the truth."""
+    """Draw the first figure's bird before it is solved: source, target, the pairs, the truth."""
     scale, middle = 50.0, np.array([872.0, 330.0])
 
     def px(points: Any) -> Any:

@@ -1,6 +1,6 @@
-"""The class of a panel by the width that it was drawn in: its place in a row and the size of its labels follow from it.
+"""The CSS class of a panel, by its nominal width: it sets the panel's place in a row and the size of its labels.
 
-Figures draw their panels near 640, 480, 320 or 200 nominal px wide; each class takes what is nearest to one of these.
+Figures draw their panels about 640, 480, 320 or 200 nominal px wide; each class covers the widths around one of these.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ def panel_class(width: float) -> str:
 
 
 def constants() -> dict[str, str]:
-    """The widths by the names that stand for them in the page's scripts."""
+    """The widths by their placeholders in the page's scripts."""
     return {f"__{name.replace('-', '_').upper()}__": str(most) for name, most in MOST.items()}
 
 
 def filled(script: str) -> str:
-    """A script with the widths in the place of their names."""
+    """A script with the placeholders replaced by the widths."""
     for name, width in constants().items():
         script = script.replace(name, width)
     return script

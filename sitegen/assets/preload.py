@@ -1,5 +1,5 @@
-"""Which typefaces a page preloads: those that it uses, as far as its HTML tells. Browsers warn of a file that is
-preloaded and not used, and the line is busy for nothing."""
+"""The typefaces that a page preloads: those that it uses, as far as its HTML shows. Browsers warn about a preloaded
+file that is not used, and it wastes bandwidth."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-CARDS = '<div class="card"'  # at a page's end; hidden at first
+CARDS = '<div class="card"'  # at the end of a page; hidden at first
 ALWAYS = {"serif", "title", "sans"}
 ITALICS = "<em>", "<cite>", 'class="question"'
-# What is set in another face, or folded away at first.
+# Elements set in another face or folded at first.
 ELSEWHERE = re.compile(r"<(math|figure|svg|script|pre|code|table|button|label|details)\b.*?</\1>", re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
 
 
 @dataclass(frozen=True)
 class Preload:
-    """A file that may be preloaded: where it is, of which face, and, where it holds nothing but a few rare letters,
-    these."""
+    """A file that may be preloaded: its URL, its face, and its letters if it holds only a few rare ones."""
 
     url: str
     face: str
@@ -26,7 +25,7 @@ class Preload:
 
 
 def preloads(files: Iterable[Preload], page: str) -> list[str]:
-    """The URLs of those files that a page's HTML uses."""
+    """The URLs of the files that a page's HTML uses."""
     shown = page.split(CARDS)[0]
     faces = {*ALWAYS}
     if "<math" in shown:

@@ -1,4 +1,4 @@
-"""The site's colours by what they mean, with their contrast, for the page that shows them to authors."""
+"""The site's colours by their meaning, with their contrast, for the authors' style guide."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from sitegen.assets.tokens import colours
 
-# Role or ground → what it stands for. Whatever else has a colour of its own is a token that only the style sheets use.
+# Role or text colour → its meaning. All other colours are tokens that only the style sheets use.
 MEANING = {
     "source": "the cloud that moves, and what belongs to it",
     "target": "the cloud that stays, and what belongs to it",
@@ -27,8 +27,8 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Swatch:
-    """A colour: its token, what it means, its values in the light and in the dark theme, and the lower of its two
-    contrasts, as a mark and as text, with the grounds that it stands on."""
+    """A colour: its token, its meaning, its values in the light and the dark theme, and its lowest contrast with its
+    backgrounds in either theme, as a mark and as text."""
 
     name: str
     meaning: str
@@ -39,20 +39,20 @@ class Swatch:
 
 
 def luminance(colour: str) -> float:
-    """The relative luminance of #rrggbb, from 0 to 1, as WCAG 2 has it."""
+    """The relative luminance of #rrggbb, from 0 to 1, by WCAG 2."""
     parts = [value / 255 for value in bytes.fromhex(colour[1:])]
     red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def contrast(one: str, other: str) -> float:
-    """WCAG 2's ratio of two colours, from 1 to 21."""
+    """WCAG 2's contrast ratio of two colours, from 1 to 21."""
     low, high = sorted((luminance(one), luminance(other)))
     return (high + 0.05) / (low + 0.05)
 
 
 def swatches() -> list[Swatch]:
-    """Every colour that means something, in order."""
+    """All colours with a meaning, in order."""
     known = colours()
 
     def least(name: str, grounds: tuple[str, ...]) -> float:

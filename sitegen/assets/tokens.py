@@ -1,4 +1,4 @@
-"""The site's colours, as its style sheet has them."""
+"""The site's colours, read from its style sheet."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""The site's typefaces: cut down at build time to the characters that its pages use, with the CSS that loads them.
+"""The site's typefaces: subset at build time to the characters that its pages use, with the CSS that loads them.
 
 Five faces: a serif for text, its italic, a display cut of it for titles, a sans for controls and labels, and a
-mathematical font. Each is instanced at the optical size and weights it is set in, subset, and named by its content.
+mathematical font. Each is instanced at the optical size and weights that it is used at, subset, and named by its
+content.
 
-The licence of the originals reserves their names, so that modified fonts carry names of their own.
+The licence of the originals reserves their names, so the modified fonts have names of their own.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ from sitegen.external import fetch
 from sitegen.progress import Progress, quiet
 
 BUNDLES = ("serif", "sans", "math-font")
-FORMAT = "6"  # of what is cached; raised when the making changes in a way that its inputs do not tell
+FORMAT = "6"  # of cached fonts; to be raised when their making changes in a way that the key does not cover
 
-# What any page may come to need at run time: numbers of a live figure, messages. Rarer letters come with the text that
-# has them.
+# Characters that any page may need at run time, for a live figure's numbers and for messages. Rarer ones are added for
+# the pages that have them.
 ASCII = "".join(map(chr, range(0x20, 0x7F)))
 BASICS = ASCII + "\u00a0°±²³×¼½¾–—‘’“”…′−"
-TITLES = "".join(c for c in BASICS if c not in "#$*<>@[\\]^_`{|}~¼¾×′")  # signs that no title has
+TITLES = "".join(c for c in BASICS if c not in "#$*<>@[\\]^_`{|}~¼¾×′")  # without signs that occur in no title
 SYMBOLS = "←→↑↓⁰⁴⁵⁶⁷⁸⁹⁻αβγδεθκλμνπρστφχψωΔΣ≤≥≈√"
-# A browser sets a lone letter in mathematics with the slanted letters of this block, not with the letter itself.
+# Browsers draw a single letter in mathematics with the italic letters of this block, not with the letter itself.
 ITALIC = {
     **{chr(0x41 + i): chr(0x1D434 + i) for i in range(26)},
     **{chr(0x61 + i): chr(0x1D44E + i) for i in range(26)},
@@ -52,15 +53,16 @@ ITALIC = {
 MATHEMATICS = ASCII + "·×±−≤≥≠≈→′… ,"
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
-ROOT = re.compile(r"<m(?:sqr|roo)t\b")  # no text says the sign that a browser draws for it
+ROOT = re.compile(r"<m(?:sqr|roo)t\b")  # browsers draw a sign for it that is not in the text
 
 
 @dataclass(frozen=True)
 class Face:
     """One face of the site: `family` in the CSS, cut from the first of `files` (bundle/name) that has a character.
 
-    limits: where each axis of a variable original is pinned, or the range it keeps. features: the layout features that
-    stay. wanted: which characters it needs: "text", "controls", "title" or "mathematics". preload: asked for early.
+    limits: the value at which each axis of a variable original is pinned, or the range that it keeps. features: the
+    layout features to keep. wanted: which characters it needs: "text", "controls", "title" or "mathematics". preload:
+    whether pages may preload it.
     """
 
     name: str
@@ -94,9 +96,9 @@ FACES = (
 
 @dataclass(frozen=True)
 class Fallback:
-    """A face that readers have, stretched to our face's measure, so that little moves when ours arrives.
+    """A font on readers' machines, scaled to our face's metrics, so that little moves when ours arrives.
 
-    average: mean advance of SAMPLE in em, of the face that the local names share their metrics with.
+    average: mean advance of SAMPLE in em, in a font with the same metrics as those named in `local`.
     """
 
     family: str
@@ -105,8 +107,8 @@ class Fallback:
     average: float
 
 
-# Averages measured with average_advance() on Liberation Serif and Liberation Sans, whose metrics equal those of the
-# faces named beside them.
+# Averages measured with average_advance() on Liberation Serif and Liberation Sans, which have the same metrics as the
+# fonts named beside them.
 _TIMES = ("Times New Roman", "Liberation Serif", "Tinos")
 _TIMES_ITALIC = ("Times New Roman Italic", "TimesNewRomanPS-ItalicMT", "Liberation Serif Italic", "Tinos Italic")
 _TIMES_BOLD = ("Times New Roman Bold", "TimesNewRomanPS-BoldMT", "Liberation Serif Bold", "Tinos Bold")
@@ -126,10 +128,10 @@ SAMPLE = (
 
 @dataclass(frozen=True)
 class FontSet:
-    """What a build needs of the fonts.
+    """The fonts of a build.
 
-    files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: those worth a
-    <link rel="preload" as="font" type="font/woff2" crossorigin>, as far as a page uses them.
+    files: name, which holds the content's hash → WOFF2 bytes. css: the @font-face rules. preload: files worth a
+    <link rel="preload" as="font" type="font/woff2" crossorigin> on pages that use them.
     missing: characters that no face has, so that a reader's own fonts will show them.
     """
 
@@ -140,8 +142,8 @@ class FontSet:
 
 
 def characters(pages: Iterable[str]) -> tuple[str, str]:
-    """The characters that HTML pages use: (in text, in mathematics), each sorted and once. What stands in attributes
-    and scripts counts as text: some of it is shown too, and reading the elements would take seven times as long."""
+    """The distinct characters that HTML pages use, sorted: (in text, in mathematics). Attributes and scripts count as
+    text: some of it is shown too, and parsing the elements would take seven times as long."""
     shown: set[str] = set()
     mathematics: set[str] = set()
     for page in pages:
@@ -162,9 +164,9 @@ def make(
 ) -> FontSet:
     """Cut every face to BASICS and the characters given; the same characters give the same bytes.
 
-    text, mathematics: characters that the pages show, as `characters` collects them. url: what goes before a file's
-    name in the CSS, relative to the style sheet. cache: where originals and cuts are kept; default: the outside cache.
-    Raises OutsideError when an original cannot be had.
+    text, mathematics: characters that the pages show, as `characters` collects them. url: prefix of a file's name in
+    the CSS, relative to the style sheet. cache: the folder for originals and cuts; default: the usual cache. Raises
+    OutsideError if an original cannot be obtained.
     """
     cache = cache or cache_dir()
     store, known = Store(cache, "fonts"), Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
@@ -202,14 +204,14 @@ def make(
 
 
 def _wanted(text: str, mathematics: str) -> dict[str, str]:
-    """The characters that each kind of face needs. Titles' rarer letters may come from the text face."""
+    """The characters that each kind of face needs. Rarer letters in titles may come from the text face."""
     signs = [MATHEMATICS, mathematics, *(ITALIC.get(c, "") for c in mathematics)]
     kinds = {"text": BASICS + text, "controls": BASICS + SYMBOLS + text, "title": TITLES, "mathematics": "".join(signs)}
     return {kind: "".join(filter(_shown, chars)) for kind, chars in kinds.items()}
 
 
 def _shown(character: str) -> bool:
-    """Whether a font has anything to say about the character: no control, no joiner."""
+    """Whether a font can show the character: controls and joiners are not shown."""
     return not unicodedata.category(character).startswith("C")
 
 
@@ -220,7 +222,7 @@ def _digest(path: Path) -> str:
 def _coverage(path: Path) -> list[int]:
     """The code points that an original has."""
     from fontTools.ttLib import (
-        TTFont,  # its parts are imported where they work: most builds find every cut in the cache
+        TTFont,  # fontTools is imported only where needed: most builds find every cut in the cache
     )
 
     with TTFont(path, lazy=True) as font:
@@ -228,12 +230,12 @@ def _coverage(path: Path) -> list[int]:
 
 
 def _cut(face: Face, original: Path, codes: Sequence[int], cache: Path) -> bytes:
-    """The face as WOFF2 with the code points alone, from the cache where the same was cut before."""
+    """The face as WOFF2 with these code points only, from the cache if it was cut before."""
     return Store(cache, "fonts").get(_recipe(face, original, codes), partial(_made, face, original, codes))
 
 
 def _recipe(face: Face, original: Path, codes: Sequence[int]) -> str:
-    """All that a cut is made of."""
+    """The cache key of a cut: all its inputs."""
     return json.dumps([FORMAT, fontTools.version, _digest(original), asdict(face), list(codes)], sort_keys=True)
 
 
@@ -255,7 +257,7 @@ def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:
     if face.limits and "fvar" in font:
         font = instancer.instantiateVariableFont(font, dict(face.limits))
     if "STAT" in font:
-        del font["STAT"]  # names for font menus: it points to those that a cut does not keep, and Firefox complains
+        del font["STAT"]  # names for font menus: it refers to names that a cut drops, and Firefox complains
     _rename(font, face)
     font.flavor = "woff2"
     out = io.BytesIO()
@@ -264,18 +266,19 @@ def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:
 
 
 def _script_places(constants: Any) -> None:
-    """Let scripts of single letters sit where TeX has them.
+    """Place sub- and superscripts of single letters where TeX does.
 
-    Browsers push a script past the ink of its base also where that is one letter (which TeX does for boxes only): the
-    subscripts of p and w stood at different heights. The font's minimum shifts do for letters; tall bases still push.
+    Browsers push a script past the ink of its base even if that is one letter (TeX does so for boxes only): the
+    subscripts of p and w were at different heights. The font's minimum shifts suffice for letters; tall bases still
+    push.
     """
     constants.SubscriptBaselineDropMin.Value = 0
     constants.SuperscriptBaselineDropMax.Value = 300
-    constants.RadicalVerticalGap.Value = 120  # the bar all but touched lower-case letters
+    constants.RadicalVerticalGap.Value = 120  # the bar almost touched lower-case letters
 
 
 def _rename(font: Any, face: Face) -> None:
-    """Give a modified font a name of its own; its copyright and licence (0, 13, 14) stay."""
+    """Give a modified font its own name; its copyright and licence (0, 13, 14) stay."""
     style = "Italic" if face.style == "italic" else "Regular"
     names = {1: face.family, 2: style, 4: f"{face.family} {style}", 6: f"{face.family}-{style}".replace(" ", "")}
     for record in list(font["name"].names):
@@ -286,11 +289,11 @@ def _rename(font: Any, face: Face) -> None:
 
 
 def _rule(face: Face, url: str, characters: str) -> str:
-    """The face's @font-face.
+    """The face's @font-face rule.
 
-    "block", because the faces are asked for early and come with the style sheet: in 48 cold loads of three pages
-    nothing moved. With "swap" the first paint sometimes came before them, and text moved (up to 0.11 of layout shift);
-    with "optional" such a page kept its fallback; fonts inside the style sheet always came after the first paint.
+    "block", because the fonts are preloaded and arrive with the style sheet: in 48 cold loads of three pages nothing
+    moved. With "swap" the first paint sometimes came before them, and text moved (a layout shift of up to 0.11); with
+    "optional" such a page kept its fallback; fonts inside the style sheet always came after the first paint.
     """
     only = f";unicode-range:{characters}" if characters else ""
     return (
@@ -311,7 +314,7 @@ def ranges(codes: Iterable[int]) -> str:
 
 
 def _near(fallback: Fallback, face: Face, data: bytes) -> str:
-    """The @font-face that stretches a reader's own face to the measure of ours, whose cut is `data`."""
+    """The @font-face rule that scales a reader's own font to the metrics of our face, whose cut is `data`."""
     from fontTools.ttLib import TTFont
 
     font = TTFont(io.BytesIO(data))
@@ -326,7 +329,7 @@ def _near(fallback: Fallback, face: Face, data: bytes) -> str:
 
 
 def average_advance(font: Any) -> float:
-    """The mean advance of SAMPLE's characters in em, without kerning, at a variable font's default place."""
+    """The mean advance of SAMPLE's characters in em, without kerning, at a variable font's default instance."""
     cmap, widths = font.getBestCmap(), font["hmtx"]
     total: int = sum(widths[cmap[ord(c)]][0] for c in SAMPLE)
     return total / len(SAMPLE) / int(font["head"].unitsPerEm)

@@ -1,4 +1,5 @@
-"""The web manifest: what makes the site installable. It lies among the assets, so its addresses begin there."""
+"""The web manifest, which makes the site installable. It lies among the assets, so its addresses are relative to
+them."""
 
 from __future__ import annotations
 
@@ -11,11 +12,12 @@ ICONS = {
     "icon-512.png": ("512x512", "any"),
     "icon-maskable.png": ("512x512", "maskable"),
 }
-SHORT = 12  # characters of a name that a home screen shows whole
+SHORT = 12  # characters, the longest name that a home screen shows whole
 
 
 def web_manifest(title: str, description: str, language: str, ground: str, pictures: Mapping[str, str]) -> bytes:
-    """The manifest as JSON. ground: the colour behind the pages; pictures: name → place on the site, with all ICONS."""
+    """The manifest as JSON. ground: the pages' background colour; pictures: name → place on the site, with all
+    ICONS."""
     icons = [
         {"src": PurePosixPath(pictures[name]).name, "sizes": sizes, "type": "image/png", "purpose": purpose}
         for name, (sizes, purpose) in ICONS.items()
