@@ -1,6 +1,6 @@
-"""The browser runtime: Pyodide, its library and numpy as bytecode without what is never imported, and our wheel.
+"""The browser runtime: Pyodide, its library and numpy as bytecode without the modules never imported, and our wheel.
 
-A `.pack` is a gzipped zip of stored members: compressed from any host, inflated by the browser and not by Python.
+A `.pack` is a gzipped zip of stored members: compressed from any host, and inflated by the browser, not by Python.
 Every file lies in a folder named by its content's hash, so that browsers may keep it for ever.
 """
 
@@ -31,17 +31,17 @@ RUNNER = HERE / "pyodide_node.mjs"
 COMPILER = HERE / "compile_in_pyodide.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
-ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns are shown beside sources, and none are here
-LISTED = "later.json"  # the later files, for the worker: name, size, sha256 and what each holds
+ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns need sources, and none are here
+LISTED = "later.json"  # the later files, for the worker: name, size, sha256 and the modules in each
 PYC_HEADER = 16  # bytes before the code in a .pyc
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
 class RuntimeFile:
-    """A file the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9.
+    """A file that the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9.
 
-    holds: the modules for which it is loaded when Python first asks for one; none where a start loads it.
+    holds: the modules for which it is loaded when Python first imports one; empty if the start loads it.
     """
 
     name: str
@@ -53,10 +53,10 @@ class RuntimeFile:
 
 @dataclass(frozen=True)
 class RuntimeInfo:
-    """An assembled runtime: what the worker loads, and the wheel that readers may install.
+    """An assembled runtime: the files that the worker loads, and the wheel that readers may install.
 
-    files: what a start loads, the list of the later ones among it. later: what is loaded when Python asks for it.
-    wheel: its name, in a folder of its own that is named by its content. contents: every file by its name.
+    files: loaded at the start, including the list of the later ones. later: loaded when Python needs them. wheel: its
+    name, in its own folder named by its content. contents: every file by its name.
     """
 
     files: tuple[RuntimeFile, ...]
@@ -67,12 +67,12 @@ class RuntimeInfo:
 
     @property
     def size(self) -> int:
-        """Bytes of all files that a start loads, as they lie."""
+        """Bytes of all files that the start loads, as they are on disk."""
         return sum(file.size for file in self.files)
 
     @property
     def gzipped(self) -> int:
-        """Bytes of the same by gzip -9: what a reader loads once."""
+        """Bytes of the same files by gzip -9: what a reader downloads once."""
         return sum(file.gzipped for file in self.files)
 
     def start_files(self) -> list[dict[str, str | int]]:
@@ -80,7 +80,7 @@ class RuntimeInfo:
         return [{"name": file.name, "size": file.size, "sha256": file.sha256} for file in self.files]
 
     def kept_files(self) -> list[tuple[str, int, str]]:
-        """Name below the site, bytes and sha256 of everything that a reader may ask of the runtime."""
+        """Name below the site, bytes and sha256 of every file of the runtime that a reader may request."""
         wheel = self.contents[self.wheel]
         files = [(file.name, file.size, file.sha256) for file in (*self.files, *self.later)]
         files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
@@ -95,7 +95,7 @@ class RuntimeInfo:
 
 
 def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
-    """Put the runtime together. Raises OutsideError, NodeError or WheelError."""
+    """Assemble the runtime. Raises OutsideError, NodeError or WheelError."""
     cache = cache or cache_dir()
     outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
     numpy_given = numpy_wheel(outside)
@@ -131,7 +131,7 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
 
 
 def numpy_wheel(outside: Mapping[str, Path]) -> Path:
-    """numpy's wheel for Pyodide among gathered files."""
+    """numpy's wheel for Pyodide among the gathered files."""
     return next(path for key, path in outside.items() if key.startswith("numpy/"))
 
 
@@ -148,7 +148,7 @@ def module_name(member: str) -> str:
 
 
 def in_numpy(member: str, modules: Iterable[str]) -> bool:
-    """Whether a member of numpy's wheel is shipped: modules that are kept; of the rest only what names the version."""
+    """Whether a member of numpy's wheel is shipped: the kept modules, and of the rest only the metadata."""
     if member.endswith((".pyc", ".so")):
         return module_name(member) in modules
     return member.endswith(".dist-info/METADATA")
@@ -172,10 +172,10 @@ def compiled(
     *,
     ours: bool = False,
 ) -> bytes:
-    """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
+    """The archive with its .py files compiled by Pyodide's own Python; cached by a hash of all its inputs.
 
-    outside: the gathered files of numpy and pyodide. Our own wheel keeps its assertions, and the methods of its
-    dataclasses are compiled too, for which its modules are imported.
+    outside: the gathered files of numpy and pyodide. Our own wheel keeps its assertions, and its modules are imported
+    in order to compile the methods of its dataclasses too.
     """
     engine = outside["pyodide/pyodide.asm.wasm"]
     job: dict[str, Any] = {"prefix": prefix, "optimize": 0 if ours else 2, "replaced": REPLACED, "changed": CHANGED}
@@ -212,7 +212,7 @@ def compiled(
 
 
 def mounted(library: bytes, packages: Iterable[bytes], folder: Path) -> dict[str, str]:
-    """What Node is asked for to run on this library and these packages, which are laid out in a folder."""
+    """Lay out a library and packages in a folder; the part of Node's request that uses them."""
     write(folder / "python_stdlib.zip", library)
     for each in packages:
         with zipfile.ZipFile(io.BytesIO(each)) as archive:
@@ -227,7 +227,7 @@ def pick(archive: bytes, accepts: Callable[[str], bool]) -> dict[str, bytes]:
 
 
 def our_packs(ladder: bytes) -> dict[str, bytes]:
-    """Our packs by name, of the compiled wheel: modules, what their dataclasses are made of, and data."""
+    """Our packs by name, from the compiled wheel: modules, the compiled methods of their dataclasses, and data."""
     packs: dict[str, dict[str, bytes]] = {}
     for member, data in pick(ladder, lambda member: pack_of(member) is not None).items():
         packs.setdefault(str(pack_of(member)), {})[member] = data
@@ -242,9 +242,9 @@ def our_packs(ladder: bytes) -> dict[str, bytes]:
 def bundled(
     members: Mapping[str, bytes], name: str, apart: Callable[[str], bool] = lambda member: False
 ) -> dict[str, bytes]:
-    """The members with all bytecode but that `apart` in one, `name`.modules, for page-python/sitecustomize.py.
+    """The members with all bytecode, except that of `apart`, in one: `name`.modules, for page-python/sitecustomize.py.
 
-    It is an index, a line "path size" a module, an empty line, and the modules' marshalled code in the same order.
+    It holds an index with a line "path size" per module, an empty line, and the modules' marshalled code in that order.
     """
     modules = {member: data[PYC_HEADER:] for member, data in members.items() if member.endswith(".pyc")}
     modules = {member: data for member, data in modules.items() if not apart(member)}
@@ -255,7 +255,7 @@ def bundled(
 
 
 def before_bundles(member: str) -> bool:
-    """Whether Python imports the library's member before it knows of bundles: text encodings, and what opens them."""
+    """Whether Python imports a member of the library before it can read bundles: text encodings and sitecustomize."""
     return member.startswith("encodings/") or member == "sitecustomize.pyc"
 
 
@@ -265,13 +265,13 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
     with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
         for name, data in members.items():
             info = zipfile.ZipInfo(name, _DATE)
-            info.create_system = 3  # else the host's system is written down
+            info.create_system = 3  # otherwise the build machine's system is recorded
             archive.writestr(info, data)
     return out.getvalue()
 
 
 def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
-    """A pyodide-lock.json of our packages alone, with the sha256 of the wheels in the packs; platform as in `stock`."""
+    """A pyodide-lock.json of our packages only, with the sha256 of the wheels in the packs; platform as in `stock`."""
     from pyodide_lock import PackageSpec  # its import takes long, and most builds make no runtime
 
     packages: dict[str, Any] = {}

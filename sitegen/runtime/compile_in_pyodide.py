@@ -1,7 +1,7 @@
-"""Compiles the Python files of archives; runs inside Pyodide, because bytecode belongs to one Python version.
+"""Compiles the Python files in archives; runs inside Pyodide, because bytecode belongs to one Python version.
 
-The result of an archive is an archive again (stored, one fixed date, sorted): each .py has become a .pyc of the
-unchecked-hash kind in its place, everything else is as it was. Which of it is shipped, assemble.py decides.
+The result is again an archive (stored, one fixed date, sorted) in which each .py is replaced by a .pyc of the
+unchecked-hash kind, and everything else is unchanged. assemble.py decides which members are shipped.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ def compile_archive(
 ) -> int:
     """Compile archive `source` into `target` and return the number of modules.
 
-    `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` other lines and an
-    end; `added` names those of the replaced that the archive has not. Where it holds our `packages`, its sources go in
-    bare, and the methods of a module's dataclasses into a member of the folder `prepared`.
-    Raises ValueError where a line to be changed does not stand there exactly once.
+    `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` other lines and
+    text to append; `added` names the replaced members that the archive lacks. If it holds our `packages`, its sources
+    are stripped by `Bare`, and the methods of a module's dataclasses go into a member of the folder `prepared`.
+    Raises ValueError if a line to be changed does not occur exactly once.
     """
     count = 0
     with zipfile.ZipFile(source) as reader, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as writer:
@@ -56,8 +56,8 @@ def compile_archive(
                 code = compile(data, prefix + name, "exec", dont_inherit=True, optimize=optimize)
                 if not packages:
                     code = on_one_line(code)
-                # Unchecked: the loader neither looks for the source nor compares anything. The name is private, and is
-                # there in the Python of a pinned Pyodide.
+                # Unchecked: the loader neither looks for the source nor compares anything. The function is private, but
+                # the pinned Pyodide's Python has it.
                 data = bytes(bootstrap._code_to_hash_pyc(code, bytes(8), False))  # type: ignore[attr-defined]
                 name += "c"
                 count += 1
@@ -66,18 +66,18 @@ def compile_archive(
 
 
 def on_one_line(code: CodeType) -> CodeType:
-    """The code, all of it on the line that it begins on: which lines others' code has, a page never shows, and they
-    take a sixth of its bytes.
+    """The code, all of it on its first line: a page never shows the line numbers of third-party code, which take a
+    sixth of its bytes.
     """
     whole, rest = divmod(len(code.co_code) // 2, 8)
-    # An entry is for up to eight units: 1, 1101 (a line without columns), their number less one; then no step in lines.
+    # An entry covers up to eight units: 1, 1101 (a line without columns), their number minus one; then no line step.
     table = b"\xef\x00" * whole + (bytes([0xE7 + rest, 0]) if rest else b"")
     within = tuple(on_one_line(each) if isinstance(each, CodeType) else each for each in code.co_consts)
     return code.replace(co_linetable=table, co_consts=within)
 
 
 def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:
-    """The text with each first of `lines` exchanged for its second, and `end` added."""
+    """The text with the first of each pair in `lines` replaced by the second, and `end` appended."""
     for line, instead in lines:
         if text.count(line) != 1:
             raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
@@ -86,10 +86,10 @@ def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:
 
 
 class Bare(ast.NodeTransformer):
-    """Takes off what nothing asks for in the page: docstrings, and the annotations of functions.
+    """Removes what nothing in the page uses: docstrings, and the annotations of functions.
 
-    Classes keep their annotations, which make a dataclass, and get their name as a docstring: where there is none,
-    dataclass spells out the signature, by inspect.
+    Classes keep their annotations, which dataclasses need, and get their name as a docstring: without one, dataclass
+    makes one from the signature, by inspect.
     """
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
@@ -115,13 +115,13 @@ class Bare(ast.NodeTransformer):
 
 
 def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
-    """Take the docstring off, if there is one."""
+    """Remove the docstring, if there is one."""
     if ast.get_docstring(node, clean=False) is not None:
         node.body[:1] = [] if len(node.body) > 1 else [ast.Pass()]
 
 
 def dataclass_code(archive: str, packages: list[str]) -> dict[str, bytes]:
-    """Import the packages; by module, marshalled, the texts that dataclasses compiled and their code."""
+    """Import the packages and return, by module, a marshalled dict of the sources that dataclasses compiled → code."""
     texts: dict[str, dict[str, bytes]] = {}
 
     def record(text: str, *scopes: dict[str, object]) -> None:
@@ -140,5 +140,5 @@ def dataclass_code(archive: str, packages: list[str]) -> dict[str, bytes]:
 
 
 def main(text: str) -> str:
-    """The compiled modules' number for each job (compile_archive's arguments) of the JSON list `text`."""
+    """The number of compiled modules for each job (compile_archive's arguments) in the JSON list `text`."""
     return json.dumps([compile_archive(**job) for job in json.loads(text)])

@@ -1,8 +1,8 @@
-"""Goes once through all that a page may do: modules, methods, figures, and what is asked of numpy and of Python.
+"""Does once everything that a page may do: modules, methods, figures, and what they use of numpy and Python.
 
-Runs inside Pyodide, where it serves twice: on the complete runtime it shows which modules are ever imported
-(trace_modules.py), on the shipped one that none of them is missing. Each function returns the names of what it went
-through.
+It runs inside Pyodide, for two purposes: on the complete runtime it shows which modules are ever imported
+(trace_modules.py), on the shipped one that none of them is missing. Each function returns the names of what it has
+exercised.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 
 
 def every_module() -> list[str]:
-    """Import all modules of solvers and widgets but those of the command line."""
+    """Import all modules of solvers and widgets, except those of the command line."""
     names = []
     for top in ("solvers", "widgets"):
         package = importlib.import_module(top)
@@ -29,7 +29,7 @@ def every_module() -> list[str]:
 
 
 def every_method() -> list[str]:
-    """Register a small cloud with itself, moved, by every method there is."""
+    """Register a small cloud with a moved copy of itself by every method."""
     import numpy as np
 
     import solvers
@@ -67,7 +67,7 @@ def every_figure() -> list[str]:
 
 
 def numpy_at_large() -> list[str]:
-    """The parts of numpy that solvers and figures may come to need without importing anything by name."""
+    """Use the parts of numpy that solvers and figures may need without importing anything by name."""
     import numpy as np
 
     random = np.random.default_rng(7)
@@ -108,7 +108,7 @@ def numpy_at_large() -> list[str]:
 
 
 def errors() -> list[str]:
-    """What is imported only when something goes wrong: tracebacks, warnings, numpy's own errors."""
+    """Use what is imported only when something goes wrong: tracebacks, warnings, numpy's own errors."""
     import numpy as np
 
     lines = []
@@ -127,12 +127,12 @@ def errors() -> list[str]:
 
 
 def everything() -> dict[str, list[str]]:
-    """All of the above, by name."""
+    """Run all of the above; their results by name."""
     return {f.__name__: f() for f in (every_module, every_method, every_figure, numpy_at_large, errors)}
 
 
 def main(text: str) -> str:
-    """What was gone through, and every loaded module's origin; `text` is a JSON list of modules to import besides."""
+    """What was exercised, and every loaded module's origin; `text` is a JSON list of further modules to import."""
     log = everything()
     for name in json.loads(text) or []:
         importlib.import_module(name)

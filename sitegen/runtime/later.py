@@ -1,6 +1,6 @@
-"""What the page's Python loads when it is first asked for: each figure, and a few rooms of the solvers, in packs.
+"""The packs that the page's Python loads on first use: one per figure, and one per group of the solvers' modules.
 
-A page starts without them. The worker loads a pack when an import names one of its modules, and asks again.
+A page starts without them. When an import names a module in a pack, the worker loads the pack and asks again.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ ROOMS: Mapping[str, tuple[str, ...]] = {
         *("solvers.scenes.drive_packing", "solvers.scenes.recorded"),
         *("widgets.parts.drive_table", "widgets.parts.drive_solved", "widgets.parts.drive_poses"),
     ),
-    "files": ("solvers.io",),  # the rest of it
+    "files": ("solvers.io",),  # except for solvers.io.g2o
 }
-"""The rooms' packs by name, and the modules and folders that each of them holds, with all that lies below."""
+"""The groups' packs by name, and the modules and packages in each of them, with everything below."""
 FIGURES = "widgets.figures"
 LEFT_OUT = ("solvers.cli", "solvers.__main__")  # the command line, which no page runs
 
 
 def pack_of(member: str) -> str | None:
-    """The pack that a member of our compiled wheel belongs to; None for what no page has."""
+    """The pack of a member of our compiled wheel; None if no page has it."""
     parts = PurePosixPath(member.removeprefix(f"{DATACLASSES}/"))
     name = ".".join(parts.with_suffix("").parts) if parts.suffix in (".pyc", ".f4") else ".".join(parts.parts)
     name = name.removesuffix(".__init__")
@@ -42,7 +42,7 @@ def pack_of(member: str) -> str | None:
 
 
 def holds(pack: str) -> tuple[str, ...]:
-    """The modules for which a pack is loaded; none where a start loads it."""
+    """The modules for which a pack is loaded; empty if the start loads it."""
     figure = pack.removeprefix("figure-")
     return ROOMS.get(pack, () if figure == pack else (f"{FIGURES}.{figure}",))
 

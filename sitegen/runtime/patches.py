@@ -1,8 +1,8 @@
-"""What the page's Python and numpy are made to do without: what it costs at every start is for what a page never does.
+"""Patches to the page's Python and numpy that remove what costs time at every start but is never used by a page.
 
-What an entry saves is seen in Python's own list of import times (PYTHONPROFILEIMPORTTIME) and in the cold start
-(sitegen/bench/starts.py). All of it is the page's runtime alone: the tests of the solvers run on the complete one, and
-the exercise (exercise.py) on this one.
+Python's own list of import times (PYTHONPROFILEIMPORTTIME) and the cold start (sitegen/bench/starts.py) show what an
+entry saves. Only the page's runtime is patched: the solvers' tests run on a complete one, and the exercise
+(exercise.py) runs on this one.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from pathlib import Path
 
 STDLIB = "/lib/python314.zip/"
 SITE_PACKAGES = "/lib/python3.14/site-packages/"
-# Beside the packages: of each module whose dataclasses have methods a marshalled dict, source text → marshalled code;
-# of a pack all of them, one after the other, in a file with this ending.
+# The folder, beside the packages, with a marshalled dict, source text → marshalled code, for each module whose
+# dataclasses have methods. In a pack they are concatenated in a file with this ending.
 DATACLASSES = "dataclasses"
 
-# Members with another source: the files of page-python/, which stand at their place in the archive; and the one of them
-# that the library has not.
+# Members with another source: the files in page-python/, by their path in the archive; and the one of them that the
+# library lacks.
 PAGE_PYTHON = Path(__file__).parent / "page-python"
 REPLACED = {
     path.relative_to(PAGE_PYTHON).as_posix(): path.read_text("utf-8") for path in sorted(PAGE_PYTHON.rglob("*.py"))
 }
 ADDED = ("sitecustomize.py",)
 
-# A module that is imported when it is first used.
+# A stand-in that imports a module on first use.
 _LATER = """
 class _Later:
     def __init__(self, name):
@@ -37,16 +37,16 @@ class _Later:
 
 
 def _named(kind: str, name: str, *fields: str) -> tuple[str, str]:
-    """A NamedTuple whose fields are of one kind, and the same without a look at its annotations."""
+    """The source of a NamedTuple whose fields all have one type, and of an equivalent that needs no annotations."""
     lines = "".join(f"    {field}: {kind}\n" for field in fields)
     return f"class {name}(NamedTuple):\n{lines}", f'{name} = namedtuple("{name}", "{" ".join(fields)}")\n'
 
 
-# Members with changed lines: (what stands there exactly once, what comes instead) for each, and lines added at the end.
+# Members with changed lines: (text that occurs exactly once, its replacement) for each, and text to append.
 CHANGED = {
-    # A dataclass's methods are source text compiled as the class is made: 1.5 ms each. The texts of our classes are
-    # compiled at build time (compile_in_pyodide.py); a text that is not among them is compiled as ever.
-    # Annotationlib brings the parser's tree; our classes' annotations are plain text.
+    # A dataclass's methods are source text, compiled when the class is made: 1.5 ms each. The sources of our classes
+    # are compiled at build time (compile_in_pyodide.py); any other source is compiled as usual. annotationlib imports
+    # ast; our classes' annotations are plain strings.
     "dataclasses.py": (
         (
             ("        exec(txt, self.globals, ns)", "        exec(_prepared(txt), self.globals, ns)"),
@@ -80,7 +80,7 @@ if os.path.isdir("{SITE_PACKAGES}"):
             _read_prepared("{SITE_PACKAGES}" + _name)
 """,
     ),
-    # Pyodide holds it from the start; what it takes to show an error is imported with the first one.
+    # Pyodide imports it at the start; the modules that it needs to show an error are imported with the first error.
     "traceback.py": (
         (
             ("import linecache\n", _LATER + 'linecache = _Later("linecache")\n'),
@@ -94,7 +94,7 @@ if os.path.isdir("{SITE_PACKAGES}"):
     "numpy/_core/_internal.py": ((("import ast\n", _LATER + 'ast = _Later("ast")\n'),), ""),
     "numpy/matrixlib/defmatrix.py": ((("import ast\n", _LATER + 'ast = _Later("ast")\n'),), ""),
     "numpy/_core/_methods.py": ((("import pickle\n", _LATER + 'pickle = _Later("pickle")\n'),), ""),
-    # Named tuples look at their annotations by annotationlib, which brings the parser's tree.
+    # Named tuples read their annotations by annotationlib, which imports ast.
     "numpy/linalg/_linalg.py": (
         (
             ("from typing import Any, NamedTuple\n", "from collections import namedtuple\nfrom typing import Any\n"),
@@ -127,5 +127,5 @@ if os.path.isdir("{SITE_PACKAGES}"):
     ),
 }
 
-# Modules that are imported where they are there, and never used: asyncio's TLS, numpy's bridge to C.
+# Modules that are imported if present but never used: asyncio's TLS, numpy's bridge to C.
 LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})

@@ -1,14 +1,14 @@
 // Runs Python inside Pyodide under Node: one JSON request on stdin, one JSON answer as the last line of stdout.
 //
 // Request: { folder, stdlib?, site?, mounts?, env?, python, input }
-//   folder    with pyodide.mjs, its wasm, python_stdlib.zip and pyodide-lock.json
+//   folder    has pyodide.mjs, its wasm, python_stdlib.zip and pyodide-lock.json
 //   stdlib    another python_stdlib.zip
-//   site      a folder to be site-packages
+//   site      a folder to mount as site-packages
 //   mounts    { "/path inside": "folder outside" }
 //   env       Python's environment variables
 //   python    source that defines main(text: str) -> str, both JSON
-//   input     what main is given
-// What Python prints goes to stderr.
+//   input     the argument of main
+// Python's output goes to stderr.
 
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -38,7 +38,7 @@ async function run() {
   return pyodide.globals.get("main")(JSON.stringify(request.input ?? null));
 }
 
-// Left to itself, Node would quote the minified line that threw and drop what Python said.
+// By default, Node would quote the minified line that threw and drop Python's message.
 const [code, stream, text] = await run().then(
   (answer) => [0, process.stdout, answer],
   (error) => [1, process.stderr, error.message],

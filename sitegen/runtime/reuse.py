@@ -1,4 +1,4 @@
-"""The browser runtime from build to build: put together anew only where it is made of something else, or is faulty."""
+"""The browser runtime, reused from build to build: assembled again only if its inputs change or a file is missing."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ CODE = (".py", ".mjs", ".toml", ".txt")
 
 
 def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
-    """The runtime as it was put together last of the same; anew where there is none, or one that lacks a file.
+    """The cached runtime of the same inputs; assembled again if there is none or one that lacks a file.
 
-    Its files are kept each by its own hash: most are the same in every version. Raises OutsideError, NodeError or
+    Each file is stored by its own hash: most are the same in every version. Raises OutsideError, NodeError or
     WheelError.
     """
     cache = cache or cache_dir()
@@ -46,8 +46,8 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
 
 
 def _made_of() -> str:
-    """The hash of all that goes into a runtime: our packages, the outside files as they are pinned, what puts it
-    together, which may be any of the generator's code, and the Python that runs that."""
+    """A hash of everything that goes into a runtime: our packages, the pins of the outside files, the code that
+    assembles it, which may be any of the generator's, and the Python that runs it."""
     home = Path(sitegen.__path__[0])
     code = [path for path in home.rglob("*") if path.suffix in CODE]
     ours = [(f"sitegen/{path.relative_to(home).as_posix()}", content(path)) for path in code]

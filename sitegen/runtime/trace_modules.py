@@ -1,8 +1,7 @@
-"""Makes kept_modules.txt: `python -m sitegen.runtime.trace_modules`, to be run again when a page comes to need more of
-Python or numpy.
+"""Makes kept_modules.txt: `python -m sitegen.runtime.trace_modules`, to be run again when pages need more of Python or
+numpy.
 
-The exercise runs on the complete runtime under Node; what it imported is what is shipped, with the few modules named
-here.
+The exercise runs on the complete runtime under Node; the modules that it imports are shipped, and the few named here.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from sitegen.runtime.assemble import HERE, KEPT_MODULES, RUNNER, compiled, kept_
 from sitegen.runtime.patches import LEFT_OUT, SITE_PACKAGES, STDLIB
 from sitegen.runtime.wheel import build_wheel
 
-# What solvers and figures may come to use any day.
+# Modules that solvers and figures may use at any time.
 ALSO = [
     *("base64", "bisect", "copy", "dataclasses", "difflib", "fractions", "functools", "graphlib", "heapq", "html"),
     *("json", "numbers", "random", "statistics", "string", "textwrap", "traceback"),
@@ -44,7 +43,7 @@ def traced(cache: Path) -> list[str]:
 
 
 def main() -> int:
-    """Write kept_modules.txt anew and say how it changed."""
+    """Rewrite kept_modules.txt and print how it changed."""
     before = kept_modules() if KEPT_MODULES.is_file() else frozenset()
     names = traced(cache_dir())
     command = "`python -m sitegen.runtime.trace_modules`"

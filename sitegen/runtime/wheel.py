@@ -1,6 +1,6 @@
 """The page's wheel: solvers and widgets, the same bytes each time.
 
-Its metadata stands in page-wheel.toml: what pip installs from a checkout or an index is `solvers` alone.
+Its metadata is in page-wheel.toml: from a checkout or an index, pip installs `solvers` only.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("solvers", "widgets")
 METADATA = Path(__file__).with_name("page-wheel.toml")
 _EPOCH = "315532800"  # 1980-01-01, the first date a zip can hold
-_SETUPTOOLS_NEEDED = 77  # page-wheel.toml's own demand
-# Where the environment has the build backend, it is called as pip would call it, in a tenth of the time.
+_SETUPTOOLS_NEEDED = 77  # as page-wheel.toml requires
+# If the environment has the build backend, it is called directly, as pip would call it, in a tenth of the time.
 _BACKEND = ("-c", "import sys, setuptools.build_meta as backend; backend.build_wheel(sys.argv[1])")
 _PIP = ("-m", "pip", "wheel", "--no-deps", ".", "--wheel-dir")
 
 
 class WheelError(RuntimeError):
-    """The wheel could not be built; the message holds what the builder said."""
+    """The wheel could not be built; the message holds the builder's output."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Archive:
 
 
 def sources(root: Path = ROOT) -> dict[str, bytes]:
-    """The files of our packages that the wheel holds, by their path in it, sorted."""
+    """The files of our packages in the wheel, by their path in it, sorted."""
     files = {
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
@@ -53,14 +53,14 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
 
 
 def inputs(root: Path = ROOT) -> dict[str, bytes]:
-    """All files that a wheel of the checkout is made of, by their names."""
+    """All files that the wheel is built from, by their names."""
     return {**sources(root), "LICENSE": content(root / "LICENSE"), "pyproject.toml": content(METADATA)}
 
 
 def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
-    """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
+    """The wheel of the checkout at `root`, from the cache if none of its files has changed. Raises WheelError."""
     files = inputs(root)
-    # The wheel names the backend's version.
+    # The wheel records the backend's version.
     key = fingerprint([*files.items(), ("setuptools", backend().encode())])
     name, _, data = Store(cache, "wheel").get(key, partial(_built, files)).partition(b"\n")
     return Archive(name.decode(), data)
@@ -69,7 +69,7 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
 def _built(files: Mapping[str, bytes]) -> bytes:
     """The wheel of these files: a line with its name, then its bytes."""
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
-        # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
+        # Built from a copy: no build/ or egg-info is left in the checkout, and its build.py does not hide a package.
         copy, out = Path(temporary, "source"), Path(temporary, "out")
         for name, data in files.items():
             target = copy / name
@@ -88,7 +88,7 @@ def _built(files: Mapping[str, bytes]) -> bytes:
 
 @once
 def backend() -> str:
-    """The version of the build backend, setuptools, that the environment has; "0" where it has none."""
+    """The version of the environment's build backend, setuptools; "0" if it has none."""
     try:
         return version("setuptools")
     except PackageNotFoundError:

@@ -1,5 +1,4 @@
-# What Pyodide, dataclasses and pkgutil ask of it; the rest brings the parser's tree, the disassembler and the
-# tokenizer.
+# What Pyodide, dataclasses and pkgutil use of it; the rest would import ast, the disassembler and the tokenizer.
 def iscoroutinefunction(function):
     return bool(getattr(getattr(function, "__code__", None), "co_flags", 0) & 0x80)
 

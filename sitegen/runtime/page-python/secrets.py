@@ -1,4 +1,4 @@
-# What numpy's random generator asks of it; the rest brings hmac, base64 and the other generator.
+# What numpy's random generator uses of it; the rest would import hmac, base64 and Python's own generator.
 from os import urandom
 
 

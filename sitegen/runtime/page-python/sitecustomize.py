@@ -1,6 +1,6 @@
-# Modules from few files: each an index of its members and then their code. Python's own finders look for every module
-# among folders and endings: a small one takes 0.3 ms, from here 0.02. Python imports this before all that is not
-# needed to read text.
+# Imports modules from a few bundles: each holds an index of its members, then their code. Python's own finders try
+# folders and endings for every module: a small one takes 0.3 ms, from here 0.02. Python imports this file before
+# everything that is not needed to read text.
 import marshal
 import os
 import sys
@@ -47,7 +47,7 @@ class Modules:
 
 
 class Package:
-    """What pkgutil asks for the modules of a package; its shared libraries are files."""
+    """Lists a package's modules for pkgutil, and finds its shared libraries, which are files."""
 
     def __init__(self, name, path):
         self.name = name
@@ -63,7 +63,7 @@ class Package:
 
 
 class Later:
-    """Modules of packs that are not here yet: an import fails, and the worker asks which pack it takes."""
+    """Modules in packs that are not loaded yet: their import fails, and the worker asks which pack is needed."""
 
     folder = SITE_PACKAGES
 
@@ -71,7 +71,7 @@ class Later:
         self.packs, self.wanted = {}, None
 
     def expect(self, top, file):
-        """The module and all below it come with a file of the runtime, "hash/name.pack"."""
+        """Note that a module and everything below it are in a file of the runtime, "hash/name.pack"."""
         self.packs[top] = file
 
     def find_spec(self, name, path=None, target=None):
@@ -81,12 +81,12 @@ class Later:
                 raise ModuleNotFoundError(f"{name} comes with {file}, which is not loaded yet", name=name)
 
     def taken(self):
-        """The file that an import has asked for since, or nothing."""
+        """The file that an import has needed since the last call, or None."""
         wanted, self.wanted = self.wanted, None
         return wanted
 
     def arrived(self, file):
-        """The file's members lie among the packages: its modules can be imported."""
+        """Make the file's modules importable, now that its members are among the packages."""
         self.packs = {top: other for top, other in self.packs.items() if other != file}
         name = file.rpartition("/")[2].removesuffix(".pack")
         if "dataclasses" in sys.modules:
@@ -110,7 +110,7 @@ def install_all():
                 with open(SITE_PACKAGES + name, "rb") as file:
                     install(file.read(), SITE_PACKAGES)
     except (AttributeError, OSError):
-        pass  # as the build has it before it packs: every module a file
+        pass  # before the build has made bundles, every module is a file
 
 
 install_all()

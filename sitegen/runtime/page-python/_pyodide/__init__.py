@@ -4,4 +4,4 @@ __all__ = ["_base", "_importhook"]
 
 
 def set_excepthook():
-    pass  # Python's own hook prints by traceback as well
+    pass  # Python's own hook prints tracebacks too

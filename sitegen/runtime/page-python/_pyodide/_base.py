@@ -1,4 +1,4 @@
-# Of Pyodide's ways to run code the one that the worker takes: run a text, and return the value of its last expression.
+# The one of Pyodide's ways to run code that the worker uses: run source text and return its last expression's value.
 from _ast import Expr, Expression, PyCF_ONLY_AST
 
 

@@ -1,6 +1,6 @@
-# What Pyodide's core looks for as it starts: two errors, JavaScript's null and bigint, and the docstrings of its
-# proxies' methods and of its functions. None are read in a page: each is its own name, which docstring.py takes for its
-# whole text.
+# What Pyodide's core looks up as it starts: two errors, JavaScript's null and bigint, and the docstrings of its
+# functions and of its proxies' methods. No page reads those, so each docstring is just the name, which docstring.py
+# takes for the whole text.
 from json import encoder
 
 

@@ -1,5 +1,5 @@
-# numpy's functions as they are. Where other packages bring arrays of their own, each is wrapped so that those can take
-# over (NEP 18), its signature compared as it is wrapped, and the arguments looked through at every call.
+# Leaves numpy's functions unwrapped. The original wraps each one so that other packages' arrays can take over (NEP 18),
+# which compares signatures at import and inspects the arguments at every call.
 from numpy._core._multiarray_umath import _ArrayFunctionDispatcher, _get_implementing_args, add_docstring  # noqa: F401
 from numpy._utils import set_module  # noqa: F401
 
