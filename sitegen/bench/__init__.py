@@ -1,1 +1,1 @@
-"""What the project is measured by, and how the table of it is written."""
+"""The project's benchmarks, and the table of their results."""

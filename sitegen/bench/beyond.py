@@ -1,4 +1,4 @@
-"""Beyond two clouds: proofs in the race's rooms, and a real drive chained, natively and in a tab."""
+"""Benchmarks beyond the race: proofs in its rooms, and the chaining of a real drive, natively and in a tab."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ json.dumps([time.perf_counter() - began, int(chain.believed.sum()) - 1, len(chai
 
 
 Proof = tuple[float, str, float, int]
-"""Seconds, how it ended, the gap left in u², the seed."""
+"""Seconds, how it ended, the remaining gap in u², the seed."""
 
 
 def search(bench: Bench) -> list[Row]:
-    """Branch and bound from 45° and 1.43 u, each scene by itself: 25 seeds of every room here, three of some in a tab;
-    and the figure's own run."""
+    """Branch and bound from 45° and 1.43 u, one scene at a time: 25 seeds of every room natively, three of some in a
+    tab; and the figure's own run."""
     here, there = asked(proofs(ROOM_SETTINGS, 25)), in_tab(bench, proofs(IN_TAB, 3))
     return [
         *proof_rows(here),
@@ -58,7 +58,7 @@ def search(bench: Bench) -> list[Row]:
 
 
 def proof_rows(by_room: Mapping[str, Sequence[Proof]]) -> list[Row]:
-    """A row a room, its slowest proof."""
+    """One row per room, with its slowest proof."""
     what = f"proof to {GAP:g} u², room"
     return [
         Row(f"{what} '{setting}', natively", slowest(some), "ms", 1000, told(some)) for setting, some in by_room.items()
@@ -71,7 +71,7 @@ def slowest(some: Sequence[Proof]) -> float:
 
 
 def told(some: Sequence[Proof]) -> str:
-    """What a row says beside its slowest proof: the median, the largest gap, how many are proved, and which are not."""
+    """A row's note: the median, the number proved, which seeds are not, and the largest gap."""
     seconds, labels, gaps, seeds = zip(*some, strict=True)
     unproved = [f"{seed} ({label})" for label, seed in zip(labels, seeds, strict=True) if label != "proved"]
     rest = f", not proved: {', '.join(unproved)}" if unproved else ""
@@ -82,7 +82,7 @@ def told(some: Sequence[Proof]) -> str:
 
 
 def figure_run(bench: Bench) -> Row:
-    """*Run* pressed in the chapter's figure of the noisy room, until it shows the proof."""
+    """The time from pressing *Run* in the chapter's figure of the noisy room until it shows the proof."""
     figure = "Ladder.figures.get('fig-everywhere')"
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
@@ -98,7 +98,7 @@ def figure_run(bench: Bench) -> Row:
 
 
 def drive(bench: Bench) -> list[Row]:
-    """All pairs of the drive's successive scans registered, from what odometry says."""
+    """The registration of all pairs of the drive's successive scans, starting from odometry."""
     rows = []
     for what, (seconds, believed, pairs), aim in (
         ("the drive chained, natively", asked(DRIVE), 3000),
@@ -109,5 +109,5 @@ def drive(bench: Bench) -> list[Row]:
 
 
 def proofs(settings: Sequence[str], seeds: int) -> str:
-    """What is asked here and in the tab, of so many seeds of these rooms."""
+    """The code of the proofs for the first `seeds` seeds of these rooms, to run natively and in the tab."""
     return f"GAP, SETTINGS, SEEDS = {GAP}, {tuple(settings)}, {seeds}\n{PROOFS}"

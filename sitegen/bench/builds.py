@@ -1,4 +1,4 @@
-"""What authors see of speed, and sizes: builds from nothing, an edit until the page shows it, bytes."""
+"""Speed for authors, and sizes: clean builds, the time from an edit to the page that shows it, bytes."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from sitegen.runtime.assemble import assemble
 from sitegen.serve.live import WATCHED, LiveSite
 
 EDITS = 7
-RUNTIME_MB = 6.0  # of what a start loads
+RUNTIME_MB = 6.0  # target for the files that a start loads
 SHOWS = "text => document.body.textContent.includes(text)"
-RUNTIME_CACHES = ("outside", "compiled", "wheel", "runtime")  # what a first build fetches and compiles for the browser
+RUNTIME_CACHES = ("outside", "compiled", "wheel", "runtime")  # what a first build fetches and compiles for browsers
 
 
 def sizes(bench: Bench) -> list[Row]:
-    """The heaviest page with all that it loads, and the runtime, by gzip -9."""
+    """The heaviest page with everything that it loads, and the runtime, by gzip -9."""
     pages = read_pages(bench.site).values()
     page, runtime = (heaviest(map(weight, pages)) for weight in (page_weight, runtime_weight))
     return [
@@ -37,7 +37,8 @@ def sizes(bench: Bench) -> list[Row]:
 
 
 def start(bench: Bench) -> list[Row]:
-    """Python up and our packages imported, against stock Pyodide and numpy in the same browser."""
+    """The time until Python is up and our packages are imported, against stock Pyodide and numpy in the same
+    browser."""
     info = assemble()
     pairs, later = measure_start(info, bench.chromium), measure_later(info, bench.chromium)
     rounds = f"median of {len(pairs)} pairs of cold starts"
@@ -52,7 +53,8 @@ def start(bench: Bench) -> list[Row]:
 
 
 def build_times(bench: Bench) -> list[Row]:
-    """A clean build with the runtime cached, the same again, and from saving a chapter to the page that shows it."""
+    """Times of a clean build with the runtime cached, of the same again, and from saving a chapter to the page with
+    it."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as folder:
         here = Path(folder)
         cache, copy = here / "cache", here / "checkout"
@@ -70,7 +72,7 @@ def build_times(bench: Bench) -> list[Row]:
 
 
 def _copy_sources(root: Path, copy: Path) -> None:
-    """What a build reads, so that the bench edits nobody's chapters."""
+    """Copy everything that a build reads, so that the bench does not edit the checkout's own chapters."""
     copy.mkdir()
     for name in (*WATCHED, "pyproject.toml", "README.md", "LICENSE"):
         if (root / name).is_dir():
@@ -80,7 +82,7 @@ def _copy_sources(root: Path, copy: Path) -> None:
 
 
 def _build_once(copy: Path, cache: Path) -> float:
-    """Seconds of one build in a process of its own, from its start to its end."""
+    """Seconds of one build in its own process, from start to end."""
     asks = (
         "from pathlib import Path; from sitegen.pipeline.build import build; import sys; "
         "build(Path(sys.argv[1]), Path(sys.argv[1]) / 'site', cache=Path(sys.argv[2]))"
@@ -91,7 +93,7 @@ def _build_once(copy: Path, cache: Path) -> float:
 
 
 def _edits(bench: Bench, copy: Path) -> list[float]:
-    """Seconds from the saving of an edit until the open page shows it, for several edits one after the other."""
+    """Seconds from saving an edit until the open page shows it, for several edits in a row."""
     chapter = sorted((copy / "content").glob("*.md"))[0]
     text = chapter.read_text("utf-8")
     site = LiveSite(copy, copy / "site")
@@ -102,11 +104,11 @@ def _edits(bench: Bench, copy: Path) -> list[float]:
         watcher.start()
         with browser_of(bench) as browser, visit(browser, f"{site.server.origin}/index.html") as page:
             for i in range(EDITS):
-                live(page)  # an author edits a page that stands still
+                live(page)  # edits are measured on a page at rest
                 site.idle.wait()
                 began = time.perf_counter()
                 chapter.write_text(f"{text}\n\nAn edit, number {i}.\n", "utf-8")
-                # Looked for every 10 ms; a locator looks again only every half second.
+                # Polled every 10 ms; a locator would retry only every half second.
                 page.wait_for_function(SHOWS, arg=f"An edit, number {i}.", polling=10)
                 seconds.append(time.perf_counter() - began)
     finally:

@@ -1,4 +1,5 @@
-"""How every published figure follows a pointer: its handles dragged around, or its first slider drawn across."""
+"""How fast every published figure follows a pointer: its handles are dragged around, or its first slider moved
+across."""
 
 from __future__ import annotations
 
@@ -28,17 +29,17 @@ from sitegen.bench.pages import (
 )
 from sitegen.serve.static_files import serving
 
-MOVES = 75  # a handle
-HANDLES = 2  # of a figure: the cloud and its turn; the others of a figure are theirs again, in other panels
-NEAR = ("0", "1", "2", "3", "3½")  # the rungs whose figures answer within a frame
+MOVES = 75  # per handle
+HANDLES = 2  # per figure: the cloud and its turn; a figure's others repeat them in other panels
+NEAR = ("0", "1", "2", "3", "3½")  # the rungs whose figures should answer within a frame
 NEAR_MS = 16.0
-OURS_MS = 4.0  # of it what Python and the page's scripts may take
-CONTROLLED = 1.5  # times the control figure's
+OURS_MS = 4.0  # the share of it for Python and the page's scripts
+CONTROLLED = 1.5  # times the control figure's delay
 NINE = "race"
 NINE_MS = 25.0
 FRAME_MS = 16.0
 
-# The values of a slider from end to end, at most so many, one an event as a drawn thumb gives them.
+# Sets a slider's values from end to end, in at most `moves` steps with one event each, as dragging its thumb does.
 _DRAWN = """async (slider, moves) => {
   const low = +slider.min, step = +slider.step, count = Math.round((+slider.max - low) / step);
   for (let i = 0; i <= moves; i++) {
@@ -51,9 +52,9 @@ _DRAWN = """async (slider, moves) => {
 
 @dataclass(frozen=True)
 class Followed:
-    """One figure: the widget, where it stands, what was moved, the delay of each input in ms, frames missed of all; of
-    each answer what Python and the page's scripts took, the delays of the control figure where one can be laid, and how
-    long its warm-up took, in ms."""
+    """One figure's results: the widget, its page and id, its rung, what was moved, the delay of each input in ms,
+    missed and total frames; for each answer the time in Python and in the page's scripts, the delays of the control
+    figure if there is one, and the length of its warm-up, in ms."""
 
     widget: str
     where: str
@@ -68,7 +69,7 @@ class Followed:
 
 
 def drag(bench: Bench) -> list[Row]:
-    """Every figure of the built site moved: the delay of each input, and the frames that were missed."""
+    """Move every figure of the built site; the delay of each input, and the frames missed."""
     results: list[Followed] = []
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
@@ -84,16 +85,17 @@ def drag(bench: Bench) -> list[Row]:
 
 
 def with_figures(site: Path) -> list[str]:
-    """The rungs that have a figure to move, by name: other pages' figures are theirs, or wait for a reader's files."""
+    """The names of the rungs' pages with figures: other pages repeat these, or their figures wait for a reader's
+    files."""
     rungs = pages_with(site, 'class="chapter-rung"')
     return [name for name in pages_with(site, 'class="figure" id="') if name in rungs]
 
 
 def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str) -> Followed | None:
-    """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
+    """Drag the figure's handles or, if it has none, its first slider; None if there is neither.
 
-    A hand comes once the figure has been in sight for as long as its warm-up takes. A drag of a near rung is made once
-    more on the control figure, right after it.
+    The figure is first in view for as long as its warm-up takes. On near rungs each drag is repeated on the control
+    figure right afterwards.
     """
     widget, name = figure.get_attribute("data-widget") or "", figure.get_attribute("id")
     where, took = f"{page_name}#{name}", warmed(page, f"#{name}")
@@ -127,10 +129,11 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
 
 
 def rows(results: list[Followed]) -> list[Row]:
-    """A line a figure; the aims for handles on the near rungs, and for the others a frame to read their times by."""
+    """One row per figure, with targets for handles on near rungs and the race; the others' notes give a frame's
+    length."""
     out = []
     for one in results:
-        near = one.rung in NEAR and one.frames > 0  # a slider draws another map: no drag
+        near = one.rung in NEAR and one.frames > 0  # a slider redraws a whole map: not a drag
         aim = NEAR_MS if near else NINE_MS if one.widget == NINE else None
         note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
         reading = "" if aim is not None else f"; a frame is {FRAME_MS:.0f} ms"
@@ -148,7 +151,7 @@ def rows(results: list[Followed]) -> list[Row]:
 
 
 def _split(one: Followed, which: str) -> list[Row]:
-    """The figure's own share of its answers, and its delays beside the control figure's."""
+    """The figure's own share of its answers, and its delays relative to the control figure's."""
     out = []
     if one.ours:
         near = which.startswith("near")

@@ -1,9 +1,9 @@
 """The gallery of the docs: the same tasks in several libraries, `python3 build.py bench --gallery PYTHON`.
 
-Every snippet is a file of `gallery-code/`, named TASK-MODULE.py, and is printed on the page as it is run: a function
-`register` of arrays that returns a homogeneous matrix. PYTHON is an interpreter that has numpy and the libraries; each
-snippet is run in processes of its own. What was found is kept in content/data/gallery.json, and the page's tables and
-code are written from there.
+Every snippet is a file in `gallery-code/`, named TASK-MODULE.py, and is printed on the page exactly as it is run: a
+function `register` of arrays that returns a homogeneous matrix. PYTHON is an interpreter that has numpy and the
+libraries; each run of a snippet has its own process. The results are stored in content/data/gallery.json, from which
+the page's tables and code are written.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ ROUNDS = 3
 LIBRARIES = {
     "solvers": "solvers", "skimage": "scikit-image", "open3d": "Open3D", "small_gicp": "small_gicp", "pycpd": "pycpd",
 }  # fmt: skip
-"""Names of modules, and what their libraries are called; ours first."""
+"""Module name → library name; ours first."""
 IN_SPACE = ("open3d", "small_gicp")
-"""Modules that know no plane: their points have z = 0."""
+"""Modules that work in 3D only: planar points get z = 0."""
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked of each library. clouds: arrays by name, as `register` takes them; start: a pose it takes last;
-    truth: the pose to be found; scale: whether the scale is free."""
+    """A task for each library. clouds: arrays by name, in the order of `register`'s arguments; start: a pose, its last
+    argument; truth: the pose to find; scale: whether the scale is free."""
 
     clouds: Mapping[str, Any]
     truth: Pose
@@ -56,7 +56,7 @@ class Task:
     scale: bool = False
 
     def given(self, module: str) -> dict[str, Any]:
-        """The arrays in order, with z = 0 for a library that works in space alone."""
+        """The arrays in order, with z = 0 for a library that works in 3D only."""
         lifts = module in IN_SPACE
         arrays = {name: np.pad(a, ((0, 0), (0, 1))) if lifts else a for name, a in self.clouds.items()}
         if self.start is not None:
@@ -88,12 +88,12 @@ def _clouds(scene: Any) -> dict[str, Any]:
 
 
 def snippet(task: str, module: str) -> Path:
-    """The file that is run, and shown."""
+    """The file that is run and shown."""
     return CODE / f"{task}-{module}.py"
 
 
 def lifted(matrix: Any) -> Any:
-    """A homogeneous matrix of the plane as one of space that keeps z."""
+    """A homogeneous matrix of the plane as one in 3D that keeps z."""
     out = np.eye(4)
     rows = np.array([0, 1, 3])
     out[np.ix_(rows, rows)] = matrix
@@ -101,7 +101,7 @@ def lifted(matrix: Any) -> Any:
 
 
 def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
-    """How far answers are off: degrees of rotation, u of translation, scale as a fraction; medians over a batch.
+    """The errors of answers: rotation in degrees, translation in u, scale as a fraction; medians over a batch.
 
     matrix: (..., 3, 3), or (..., 4, 4) of points with z = 0, where a tilt out of the plane counts as rotation.
     """
@@ -110,7 +110,7 @@ def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
     right = truth.matrix if d == 2 else lifted(truth.matrix)
     scale = np.abs(np.linalg.det(matrices[..., :d, :d])) ** (1.0 / d)
     off = matrices[..., :d, :d] / scale[..., None, None] @ right[:d, :d].T * truth.scale ** (-1.0)
-    # From sine and cosine: the cosine alone loses half of the digits of a small angle.
+    # From sine and cosine: the cosine alone loses half the digits of a small angle.
     sine = np.linalg.norm(off - off.swapaxes(-1, -2), axis=(-2, -1)) / np.sqrt(8.0)
     angle = np.degrees(np.arctan2(sine, (np.trace(off, axis1=-2, axis2=-1) - (d - 2)) / 2.0))
     shift = np.linalg.norm(matrices[..., :d, d] - right[:d, d], axis=-1)
@@ -118,9 +118,9 @@ def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
 
 
 def gallery_command(root: Path, python: Path) -> int:
-    """Run every snippet by `python`, keep what was found, write the page. The exit code is 1 where one fails."""
+    """Run every snippet with `python`, store the results, write the page. The exit code is 1 if one fails."""
     try:
-        data = measured(root, python.absolute())  # as it is: a link of an environment leads out of it
+        data = measured(root, python.absolute())  # unresolved: an environment's link leads out of it
     except (subprocess.CalledProcessError, OSError) as error:
         print(f"bench: the gallery could not be measured: {error}", file=sys.stderr)
         return 1
@@ -130,10 +130,9 @@ def gallery_command(root: Path, python: Path) -> int:
 
 
 def measured(root: Path, python: Path) -> dict[str, Any]:
-    """What the page shows: where, versions, imports, and for each task each library's answer, errors and time.
+    """The page's data: machine, versions, import times, and for each task each library's answer, errors and time.
 
-    All snippets take turns, `ROUNDS` times, since load comes and goes; the time kept is that of the quickest turn, the
-    median of its calls.
+    All snippets take turns, `ROUNDS` times, because the load varies; the time is the median call of the quickest turn.
     """
     turns: dict[tuple[str, str], list[dict[str, Any]]] = {}
     with tempfile.TemporaryDirectory(prefix="ladder-gallery-") as folder:
@@ -169,7 +168,7 @@ print(json.dumps({name: version(name) for name in [*json.loads(sys.argv[1]), "nu
 
 
 def asked(root: Path, python: Path, *words: str | Path) -> Any:
-    """The JSON that a process of `python` in the checkout prints, on one thread. Raises CalledProcessError."""
+    """The JSON printed by a process of `python`, run in the checkout on one thread. Raises CalledProcessError."""
     command = [str(python), *map(str, words)]
     environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(root)}
     result = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, text=True, check=True)
@@ -177,7 +176,7 @@ def asked(root: Path, python: Path, *words: str | Path) -> Any:
 
 
 def _line(turns: Sequence[Mapping[str, Any]], truth: Pose) -> dict[str, Any]:
-    """One library's line of a task. A batch's answers are too many to keep."""
+    """One library's line of a task. A batch's answers are too many to store."""
     matrix = turns[0]["matrix"]
     rotation, translation, scale = errors(matrix, truth)
     line = {"rotation": rotation, "translation": translation, "scale": scale}
@@ -188,12 +187,12 @@ def _line(turns: Sequence[Mapping[str, Any]], truth: Pose) -> dict[str, Any]:
 
 
 def _least(module: str, turns: Mapping[tuple[str, str], Sequence[Mapping[str, Any]]]) -> float:
-    """Seconds of the quickest import of a module's snippets."""
+    """Seconds of the quickest import among a module's snippets."""
     return min(float(turn["importing"]) for (_, m), some in turns.items() if m == module for turn in some)
 
 
 def written(page: str, data: Mapping[str, Any]) -> str:
-    """The page with code and tables of the data between its marks. Raises ValueError where a part has none."""
+    """The page with the data's code and tables between its marks. Raises ValueError if a part has none."""
     for name, text in parts(data).items():
         begin, end = marks(name)
         before, begins, rest = page.partition(begin)
@@ -205,12 +204,12 @@ def written(page: str, data: Mapping[str, Any]) -> str:
 
 
 def marks(name: str) -> tuple[str, str]:
-    """Between which two lines of the page a part stands: links' definitions that nothing uses."""
+    """The two lines of the page around a part: link definitions that nothing uses."""
     return f"[//]: # (what `build.py bench --gallery` writes of {name} begins)", f"[//]: # ({name} ends)"
 
 
 def parts(data: Mapping[str, Any]) -> dict[str, str]:
-    """What is written, by the names of the marks: each task's table and code, and the libraries."""
+    """The parts of the page by the names of their marks: each task's table and code, and the libraries."""
     return {
         **{name: f"{_table(task, data['tasks'][name])}\n\n{_code(name, data)}" for name, task in tasks().items()},
         "libraries": _libraries(data),
@@ -218,7 +217,7 @@ def parts(data: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _code(name: str, data: Mapping[str, Any]) -> str:
-    """Each snippet that was run, under its library's name. Their fences say `py`: `python` would be run by tests."""
+    """Each snippet that was run, under its library's name. The fences say `py`: tests would run `python`."""
     return "\n\n".join(
         f"**{LIBRARIES[module]}**\n\n```py\n{snippet(name, module).read_text('utf-8')}```"
         for module in data["tasks"][name]

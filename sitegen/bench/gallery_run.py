@@ -1,7 +1,7 @@
-"""One snippet of the gallery in a Python of its own: `python -m sitegen.bench.gallery_run SNIPPET CLOUDS.npz`.
+"""Runs one snippet of the gallery in its own process: `python -m sitegen.bench.gallery_run SNIPPET CLOUDS.npz`.
 
-Prints JSON: its answer, the times of its calls, how long its imports took; or which module is absent. Needs numpy and
-what the snippet imports.
+Prints JSON: its answer, the times of its calls and of its imports; or which module is absent. Needs numpy and whatever
+the snippet imports.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from typing import Any
 import numpy as np
 
 FEWEST, MOST, ENOUGH = 9, 500, 1.0
-"""Calls that are timed: at least, at most, and the seconds after which no more are begun."""
+"""Timed calls: the least and most, and the seconds after which no more are begun."""
 FINE = 1e-6
 
 
 def run(snippet: Path, clouds: Sequence[Any]) -> dict[str, Any]:
-    """The snippet's `register` of the clouds: `matrix`, `seconds` of each call after the first, `importing` seconds.
+    """Run the snippet's `register` on the clouds: `matrix`, `seconds` of each call after the first, `importing`
+    seconds.
 
-    A snippet whose module is not installed gives `absent` alone: the error's words.
+    If the snippet's module is not installed, only `absent`: the error's message.
     """
     began = time.perf_counter()
     try:
@@ -33,8 +34,8 @@ def run(snippet: Path, clouds: Sequence[Any]) -> dict[str, Any]:
         return {"absent": str(error)}
     importing = time.perf_counter() - began
     matrix = np.asarray(register(*clouds), dtype=float)  # the first call warms up
-    # The processor's time: what else a machine does would lengthen long calls and spare short ones. Where that clock
-    # is too coarse, it is the wall's.
+    # CPU time: other work on the machine would lengthen long calls more than short ones. If that clock is too coarse,
+    # wall time.
     clock = time.process_time if time.get_clock_info("process_time").resolution <= FINE else time.perf_counter
     seconds: list[float] = []
     while len(seconds) < FEWEST or (len(seconds) < MOST and sum(seconds) < ENOUGH):

@@ -1,4 +1,4 @@
-"""A row of the bench, what a group of rows is measured on, and numbers as they are printed."""
+"""A row of the bench, the site and browser that it is measured on, and how numbers are printed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Row:
-    """One number: what it is, its unit, the most it should be (None where only the size of it is of interest)."""
+    """One measurement: what it is, its value, unit, upper target (None if it is only for information) and note."""
 
     what: str
     value: float
@@ -18,13 +18,13 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """Whether the aim is reached; None without one."""
+        """Whether the target is met; None without one."""
         return None if self.aim is None else self.value <= self.aim
 
 
 @dataclass(frozen=True)
 class Bench:
-    """What groups measure on: the checkout, its freshly built site, a Chromium."""
+    """What the groups measure: the checkout, its freshly built site, a Chromium."""
 
     root: Path
     site: Path
@@ -32,5 +32,5 @@ class Bench:
 
 
 def number(value: float) -> str:
-    """Three significant digits, whole numbers whole."""
+    """Three significant digits; whole numbers and those from 100 without decimals."""
     return f"{value:.0f}" if value == round(value) or abs(value) >= 100 else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""What a reader sees of speed: first paint, the first answer from a figure's tape, heat maps, the race."""
+"""Speed for readers: first paint, the first answer from a figure's tape, heat maps, the race."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WATCH = """() => {
   new PerformanceObserver(list => { for (const e of list.getEntries()) if (!e.hadRecentInput) seen.shift += e.value; })
     .observe({type: 'layout-shift', buffered: true});
 }"""
-# An input's mark stands at the event's own time, which is when the browser got it.
+# An input's mark has the time of its event, which is when the browser received it.
 MARKS = """() => performance.getEntriesByType('mark').filter(m => m.name.startsWith('ladder:'))
   .map(m => [m.name, m.startTime]).sort((a, b) => a[1] - b[1])"""
 IDLE = "[...Ladder.figures.values()].every(figure => !figure.busy)"
@@ -53,8 +53,8 @@ def browser_of(bench: Bench) -> Iterator[Browser]:
 
 @contextmanager
 def visit(browser: Browser, url: str, foreign: list[str] | None = None, hook: str = "") -> Iterator[Page]:
-    """A page in a browser context of its own, where nothing is cached. Foreign requests are added to `foreign`; `hook`
-    is a function that runs before the page's scripts do."""
+    """A page in its own browser context with empty caches. Foreign requests are added to `foreign`; `hook` is a script
+    function that runs before the page's scripts."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     context.add_init_script(f"({WATCH})()")
     if hook:
@@ -72,8 +72,8 @@ def visit(browser: Browser, url: str, foreign: list[str] | None = None, hook: st
 
 
 def until(page: Page, condition: str) -> None:
-    """Wait for a condition, looked at once a frame (Playwright's own wait evaluates text, which the policy forbids).
-    Raises TimeoutError where it does not come true within a minute."""
+    """Wait for a condition, checked once per frame (Playwright's own wait evaluates text, which the policy forbids).
+    Raises TimeoutError if it does not come true within a minute."""
     late = f"performance.now() > began + {PATIENCE_MS}"
     look = f"const look = () => {condition} ? done(true) : {late} ? done(false) : requestAnimationFrame(look); look();"
     if not page.evaluate(f"new Promise(done => {{ const began = performance.now(); {look} }})"):
@@ -81,13 +81,13 @@ def until(page: Page, condition: str) -> None:
 
 
 def live(page: Page) -> None:
-    """Bring the first figure into sight and wait until Python is up."""
+    """Scroll the first figure into view and wait until Python is up."""
     page.locator("figure.figure").first.scroll_into_view_if_needed()
     page.wait_for_selector("html[data-runtime=live]")
 
 
 def paint(bench: Bench) -> list[Row]:
-    """Largest contentful paint and layout shift of some pages, and whether anything foreign was asked for."""
+    """Largest contentful paint and layout shift of some pages, and the number of requests to other origins."""
     rows, foreign, shifts = [], list[str](), list[float]()
     with serving(bench.site) as server, browser_of(bench) as browser:
         for name in CHAPTERS:
@@ -106,7 +106,7 @@ def paint(bench: Bench) -> list[Row]:
 
 
 class Holding(StaticHandler):
-    """Keeps every request for the runtime waiting until the bench lets go, as a very slow line would."""
+    """Holds every request for the runtime until the bench lets go, like a very slow connection."""
 
     let_go: Event
 
@@ -117,8 +117,8 @@ class Holding(StaticHandler):
 
 
 def tape(bench: Bench) -> list[Row]:
-    """From the click on a figure's main button to the swapped picture, with Python not up and the figure in sight: the
-    first click of a page, on every page, in several cold loads."""
+    """The time from a click on a figure's main button to the swapped picture, with Python not up and the figure in
+    view: the first click on every page, in several cold loads."""
     Holding.let_go = Event()
     delays: dict[str, list[float]] = {}
     waiting: list[str] = []
@@ -142,13 +142,14 @@ def tape(bench: Bench) -> list[Row]:
 
 
 def _first_answer(browser: Browser, address: str) -> list[float] | None:
-    """How long the page's first main button takes to answer, ms; empty where it waits for Python, None without one.
+    """How long the page's first main button takes to answer, ms; empty if it waits for Python, None without one.
 
-    The hand rests on the button. A locator's click looks first at what it would hit, in the page and on its time.
+    The mouse is moved there and pressed directly: a locator's click would first check its target in the page, which
+    would take the page's time.
     """
     with visit(browser, address) as page:
         main = page.locator(_MAIN)
-        if not main.count():  # nothing to press before a choice is made
+        if not main.count():  # nothing can be pressed before a choice is made
             return None
         main.first.scroll_into_view_if_needed()
         until(page, _TAPED)
@@ -162,16 +163,16 @@ def _first_answer(browser: Browser, address: str) -> list[float] | None:
 
 
 _MAIN = 'figure.figure button.primary[data-button]:not([aria-disabled="true"])'
-# The figure has come into sight, and its tape with it.
+# The figure is in view and its tape has loaded.
 _TAPED = f"""(url => !url || performance.getEntriesByName(new URL(url, document.baseURI).href).length)(
   document.querySelector({_MAIN!r}).closest('figure').dataset.tape)"""
-# Answered from the tape, or kept because what was asked for is not on it.
+# Answered from the tape, or waiting because the record is not on it.
 _HEARD = """(performance.getEntriesByName('ladder:swap').length
   || document.querySelector('figure.figure[data-state=waiting]'))"""
 
 
 def pages_with(site: Path, mark: str) -> list[str]:
-    """The pages whose HTML holds a mark, by name; without the decks, whose figures are those of the chapters."""
+    """The names of the pages whose HTML contains a mark; without the decks, which repeat the chapters' figures."""
     pages = [page for page in site.glob("*.html") if not page.name.startswith("slides-")]
     return sorted(page.name for page in pages if mark in page.read_text("utf-8"))
 
@@ -184,8 +185,8 @@ def number_ms(value: float) -> str:
 def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     """How long each input waited for a picture that shows it or something newer, in ms.
 
-    `marks` are [name, time] in order of time. One question is under way at a time; inputs that
-    come meanwhile are merged into the next.
+    `marks` are [name, time] in order of time. One question is under way at a time; inputs during it are merged into the
+    next.
     """
     pending: list[float] = []
     waiting: list[float] = []
@@ -200,8 +201,8 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
 
 
 def warmed(page: Page, figure: str) -> float:
-    """Bring a figure to the middle and wait until Python has drawn it, and the moves that come next, unseen: the ms it
-    took."""
+    """Scroll a figure to the middle and wait for its warm-up, in which Python draws it and its likely next moves
+    unseen; the ms that it took."""
     began: float = page.evaluate("performance.now()")
     page.locator(figure).evaluate(CENTRED)
     until(page, f"document.querySelector({figure!r}).matches('[data-warm]') && {IDLE}")
@@ -209,12 +210,12 @@ def warmed(page: Page, figure: str) -> float:
 
 
 def open_more(page: Page, figure: str) -> None:
-    """Unfold what waits behind a figure's More, as a reader would who wants it."""
+    """Open a figure's More, as a reader would."""
     page.locator(f"{figure} details.figure-rest > summary").click()
 
 
 def heat(bench: Bench) -> list[Row]:
-    """A control of the score map moved again and again: how long to the coarse map, and to the full one."""
+    """Move a control of the score map repeatedly; the times to the coarse map and to the full one."""
     coarse: list[float] = []
     full: list[float] = []
     with ExitStack() as stack:
@@ -231,7 +232,7 @@ def heat(bench: Bench) -> list[Row]:
                 page.locator('#fig-score [name="rotation"]').fill(str(turn))
                 until(page, IDLE)
                 marks = page.evaluate(MARKS)
-                if turn:  # the first answer of all pays for what Python does once
+                if turn:  # the first answer includes Python's one-off work
                     coarse += answered(marks)
                     full.append(marks[-1][1] - marks[0][1])
     note = f"{len(coarse)} turns of the NDT score map, from the input to the swapped picture; median "
@@ -242,7 +243,7 @@ def heat(bench: Bench) -> list[Row]:
 
 
 def nine(bench: Bench) -> list[Row]:
-    """The race: a step of all nine again and again, a drag of their start, and the 25-seed benchmark in slices."""
+    """The race: repeated steps of all nine, a drag of their start, and the 25-seed benchmark in slices."""
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
@@ -280,7 +281,7 @@ def nine(bench: Bench) -> list[Row]:
 
 
 def playing_map(bench: Bench) -> list[Row]:
-    """The drive's map from its first scan to its last, press by press, by each kind of poses."""
+    """The drive's map, played from its first scan to its last, press by press, with each kind of poses."""
     steps: list[float] = []
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
@@ -302,7 +303,8 @@ def playing_map(bench: Bench) -> list[Row]:
     return [Row("the drive's map, a press to the swapped SVG, 95th percentile", centile(steps, 95), "ms", 25, note)]
 
 
-# The page's own job, as its button runs it, once to warm up: its slices, how long it took, and the solvers' part.
+# Runs the page's own job as its button does, after once to warm up: its slices, how long it took, and the solvers'
+# part.
 _JOB = """async () => {
   const { record } = Ladder.figures.get('fig-race');
   const ask = { figure: 'fig-race', record, name: 'benchmark' };
@@ -322,8 +324,8 @@ _JOB = """async () => {
 }"""
 
 
-# The benchmark begun by its button and, with some of it done, stopped by the other: from that click until the page has
-# it at rest and Python, whose slice was under way, answers something else.
+# Starts the benchmark by its button and, once some of it is done, stops it by the other: the time from that click until
+# the page shows it at rest and Python, after finishing its slice, answers something else.
 _STOP = """() => new Promise(done => {
   const box = document.querySelector('#fig-race section.job[data-job=benchmark]');
   const part = box.querySelector('progress');
@@ -341,12 +343,12 @@ _STOP = """() => new Promise(done => {
 
 
 def centile(values: Sequence[float], percent: int) -> float:
-    """The value that so many percent of the values do not exceed."""
+    """The value that `percent` % of the values do not exceed."""
     return quantiles(values, n=100)[percent - 1]
 
 
 def drag_once(page: Page, box: Any, moves: int = MOVES) -> tuple[int, int]:
-    """Drag what is in the box once around; frames missed, frames in all."""
+    """Drag the element in the box once around a circle; the missed frames and all frames."""
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     until(page, IDLE)
     page.evaluate("performance.clearMarks()")

@@ -1,4 +1,4 @@
-// The race's benchmark in a tab: Pyodide and numpy as they come, our wheel, one call; the answer is text.
+// Runs code in a tab: stock Pyodide and numpy, our wheel, one call; the answer is text.
 
 self.onmessage = async ({ data }) => {
   try {

@@ -1,6 +1,6 @@
-"""The bench's table in the docs: every line that the project is held to, with its target, and what was measured last.
+"""The bench's table in the docs: every promise of the project, with its target and the last measurement.
 
-Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table, and
+Sizes, counts and equalities are tests: such a line names the test that checks it. `bench --keep` writes the table, and
 its headlines into the README.
 """
 
@@ -16,18 +16,18 @@ from sitegen.cache.files import write
 
 PAGE = "content/docs/performance.md"
 README = "README.md"
-# A link's definition that nothing uses: of Markdown's ways to say something unseen, the one that needs no HTML.
+# A link definition that nothing uses: the one kind of hidden text in Markdown that needs no HTML.
 MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
-COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
+COLD = "runtime start, cold"  # with the stock start, it shows how fast the machine is
 HELD = "Checked at every test run:"
 SHOWN = ("what", "target", "measured", "result")
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the table. aim: in words, where it is not that of the rows. rows: how the names of the bench's rows
-    begin that it is measured by; of several the one that is farthest from its aim is shown. tests: what holds it at
-    every run of the tests. headline: it stands in the README too."""
+    """A line of the table. aim: the target in words, if it is not that of the rows. rows: prefixes of the names of its
+    rows in the bench; of several rows the one farthest from its target is shown. tests: the tests that check it at
+    every run. headline: whether it is in the README too."""
 
     what: str
     aim: str
@@ -134,8 +134,8 @@ LINES = (
 
 
 def keep(root: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
-    """Put the table into the docs and its headlines into the README, between their marks. Raises ValueError where a
-    file has none, or a line no row; then neither file changes."""
+    """Write the table into the docs and its headlines into the README, between their marks. Raises ValueError if a file
+    has no marks or a line no row; then neither file changes."""
     sections = {PAGE: markdown(rows, machine), README: headlines(rows)}
     texts = {root / name: _between_marks(root / name, text) for name, text in sections.items()}
     for path, text in texts.items():
@@ -151,7 +151,7 @@ def _between_marks(path: Path, text: str) -> str:
 
 
 def headlines(rows: Sequence[Row]) -> str:
-    """A few lines of the table, and how many of all that have an aim miss it."""
+    """The headline rows of the table, and how many of all targets are missed."""
     results = [_cells(line, rows)[-1] for line in LINES if line.rows]
     missed, measured = results.count("missed"), results.count("missed") + results.count("met")
     table = _table([_cells(line, rows) for line in LINES if line.headline])
@@ -159,7 +159,7 @@ def headlines(rows: Sequence[Row]) -> str:
 
 
 def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
-    """The table, where and when it was measured, and what tests hold. Raises ValueError for a line without its row."""
+    """The table, where and when it was measured, and what tests check. Raises ValueError for a line without a row."""
     table = _table([_cells(line, rows) for line in LINES if line.rows])
     where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
     colds = (row for row in rows if row.what == COLD)
@@ -174,7 +174,7 @@ def _table(rows: Sequence[tuple[str, ...]]) -> str:
 
 
 def _held(line: Line) -> str:
-    """A line of the list under the table: its tests' names would make any column a wide one."""
+    """A line of the list below the table: the tests' names would make any column too wide."""
     names = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
     return f"- {line.what}: {line.aim}. {names}"
 
@@ -194,5 +194,5 @@ def _shown(row: Row) -> str:
 
 
 def _strain(row: Row) -> float:
-    """How far a value stands from its aim: in units of the aim where that is not zero."""
+    """A value relative to its target; the value itself if the target is zero or missing."""
     return row.value / row.aim if row.aim else row.value

@@ -1,7 +1,7 @@
-"""`bench`: measures what the project is held to and prints it beside the target; never fails for being slow.
+"""`bench`: measures the project's promises and prints the results beside their targets; slow results never fail it.
 
-A group is a function from a Bench to rows; another one is added to GROUPS. Absolute times are for reading, on this
-machine; ratios are measured side by side in one run.
+A group is a function from a Bench to rows; new ones are added to `groups`. Absolute times depend on the machine; ratios
+are measured side by side in one run.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
 
 
 def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str], keeps: bool = False) -> int:
-    """Build, measure, print, write; with `keeps` also the docs' table, for which every group is needed.
+    """Build, measure, print and write the results; with `keeps` also the docs' table, which needs every group.
 
-    The exit code is 1 when something cannot be measured, 2 for an unknown group and for --keep with a few.
+    The exit code is 1 if something cannot be measured, 2 for an unknown group or for --keep with --only.
     """
     available = groups()
     if keeps and only:
@@ -73,7 +73,7 @@ def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str],
         print(f"measuring {name}", file=sys.stderr, flush=True)
         try:
             results[name] = available[name](subject)
-        except Exception as error:  # one group that cannot be measured does not take the others away
+        except Exception as error:  # one group's failure does not stop the others
             traceback.print_exc()
             failures[name] = f"{type(error).__name__}: {error}"
     rows = [row for some in results.values() for row in some]

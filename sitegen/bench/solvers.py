@@ -1,6 +1,6 @@
-"""The solvers' speed: the race's benchmark natively and in a tab, and two of our methods beside other people's.
+"""The solvers' speed: the race's benchmark natively and in a tab, and two of our methods against other libraries.
 
-The peers are optional (`pip install --group peers`, from pyproject.toml): without them there is no comparison.
+These peers are optional (`pip install --group peers`, from pyproject.toml): without them there is no comparison.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _RUN = """([message, timeout]) => new Promise((resolve, reject) => {
 
 
 def race(bench: Bench) -> list[Row]:
-    """25 seeds, nine contestants, 'combo' at 45° and 1.43 u: here and in a tab, each contestant by itself."""
+    """25 seeds, nine contestants, 'combo' at 45° and 1.43 u: natively and in a tab, in total and by contestant."""
     here, there = native_race(), tab_race(bench)
     notes = "warm, median of 3; combo at 45° and 1.43 u"
     return [
@@ -65,7 +65,7 @@ Rounds = list[dict[str, float]]
 
 
 def total(rounds: Rounds) -> float:
-    """The median over the rounds of the time of all contestants."""
+    """The median over the rounds of all contestants' total time."""
     return median(sum(one.values()) for one in rounds)
 
 
@@ -80,7 +80,7 @@ def native_race() -> Rounds:
 
 
 def asked(code: str) -> Any:
-    """What the last line of `code`, which is JSON, says in this process."""
+    """The value of the last line of `code`, an expression that gives JSON, run in this process."""
     *before, last = code.strip().split("\n")
     scope: dict[str, Any] = {}
     exec("\n".join([*before, f"answer = {last}"]), scope)
@@ -93,7 +93,7 @@ def tab_race(bench: Bench) -> Rounds:
 
 
 def in_tab(bench: Bench, code: str) -> Any:
-    """What the last line of `code`, which is JSON, says in a module worker of the bench's browser."""
+    """The value of the last line of `code`, an expression that gives JSON, run in a worker of the bench's browser."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary:
         root = Path(temporary)
         for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
@@ -110,12 +110,12 @@ def in_tab(bench: Bench, code: str) -> Any:
 
 
 def peers(bench: Bench) -> list[Row]:
-    """Rigid CPD beside pycpd at equal iterations, and its memory; 10⁵-point ICP beside small_gicp on one thread."""
+    """Rigid CPD against pycpd at equal iterations, and its memory; 10⁵-point ICP against small_gicp on one thread."""
     return [*cpd_rows(), cpd_memory(), *icp_rows()]
 
 
 def cpd_rows() -> list[Row]:
-    """Our rigid CPD's share of pycpd's time for as many iterations, two sizes."""
+    """The time of our rigid CPD as a share of pycpd's for the same number of iterations, at two sizes."""
     from solvers import register
 
     pycpd = optional("pycpd")
@@ -123,7 +123,7 @@ def cpd_rows() -> list[Row]:
     for n in (100, 1000):
         rng = np.random.default_rng(40)
         target = rng.normal(size=(n, 2))
-        # With some noise: on an exact copy σ falls to nothing, and a step of exactly zero ends our run early.
+        # With some noise: on an exact copy σ falls to zero, and a step of exactly zero ends our run early.
         source = target @ _turn(0.3).T + 0.1 + 0.05 * rng.normal(size=target.shape)
         steps: list[int] = []
 
@@ -137,7 +137,7 @@ def cpd_rows() -> list[Row]:
             continue
 
         def theirs(s: Any = source, t: Any = target, k: int = steps[-1]) -> None:
-            # Its rigid form fits a scale as well, like the paper's; that cannot be turned off.
+            # Its rigid form also fits a scale, like the paper's; that cannot be turned off.
             pycpd.RigidRegistration(X=t, Y=s, max_iterations=k, tolerance=0.0, w=0.1).register()
 
         limit = 0.25 if n == 100 else 0.125
@@ -146,7 +146,7 @@ def cpd_rows() -> list[Row]:
 
 
 def cpd_memory(n: int = 1000) -> Row:
-    """The most that a run of rigid CPD holds at a time beside its clouds."""
+    """The peak memory of a run of rigid CPD, without its clouds."""
     from solvers import register
 
     target = np.random.default_rng(40).normal(size=(n, 2))
@@ -162,7 +162,7 @@ def cpd_memory(n: int = 1000) -> Row:
 
 
 def icp_rows() -> list[Row]:
-    """ICP on 10⁵ points in space, from the same start to each one's own stop, in multiples of small_gicp's time."""
+    """ICP on 10⁵ points in 3D, from the same start until each library stops, in multiples of small_gicp's time."""
     from solvers import Pose, register
 
     small = optional("small_gicp")
@@ -205,7 +205,7 @@ def _turn(angle: float) -> Any:
 
 
 def optional(name: str) -> Any | None:
-    """The module, or None with a word on it where it is not installed."""
+    """The module; None, and a message, if it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -214,7 +214,7 @@ def optional(name: str) -> Any | None:
 
 
 def fastest(work: Callable[[], Any], rounds: int = ROUNDS) -> float:
-    """Seconds of the fastest of several runs, after one to warm up."""
+    """Seconds of the fastest of several runs, after a warm-up run."""
     times = []
     for _ in range(rounds + 1):
         began = time.perf_counter()

@@ -1,5 +1,5 @@
-"""A drag's time split: the figure's own share, Python and page script, apart from the browser's; and a control figure,
-which shows what the browser takes for the same pictures with nothing of ours around them.
+"""Splits a drag's time: our own share, Python and page script, apart from the browser's; and a control figure, which
+shows how long the browser takes for the same pictures without our code around them.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from playwright.sync_api import Locator, Page, Route
 from sitegen.bench.pages import WATCH
 
 CONTROL = "control.html"
-# Every answer of the worker: what Python took, and what the page's scripts took since the one before, their listeners,
-# frames and promises; and the last forty answers. It wraps what the page hands the browser and changes none of it.
+# Records for every answer of the worker the time in Python, and the time in the page's scripts since the previous one:
+# their listeners, frames and promises; and the last forty answers. It wraps the page's callbacks without changing them.
 HOOK = """() => {
   const answers = [], spent = { ms: 0 };
   window.split = { answers, spent, frames: [] };
@@ -49,7 +49,7 @@ HOOK = """() => {
   };
 }"""
 
-# The figure's panels as they are seen, each with its class and box on the stage, and where its handle is.
+# The figure's visible panels, each with its class and box on the stage, and the box of its handle.
 _SEEN = """(figure, handle) => {
   const stage = figure.querySelector('.figure-stage'), from = stage.getBoundingClientRect();
   const box = e => { const r = e.getBoundingClientRect(); return [r.x - from.x, r.y - from.y, r.width, r.height]; };
@@ -58,7 +58,7 @@ _SEEN = """(figure, handle) => {
     size: [from.width, from.height] };
 }"""
 
-# One question under way at a time and at most one an animation frame, as figures ask; the answer is put in whole.
+# One question at a time and at most one per animation frame, as figures ask; each answer replaces whole drawings.
 _SCRIPT = """
 const { frames, panels } = JSON.parse(document.querySelector('script').textContent);
 const code = `let all, i = 0;
@@ -95,19 +95,19 @@ addEventListener('pointerrawupdate', event => {
 
 
 def begin(page: Page) -> None:
-    """Forget what was answered so far."""
+    """Forget the answers so far."""
     page.evaluate("split.answers.length = split.frames.length = split.spent.ms = 0")
 
 
 def shares(page: Page) -> list[tuple[float, float]]:
-    """Of each answer since the beginning: what Python took, and what the page's scripts did, in ms."""
+    """For each answer since `begin`: the time in Python and in the page's scripts, in ms."""
     return [(python, script) for python, script in page.evaluate("split.answers")]
 
 
 @contextmanager
 def laid_control(page: Page, figure: Locator, handle: Locator, origin: str) -> Iterator[Page]:
-    """A page with a control figure: the panels where this figure has them, a handle, and a worker that gives back the
-    frames that the figure's own gave last."""
+    """A page with a control figure: panels and a handle in the figure's places, and a worker that returns the figure's
+    last frames."""
     there: dict[str, Any] = figure.evaluate(_SEEN, handle.element_handle())
     frames: list[str] = page.evaluate("split.frames")
     style = page.locator("link[rel=stylesheet]").first.get_attribute("href")

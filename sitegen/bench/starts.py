@@ -1,8 +1,8 @@
 """The start of the runtime, side by side with stock Pyodide and numpy in one browser: same server, same policy.
 
-Cold, both run in a module worker of a fresh browser context, so that nothing is in any cache; ours ends when solvers
-and widgets are imported as well, the stock one at the end of `import numpy`. They take turns, since load comes and
-goes. Later visits are ours alone, in a profile that a browser keeps.
+For cold starts, both run in a module worker of a fresh browser context with empty caches; ours ends when solvers and
+widgets are imported too, the stock one at the end of `import numpy`. They take turns, because the load varies. Later
+visits are measured for ours only, in a persistent browser profile.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from sitegen.serve.static_files import serving
 HERE = Path(__file__).parent
 WORKER = HERE.parents[1] / "templates" / "assets" / "worker.mjs"
 TIMEOUT = 120_000
-STAY = 2_000.0  # ms for which a later visit's Python stays: browsers write down what they compiled a while after
+STAY = 2_000.0  # ms that Python stays up on later visits: browsers store compiled code with a delay
 
 _RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) => {
   const began = performance.now();
@@ -46,7 +46,8 @@ _RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) =>
 
 @contextmanager
 def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any], dict[str, Any]]]:
-    """Playwright, the address of a folder with both, and what their workers are told: the stock one's, ours."""
+    """Playwright, the address of a folder with both runtimes, and the start messages of the stock worker and of
+    ours."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary, sync_playwright() as playwright:
         root = Path(temporary)
         info.write(root / "runtime")
@@ -56,7 +57,7 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
         for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
             shutil.copyfile(path, root / "stock" / path.name)
         (root / "index.html").write_text("<!doctype html><title>bench</title><link rel=icon href=data:,>", "utf-8")
-        # Named by their content, these are kept by the browser as those of the site are.
+        # These files are named by their content, so the browser caches them like those of the site.
         (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{immutable('runtime/')}", "utf-8")
         with serving(root) as server:
             here = server.origin + "/"
@@ -66,7 +67,7 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
 
 
 def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
-    """Cold starts in milliseconds, (stock, ours) side by side, `rounds` of them; a first pair is thrown away."""
+    """`rounds` pairs of cold starts in milliseconds, (stock, ours), after a first pair that is discarded."""
     with _served(info) as (playwright, here, stock, ours):
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
 
@@ -83,8 +84,8 @@ def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tu
 
 
 def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
-    """Starts in milliseconds of a reader who has been here: a first visit and two on which the browser keeps what it
-    has compiled are thrown away."""
+    """A returning reader's starts in milliseconds. Three visits are discarded: the first, and two on which the browser
+    stores its compiled code."""
     with _served(info) as (playwright, here, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
         context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
         times = [_start(context, here, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]

@@ -1,4 +1,4 @@
-// The yardstick of the cold start: Pyodide and numpy as they come, to the end of `import numpy`.
+// The reference for the cold start: stock Pyodide and numpy, to the end of `import numpy`.
 
 self.onmessage = async ({ data }) => {
   try {
