@@ -1,1 +1,1 @@
-"""What a built site is held to, and the browsers that it is read with."""
+"""The checks of a built site, and the browsers that tests and checks drive."""

@@ -1,4 +1,4 @@
-"""Browsers to drive: the one that is named, one that the machine has, or one that is installed for it."""
+"""Browsers to drive: a named one, one on the machine, or one that is installed on demand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from playwright.sync_api import Error, sync_playwright
 from sitegen.check import webkit
 from sitegen.problems import first_line
 
-# Headless in a container, and no requests of the browser's own; in the shell letters as wide as in a window.
+# Headless in a container, without the browser's own requests; in the headless shell, letters as wide as in a window.
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",
@@ -34,7 +34,7 @@ class BrowserMissing(RuntimeError):
 
 
 def run_fault(command: list[str]) -> str:
-    """Run an installer, or a program to see that it starts; what went wrong, or nothing."""
+    """Run an installer, or a program to see if it starts; what went wrong, or ""."""
     env = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     try:
         result = subprocess.run(
@@ -54,7 +54,7 @@ def run_fault(command: list[str]) -> str:
 
 
 def chromium_fault(path: Path) -> str:
-    """Why this Chromium does not start; nothing when it does."""
+    """Why this Chromium does not start; "" if it does."""
     try:
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
@@ -66,16 +66,16 @@ def chromium_fault(path: Path) -> str:
 
 
 def firefox_fault(path: Path) -> str:
-    """Why this Firefox does not start; nothing when it does."""
+    """Why this Firefox does not start; "" if it does."""
     return run_fault([str(path), "--version"])
 
 
 @dataclass(frozen=True)
 class Engine:
-    """How one of the engines is come by.
+    """How to find or install one of the engines.
 
-    named: variables that may hold its path. programs: what it is called on the PATH. places: where else it may be, with
-    variables in braces. packages: Debian's. fault: why a program is none that starts.
+    named: variables that may hold its path. programs: its names on the PATH. places: other paths, with variables in
+    braces. packages: Debian's. fault: returns why a program does not start.
     """
 
     title: str
@@ -132,20 +132,21 @@ SHELL = Engine(
 
 
 def chromium(browser_path: Path | None = None) -> Path:
-    """A Chromium that starts; as `found`."""
+    """A Chromium that starts; see `found`."""
     return found("chromium", browser_path)
 
 
 def shell(browser_path: Path | None = None) -> Path | None:
-    """Chromium's headless shell, installed where that can be done: the same engine without a window, which loads a page
-    with a third of the work. None where there is none, or where a Chromium is given or named: then that is meant."""
+    """Chromium's headless shell, installed if possible: the same engine without a window, which loads a page with a
+    third of the work. None if there is none, or if a Chromium is given or named, which then takes precedence."""
     if browser_path or any(os.environ.get(each) for each in ENGINES["chromium"].named):
         return None
     return next((path for _, path in found_or_installed(SHELL, []) if not SHELL.fault(path)), None)
 
 
 def found(name: str, browser_path: Path | None = None) -> Path:
-    """The program of an engine. What is given, or named by a variable, must do; else the first of the others that does.
+    """The program of an engine: the one that is given or named by a variable, otherwise the first other one that
+    starts.
 
     Raises BrowserMissing with everything that was tried.
     """
@@ -170,7 +171,7 @@ def found(name: str, browser_path: Path | None = None) -> Path:
 
 
 def found_or_installed(engine: Engine, attempts: list[str]) -> Iterator[tuple[str, Path]]:
-    """Candidates and how they were come by; installs only when asked for more. What led to none goes to `attempts`."""
+    """Candidates and how they were found; installs only if more are requested. Failures go to `attempts`."""
     programs = [path for name in engine.programs if (path := shutil.which(name))]
     places = [path for place in engine.places if (path := _filled(place)) and Path(path).is_file()]
     if not programs and not places:
@@ -197,13 +198,13 @@ def _filled(place: str) -> str:
 
 
 def playwrights_own() -> Path:
-    """Where Playwright keeps the Chromium that it installs, whether it is there or not."""
+    """The path at which Playwright installs its Chromium, whether or not it is there."""
     with sync_playwright() as playwright:
         return Path(playwright.chromium.executable_path)
 
 
 def installers(engine: Engine) -> Iterator[tuple[str, list[str]]]:
-    """What may bring an engine, in the order to try."""
+    """Commands that may install an engine, in the order to try."""
     if engine is ENGINES["chromium"]:
         yield "playwright install chromium", [sys.executable, "-P", "-m", "playwright", "install", "chromium"]
     if hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get"):

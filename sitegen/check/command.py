@@ -1,4 +1,4 @@
-"""`check`, whose steps `test` takes too: build strictly, check the site, rerun a sample of results that are kept."""
+"""`check`, whose steps are part of `test` too: build strictly, check the site, rerun a sample of the stored results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sitegen.progress import shown
 
 
 def summary(pages: dict[str, Page]) -> str:
-    """The sizes, for reading."""
+    """The number of pages and the sizes, as a sentence."""
     page, runtime = (heaviest(map(weight, pages.values())) for weight in (page_weight, runtime_weight))
     return (
         f"{len(pages)} pages; the heaviest, {page.page}, has {page.total / 1000:.0f} kB compressed, "
@@ -27,7 +27,7 @@ def summary(pages: dict[str, Page]) -> str:
 
 
 def publish_and_check(root: Path, dest: Path) -> int:
-    """A strict build into `dest`, then every check of it. The exit code is 1 when there is something to mend."""
+    """Build strictly into `dest`, then run every check on it. The exit code is 1 if there are problems."""
     with shown() as progress:
         outcome = attempt(root, dest, strict=True, progress=progress)
     tell(outcome)
@@ -42,9 +42,8 @@ def publish_and_check(root: Path, dest: Path) -> int:
 
 
 def prove_kept(root: Path, *, anew: bool = False) -> int:
-    """Say which results that the repository keeps are stale, the sweep's, those of long plots and of the claims' tests,
-    and run a sample of the first two again, also one that has been proved before where `anew` says so. The exit code is
-    1 for wrong."""
+    """Report stale results in the repository (the sweep's, long plots', the claims' tests) and rerun a sample of the
+    first two; with `anew` even one that has been verified before. The exit code is 1 if a result is wrong."""
     from sitegen.experiments import sweep_verify
     from sitegen.pipeline import plot_parts
 
@@ -64,8 +63,8 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
 
 
 def check_command(root: Path) -> int:
-    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources,
-    and what the repository keeps of long runs is proved."""
+    """Build strictly into a temporary folder and check the site there; site/ stays as it is. Then check the spelling of
+    the sources and verify the stored results of long runs."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
         code = publish_and_check(root, Path(folder) / "site")

@@ -1,4 +1,4 @@
-"""Built pages as the checks see them: every element with its attributes and its place in the file."""
+"""Built pages, parsed for the checks: every element with its attributes and its position in the file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlsplit
 
 from sitegen.html_reader import Tag, read
 
-# Attributes whose file the browser loads by itself when it meets the element.
+# Attributes whose file the browser loads by itself.
 LOADED = {
     "audio": ("src",),
     "embed": ("src",),
@@ -47,7 +47,7 @@ class Element(Tag):
 
     @property
     def links(self) -> list[str]:
-        """The addresses that a reader may go to from this element, or is sent to."""
+        """The addresses that this element links or redirects to."""
         if self.name in ("a", "area"):
             return [self.attributes[name] for name in ("href", "xlink:href") if name in self.attributes]
         if self.name == "meta" and self.get("http-equiv").lower() == "refresh":
@@ -65,7 +65,7 @@ class Page:
     source: str
     elements: list[Element] = field(default_factory=list)
     texts: list[tuple[Element, str]] = field(default_factory=list)  # of links, buttons, labels and headings
-    inline: list[tuple[Element, str]] = field(default_factory=list)  # styles, and scripts without an address
+    inline: list[tuple[Element, str]] = field(default_factory=list)  # styles, and scripts without src
 
     @cached_property
     def ids(self) -> dict[str, list[Element]]:
@@ -78,11 +78,11 @@ class Page:
 
 
 class _Collector:
-    """Collects a page's elements, and what the telling ones say."""
+    """Collects a page's elements, the texts of the TELLING ones, and inline styles and scripts."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        self._around: list[tuple[Tag, Element, list[str]]] = []  # those that tell something, with what they said so far
+        self._around: list[tuple[Tag, Element, list[str]]] = []  # open elements with text, and that so far
 
     def opened(self, tag: Tag) -> None:
         element = Element(*tag)
@@ -107,12 +107,12 @@ class _Collector:
 
 
 def _is_inline(tag: Tag) -> bool:
-    """Whether a style or a script stands in the page itself."""
+    """Whether it is an inline style or script."""
     return tag.name == "style" or (tag.name == "script" and "src" not in tag.attributes)
 
 
 def read_pages(site: Path) -> dict[str, Page]:
-    """Every page of a built site by its name."""
+    """Read every page of a built site; keyed by name."""
     pages = {}
     for path in sorted(site.rglob("*.html")):
         name = path.relative_to(site).as_posix()
@@ -122,15 +122,16 @@ def read_pages(site: Path) -> dict[str, Page]:
 
 
 def is_foreign(address: str) -> bool:
-    """Whether an address names its own host."""
+    """Whether an address names a host."""
     parts = urlsplit(address)
     return bool(parts.netloc) or parts.scheme in ("http", "https", "ws", "wss", "ftp")
 
 
 def inside(address: str, base: str) -> tuple[str, str] | None:
-    """File and fragment that an address names, seen from the file `base`; None for data:, mailto: and foreign ones.
+    """The file and fragment that an address names, relative to the file `base`; None for data:, mailto: and foreign
+    ones.
 
-    The file may lie outside of the site ("../x") or be absolute ("/x"); that is for the checks to say.
+    The file may be outside the site ("../x") or absolute ("/x"); the checks report that.
     """
     parts = urlsplit(address)
     if parts.scheme or parts.netloc:

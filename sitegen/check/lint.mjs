@@ -1,6 +1,6 @@
-// Lints scripts by ESLint: one JSON request on stdin, one JSON answer as the last line of stdout.
+// Lints scripts with ESLint: one JSON request on stdin, one JSON answer as the last line of stdout.
 // Request: { library, files: { path: text } }. Answer: [{ path, line, column, message }].
-// What a name means tsc knows; this minds what is well-formed and still a mistake, and which way imports run.
+// tsc checks names and types; this finds well-formed mistakes, and imports in the wrong direction.
 
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
@@ -29,7 +29,7 @@ const RULES = {
   "no-promise-executor-return": ["error", { allowVoid: true }],
 };
 
-/** Folder of the page's scripts → the folders that it knows nothing of. */
+/** Folder of the page's scripts → the folders that it must not import from. */
 const ABOVE = {
   base: ["runtime", "figure", "deck", "page"],
   runtime: ["figure", "deck", "page"],

@@ -1,4 +1,4 @@
-"""`serve --offline-check`: one visit, then the server goes; every page has to open and every figure to answer live."""
+"""`serve --offline-check`: after one visit the server stops; then every page must open and every figure answer live."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from sitegen.problems import first_line
 from sitegen.progress import shown
 from sitegen.serve.static_files import serving
 
-KEPT_MS = 180_000  # for all of the site, from loopback, on a busy machine
+KEPT_MS = 180_000  # to store the whole site, from loopback, on a busy machine
 PATIENCE_MS = 60_000
-NOT_KEPT = ("404.html",)  # the host's answer to an address that is none
+NOT_KEPT = ("404.html",)  # the host's answer for addresses that do not exist
 
 
 def offline_check(root: Path, browser_path: Path | None = None) -> int:
-    """Build site/ and check it without its server; a line a page. The exit code is 1 where one fails."""
+    """Build site/ and check it without its server, printing one line per page. The exit code is 1 if one fails."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome)
@@ -45,7 +45,7 @@ def offline_check(root: Path, browser_path: Path | None = None) -> int:
 def visits(site: Path, browser: Browser, only: Collection[str] = ()) -> Iterator[tuple[str, int, str]]:
     """Visit the first page, stop the server, open every page: its name, how many figures answered, what is wrong.
 
-    only: the pages to open; all where none is named.
+    only: the pages to open; all if empty.
     """
     context = browser.new_context(reduced_motion="reduce")
     try:
@@ -63,7 +63,7 @@ def visits(site: Path, browser: Browser, only: Collection[str] = ()) -> Iterator
 
 
 def kept_fault(context: BrowserContext, address: str) -> str:
-    """Open a page and wait until it says that the site is kept; why that does not come."""
+    """Open a page and wait until it says that the site is stored; why it does not, or ""."""
     page = context.new_page()
     try:
         page.goto(address)
@@ -76,14 +76,14 @@ def kept_fault(context: BrowserContext, address: str) -> str:
 
 
 def forget(context: BrowserContext) -> None:
-    """Empty the browser's own cache, which would hide what the service worker does not keep."""
+    """Empty the browser's own cache, which would hide what the service worker has not stored."""
     page = context.new_page()
     context.new_cdp_session(page).send("Network.clearBrowserCache")
     page.close()
 
 
 def answers(context: BrowserContext, address: str) -> tuple[int, str]:
-    """Open a page and ask each figure for its first state anew: how many answered live, and what is wrong."""
+    """Open a page and reset each figure to its first state: how many answered live, and what is wrong."""
     page, live = context.new_page(), 0
     page.set_default_timeout(PATIENCE_MS)
     try:
@@ -104,7 +104,7 @@ def answers(context: BrowserContext, address: str) -> tuple[int, str]:
 
 
 def ask(page: Page, name: str) -> None:
-    """Take a figure to its first state and wait until Python has drawn that."""
+    """Reset a figure to its first state and wait until Python has drawn it."""
     before = page.evaluate(
         "name => { const figure = Ladder.figures.get(name), { frame = '' } = figure.root.dataset;"
         " figure.reset(); return frame; }",

@@ -1,4 +1,4 @@
-"""`check`: what can be wrong with a built site, however it was built: rules that yield problems, told all at once."""
+"""`check`: what can be wrong with a built site, however it was built: rules that yield problems, reported together."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from sitegen.check.html import Element, Page, inside, is_foreign, read_pages
 from sitegen.check.sizes import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
 from sitegen.problems import Problem, hint
 
-FORMAT = "1"  # of what is remembered of pages; raised when the reading changes
+FORMAT = "1"  # of remembered results; to be raised when the parsing changes
 SHOWN = "site"  # how problems name the site, wherever it was built
 POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
 DATA_SCRIPTS = ("application/json", "application/ld+json")
 UNSAFE = re.compile(r"'unsafe-[\w-]+'")
-# An address in a script's string; a namespace is a name and never asked for.
+# An address in a script's string; a namespace is only a name and never requested.
 SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
 
 
@@ -34,7 +34,7 @@ def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
 
 
 def check_pages(site: Path, pages: dict[str, Page], cache: Path) -> list[Problem]:
-    """All problems of a built site whose pages are read, in order."""
+    """All problems of a built site whose pages have been read, in order."""
     problems = html_faults(pages, cache)
     for page in pages.values():
         for rule in RULES:
@@ -49,7 +49,7 @@ def at(page: Page, element: Element, message: str) -> Problem:
 
 
 def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
-    """The pages parse without an error by the HTML standard's own algorithm; what was found of a page is remembered."""
+    """Pages parse without errors by the HTML standard's own algorithm; the results of each page are remembered."""
     memo = Remembered(cache, f"html-{FORMAT}-{html5lib.__version__}")
     by_page = {name: memo.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
     memo.keep()
@@ -57,7 +57,7 @@ def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
 
 
 def html_errors(source: str) -> list[tuple[int, int, str]]:
-    """Line, column and words of every error in a page."""
+    """Line, column and message of every error in a page."""
     parser = html5lib.HTMLParser(strict=False)
     parser.parse(source)
     errors = [(place, HTML_ERRORS.get(code, code), values) for place, code, values in parser.errors]
@@ -65,7 +65,7 @@ def html_errors(source: str) -> list[tuple[int, int, str]]:
 
 
 def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """No id stands twice, and what points at an id of the page finds it."""
+    """No id occurs twice, and every attribute that refers to an id of the page finds it."""
     for name, elements in page.ids.items():
         for element in elements[1:]:
             yield at(page, element, f"the id {name!r} is used again; first in line {elements[0].line}")
@@ -106,14 +106,14 @@ def address_fault(address: str, page: Page, pages: dict[str, Page]) -> str:
         return "leads out of the site: addresses are relative, since the site may lie in any folder"
     if not (page.site / file).is_file():
         return f"there is no {file}{hint(file, pages)}"
-    anchor = fragment.partition("?")[0]  # behind the question mark stands a figure's state
+    anchor = fragment.partition("?")[0]  # after the question mark comes a figure's state
     if anchor and anchor != "top" and file in pages and anchor not in pages[file].ids:
         return f"{file} has no anchor {anchor!r}{hint(anchor, pages[file].ids)}"
     return ""
 
 
 def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """The page states its Content-Security-Policy and holds nothing that the policy would block."""
+    """The page states its Content-Security-Policy and contains nothing that the policy would block."""
     policies = [e for e in page.elements if e.get("http-equiv").lower() == "content-security-policy"]
     if not policies:
         yield Problem(f"{SHOWN}/{page.name}", 1, 1, "no Content-Security-Policy")
@@ -131,7 +131,7 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
 
 
 def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """Images say what they show, or that they show nothing (alt="")."""
+    """Images say what they show, or that they are decorative (alt="")."""
     for element in page.elements:
         if element.name == "img" and "alt" not in element.attributes:
             yield at(page, element, f"{element.get('src')}: an image without alt")
@@ -140,7 +140,7 @@ def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
 
 
 def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """Links, buttons, labels and headings hold words, or are named by an attribute."""
+    """Links, buttons, labels and headings contain words, or are named by an attribute."""
     for element, text in page.texts:
         named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
         hidden = element.get("aria-hidden") == "true" or (element.name == "a" and "href" not in element.attributes)
@@ -149,7 +149,7 @@ def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
 
 
 def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """One first-level heading, before all others; below it no level is left out."""
+    """There is one first-level heading, before all others; below it no level is skipped."""
     headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.name)]
     before = 0
     for element in headings:
@@ -162,7 +162,7 @@ def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Prob
 
 
 def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """What a page loads lies where names hold a hash: it gets the files of its own build, or none."""
+    """A page loads only files with a hash in their names, so that it gets those of its own build or none."""
     for element in page.elements:
         for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
             target = inside(address, page.name)
@@ -182,7 +182,8 @@ RULES = (
 
 
 def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
-    """Style sheets load what is there, scripts name no other origin; the runtime, others' code, is not read."""
+    """Style sheets load only existing files, scripts name no other origin; the runtime, third-party code, is
+    skipped."""
     for path in sorted(site.rglob("*")):
         name = path.relative_to(site).as_posix()
         if name.startswith("runtime/") or path.suffix not in (".css", ".js", ".mjs"):

@@ -1,4 +1,4 @@
-"""The pages' scripts as `test` checks them: by TypeScript's compiler, which reads their JSDoc types, and by ESLint."""
+"""`test`'s checks of the pages' scripts: TypeScript's compiler, which reads their JSDoc types, and ESLint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PROJECTS = ("templates/assets/js", "templates/assets", "sitegen/serve/preview")
 
 
 def script_types(root: Path) -> int:
-    """Check the types of all scripts, project by project. The exit code is 1 where tsc has something to say."""
+    """Check the types of all scripts, project by project. The exit code is 1 if tsc reports anything."""
     compiler = fetch.gather(["typescript"])["typescript/lib/_tsc.js"]
     codes = []
     for project in PROJECTS:
@@ -27,7 +27,7 @@ def script_types(root: Path) -> int:
 
 
 def script_lint(root: Path) -> int:
-    """Lint all scripts that a page or a preview gets. The exit code is 1 where there is something to mend."""
+    """Lint all scripts in the templates and in sitegen. The exit code is 1 if there are problems."""
     problems = lint_problems(root)
     for problem in problems:
         print(problem, file=sys.stderr)
@@ -35,7 +35,7 @@ def script_lint(root: Path) -> int:
 
 
 def lint_problems(root: Path) -> list[Problem]:
-    """What ESLint has to say, in order."""
+    """ESLint's findings, in order."""
     problems = Problems()
     files: dict[str, str] = {}
     for folder, pattern in (("templates", "*.js"), ("templates", "*.mjs"), ("sitegen", "*.js"), ("sitegen", "*.mjs")):

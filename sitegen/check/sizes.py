@@ -1,4 +1,4 @@
-"""What a reader loads, in bytes by gzip -9."""
+"""The sizes of what a reader loads, in bytes by gzip -9."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from sitegen.cache.files import cache_dir
 from sitegen.cache.packing import gzipped
 from sitegen.check.html import Page, inside, is_foreign
 
-PAGE_LIMIT = 250_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
+PAGE_LIMIT = 250_000  # for a page with its fonts; without tapes and the runtime
 RUNTIME_LIMIT = 6_200_000
 
 
 @dataclass(frozen=True)
 class Weight:
-    """A page's files and their compressed sizes in bytes, the page itself among them."""
+    """A page's files, including the page itself, and their compressed sizes in bytes."""
 
     page: str
     parts: Mapping[str, int]
 
     @property
     def total(self) -> int:
-        """All of them."""
+        """The total size."""
         return sum(self.parts.values())
 
 
 def heaviest(weights: Iterable[Weight]) -> Weight:
-    """The one with the most bytes."""
+    """The weight with the largest total."""
     return max(weights, key=lambda weight: weight.total)
 
 
@@ -41,12 +41,12 @@ def _gzip_size(path: Path, mtime: int) -> int:
 
 
 def gzip_size(path: Path) -> int:
-    """A file's size by gzip -9; what is gzip already stays as it is."""
+    """A file's size by gzip -9; a file that is gzip already counts as it is."""
     return _gzip_size(path, path.stat().st_mtime_ns)
 
 
 def page_weight(page: Page) -> Weight:
-    """The page and all that its elements and their style sheets load."""
+    """The page and everything that its elements and their style sheets load."""
     queue = [page.name]
     for element in page.elements:
         queue += [target[0] for address in element.loads if (target := inside(address, page.name))]
@@ -65,12 +65,12 @@ def page_weight(page: Page) -> Weight:
 
 @lru_cache(maxsize=8)
 def _of_sheet(text: str) -> list[str]:
-    """Every page has the same one."""
+    """The addresses in a sheet, remembered because all pages share one."""
     return [url.address for url in [*urls(text), *imports(text)]]
 
 
 def runtime_weight(page: Page) -> Weight:
-    """What the page's worker loads to bring Python up, as its body says; nothing where it says nothing."""
+    """The files that the page's worker loads to start Python, as listed on its body; empty if it lists none."""
     parts: dict[str, int] = {}
     for element in page.elements:
         if element.name == "body" and element.get("data-runtime"):

@@ -1,4 +1,4 @@
-"""Spelling: no misspelt word in prose, comments and messages, and no American one in what readers read; and style."""
+"""Spelling: no misspelt word in prose, comments and messages, no American spelling in text for readers; and style."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from sitegen.check.style import style
 # Tests misspell on purpose.
 WRITTEN = ("content", "solvers", "sitegen", "widgets", "templates", "README.md", "CHANGELOG.md")
 READ = ("content", "README.md", "CHANGELOG.md", "solvers/README.md")
-TITLES = "content/references.yaml"  # others spell as they like
-# British too, in what is meant: a program that runs, the file LICENSE, how a story goes, good practice.
+TITLES = "content/references.yaml"  # other authors' spelling
+# Also British in the sense used here: a computer program, the file LICENSE, how a story goes, good practice.
 BOTH = "program,programs,story,stories,practice,practices,license,licenses,math"
-DRAWN = ("widgets", "templates")  # what is read here stands among names of HTML, CSS, SVG and matplotlib
+DRAWN = ("widgets", "templates")  # their text is mixed with names of HTML, CSS, SVG and matplotlib
 NAMES = "color,center,dialog,capitalize,behavior,normalize,miter,focused"
 
 
 def spelling(root: Path) -> int:
-    """Tell every misspelling and every phrase that style.py lists. The exit code is 1 where there is one;
-    pyproject.toml has the project's own words."""
+    """Print every misspelling and every phrase listed in style.py. The exit code is 1 if there is one; pyproject.toml
+    has the project's own words."""
     with tempfile.TemporaryDirectory(prefix="ladder-spelling-") as folder:
         american = Path(folder, "american.txt")
         american.write_text(anglicised(), "utf-8")
@@ -39,7 +39,7 @@ def spelling(root: Path) -> int:
 
 
 def anglicised() -> str:
-    """codespell's dictionary of British words, turned round: what is spelt in the American way, and how it is here."""
+    """codespell's British dictionary, reversed: American spellings and their British corrections."""
     british: dict[str, list[str]] = {}
     text = files("codespell_lib").joinpath("data/dictionary_en-GB_to_en-US.txt").read_text("utf-8")
     pairs = [line.split("->") for line in text.splitlines() if "->" in line]
@@ -53,7 +53,8 @@ def anglicised() -> str:
 
 
 def _codespell(root: Path, words: list[str], names: tuple[str, ...]) -> subprocess.Popen[str] | None:
-    """A run over what of these there is; codespell itself takes no names for all that it finds."""
+    """Start codespell on those of the names that exist; None if none do, since without names it would check
+    everything."""
     there = [name for name in names if (root / name).exists()]
     command = [sys.executable, "-P", "-m", "codespell_lib", *words, *there]
     if not there:

@@ -1,6 +1,6 @@
-"""Turns of phrase that sound translated, told wherever someone reads them: text, templates, messages and docstrings.
+"""Finds phrases that sound translated, wherever someone reads them: text, templates, messages and docstrings.
 
-`PHRASES` is the project's list: what is not to be written, and what to write instead. Add to it what an editor mends
+`PHRASES` is the project's list: what not to write, and what to write instead. Add to it whatever an editor corrects
 twice.
 """
 
@@ -51,7 +51,7 @@ _ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRA
 
 
 def style(root: Path) -> int:
-    """Tell every such phrase with its place. The exit code is 1 where there is one."""
+    """Print every such phrase with its place. The exit code is 1 if there is one."""
     lines = [hit for path in _files(root) for hit in _told(path, path.relative_to(root).as_posix())]
     sys.stdout.write("".join(f"{line}\n" for line in lines))
     sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""WebKit: WebKitGTK's own small browser on a display of its own, through its WebDriver and Selenium."""
+"""WebKit: WebKitGTK's MiniBrowser on a virtual display, driven by its WebDriver and Selenium."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from urllib3.exceptions import HTTPError, ReadTimeoutError
 from sitegen.problems import first_line
 
 SCREEN = "1600x1400x24"
-# Without this the browser's own toolbar keeps its window wider than a phone.
+# Without this, the browser's toolbar keeps its window wider than a phone.
 NARROW = "headerbar *, box button, entry, button { min-width: 0; padding: 0; margin: 0; }"
 STARTS = 60  # seconds until a start counts as failed
 
 
 class Display:
-    """An X server that draws nowhere, and a home folder with nothing in it. `env`: what a driver on it is to know."""
+    """A virtual X server and empty configuration, data and cache folders. `env`: the environment for a driver on it."""
 
     def __init__(self) -> None:
         self.server, number = start_display()
@@ -36,7 +36,7 @@ class Display:
         style.write_text(NARROW, "utf-8")
 
     def close(self) -> None:
-        """End the server; where it does not by itself, by force."""
+        """End the server, by force if it does not terminate."""
         self.server.terminate()
         try:
             self.server.wait(STARTS)
@@ -47,7 +47,8 @@ class Display:
 
 
 def start_display() -> tuple[subprocess.Popen[bytes], str]:
-    """The X server and its number: it takes the first that is free, and tells. Raises RuntimeError where it cannot."""
+    """Start an X server on the first free display number; the server and that number. Raises RuntimeError if it
+    fails."""
     xvfb = shutil.which("Xvfb")
     if not xvfb:
         raise RuntimeError("WebKit needs Xvfb, a display, which is not on the PATH")
@@ -63,9 +64,9 @@ def start_display() -> tuple[subprocess.Popen[bytes], str]:
 
 
 def session(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
-    """The driver's service, running, and a browser with one window; `seconds`: how long any answer may take.
+    """The driver's running service and a browser with one window; `seconds`: how long any answer may take.
 
-    A browser that does not come up is started once more: WebKitGTK's at times ends before its driver has heard of it,
+    A browser that does not come up is started once more: WebKitGTK's sometimes ends before its driver has noticed it,
     and the driver then waits for ever.
     """
     try:
@@ -83,13 +84,13 @@ def _started(driver: Path, display: Display, seconds: float) -> tuple[Service, w
     except BaseException:
         service.stop()
         raise
-    config.timeout = round(seconds)  # read anew for each answer
+    config.timeout = round(seconds)  # read again for each answer
     return service, browser
 
 
 def fault(driver: Path) -> str:
-    """Why no browser can be driven by this program; nothing when one can. It is asked for a session: what it says to
-    --version differs between versions, and so does its exit code."""
+    """Why this program cannot drive a browser; "" if it can. It is tested with a session: its output and exit code for
+    --version differ between versions."""
     try:
         display = Display()
     except (RuntimeError, OSError) as error:
