@@ -1,4 +1,5 @@
-"""What `test --changed` runs: the tests of what differs from a commit, and of a chapter's edit only its own pages."""
+"""Chooses what `test --changed` runs: the tests of the files that differ from a commit, on the edited chapters'
+pages."""
 
 from __future__ import annotations
 
@@ -17,16 +18,16 @@ if TYPE_CHECKING:
 ROOMS = ("solvers", "sitegen", "widgets")
 CLAIM = re.compile(r"\]\{\s*(tests/[^\s}]+?::\w+)")
 SLUG = re.compile(r"^slug: *[\"']?([a-z0-9-]+)", re.MULTILINE)
-# What a chapter asks of its figures and where its links lead; all else are words.
+# A chapter's settings of its figures and the targets of its links; everything else is words.
 ASKED = re.compile(r"\]\{[^{}]*\}|\{#[^{}]*\}|^ +(?:figure|plot|set|panels|controls|readouts): .*", re.MULTILINE)
-# What holds of every page, whatever it says.
+# Tests of every page, whatever it says.
 OF_PAGES = (
     "tests/browser/pages/test_static.py",
     "tests/browser/pages/test_search.py::test_search_by_key_leads_to_the_section",
     "tests/browser/accessibility/test_axe.py",
     "tests/browser/deck/test_slides.py::test_every_slide_of_every_deck_fits",
 )
-# What reads the words of all chapters and docs.
+# Tests that read the words of all chapters and docs.
 OF_WORDS = (
     "tests/claims/test_snippets.py",
     "tests/sitegen/assets/test_style_guide.py",
@@ -40,12 +41,13 @@ OF_WORDS = (
     "tests/sitegen/pages/test_real_chapters.py",
     "tests/sitegen/pages/test_real_docs.py",
 )
-# Where a test that names a chapter's file reads its words: in tests/sitegen such files are of small sites.
+# The folders in which a test that names a chapter's file reads it; in tests/sitegen such names belong to small test
+# sites.
 OF_TEXTS = ("tests/claims", "tests/solvers")
 OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen", "tests/test_imports.py")
-# What the repository keeps of long runs, and the code that these are of.
+# The repository's stored results of long runs, and the code that produces them.
 KEPT = ("solvers/", "sitegen/experiments/", "sitegen/plots/", "content/data/sweep/", "content/data/plots/")
-# What is loaded by name or read as files, which no import tells: by whom, and what with all that is in it.
+# Packages loaded by name or read as files, which imports do not show: loader → packages, with everything in them.
 LOADS = {
     "sitegen.chapters.values": ("solvers",),
     "sitegen.plots.registry": ("sitegen.plots",),
@@ -71,8 +73,8 @@ LOADS = {
 
 @dataclass(frozen=True)
 class Chosen:
-    """What to run: pytest's files and tests, the pages that tests of every page go to (none: all of them), and whether
-    the whole run is due, since everything depends on something that has changed."""
+    """What to run: pytest's files and tests, the pages to which tests of every page are restricted (empty: all), and
+    whether to run everything, because something that everything depends on has changed."""
 
     tests: tuple[str, ...]
     pages: tuple[str, ...] = ()
@@ -80,8 +82,8 @@ class Chosen:
 
 
 def differing(root: Path, commit: str) -> list[str]:
-    """The files that differ from the commit, new ones as well, that are still there or were. Raises ValueError where
-    git does not know the commit."""
+    """The files that differ from the commit, including new and deleted ones. Raises ValueError if git does not know the
+    commit."""
     names = []
     for words in (
         ["diff", "--name-only", "--no-renames", commit, "--"],
@@ -92,7 +94,7 @@ def differing(root: Path, commit: str) -> list[str]:
 
 
 def steps(names: Iterable[str]) -> list[str]:
-    """What of a whole run's steps before pytest these files need, by their kinds."""
+    """The steps of a whole run before pytest that these files need, by their kinds."""
     due = {"ruff", "spelling", "check"}
     for name in names:
         room, kind = name.split("/")[0], Path(name).suffix
@@ -106,7 +108,7 @@ def steps(names: Iterable[str]) -> list[str]:
 
 
 def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
-    """The tests of these files, which differ from the commit. Of a file that is gone nothing tells what it was for."""
+    """The tests of these files, which differ from the commit; everything if one is deleted, as its use is unknown."""
     if not all((root / name).is_file() for name in names):
         return Chosen((), everything=True)
     tests: set[str] = set()
@@ -144,13 +146,13 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
 
 
 def naming(root: Path, name: str) -> set[str]:
-    """The modules that name a file, or its folder: who reads it."""
+    """The modules that name a file or its folder, and so may read it."""
     modules = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
-    return modules - {"sitegen/cli/changed.py"}  # which names some of them, and reads them as git tells it
+    return modules - {"sitegen/cli/changed.py"}  # names some files, but reads only those that git lists
 
 
 def importing(root: Path, modules: Iterable[str]) -> set[str]:
-    """The files of tests that import or load one of these modules, through others as well, or are one of them."""
+    """The test files that import or load one of these modules, directly or not, or are one of them."""
     names = {_dotted(name) for name in modules}
     if not names:
         return set()
@@ -162,7 +164,7 @@ def importing(root: Path, modules: Iterable[str]) -> set[str]:
 
 @cache
 def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
-    """Who imports or loads whom, tests among them; and where the tests' modules are."""
+    """The graph of imports and loads, including tests; and the files of the tests' modules."""
     import grimp
 
     of = {_dotted(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
@@ -186,7 +188,7 @@ def _git(root: Path, commit: str, *words: str) -> str:
 
 
 def _before(root: Path, commit: str, name: str) -> str:
-    """A file as it was at the commit; "" where there was none."""
+    """A file's text at the commit; "" if there was none."""
     there = _git(root, commit, "ls-tree", "--name-only", commit, "--", name)
     return _git(root, commit, "show", f"{commit}:{name}") if there else ""
 
@@ -196,7 +198,7 @@ def _paragraphs(text: str) -> set[str]:
 
 
 def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
-    """The files of a folder that hold a file's name, or that of its folder where it lies deeper."""
+    """The files in a folder that contain a file's name, or its folder's if that is nested."""
     path = Path(name)
     words = {path.name, *([path.parent.as_posix()] if len(path.parts) > 2 else [])}
     files = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))
@@ -204,7 +206,7 @@ def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
 
 
 def _pages(file: Path, text: str) -> set[str]:
-    """The page of a chapter, or of a page of the docs, and its slides."""
+    """The page of a chapter and its slides, or the page of a docs file."""
     if file.parent.name == "docs":
         return {"docs.html" if file.stem == "index" else f"docs-{file.stem}.html"}
     match = SLUG.search(text)
@@ -218,7 +220,7 @@ def _dotted(name: str) -> str:
 
 
 def _imported(path: Path) -> set[str]:
-    """The modules that a file imports, and what might be one: `from a import b` names a and a.b."""
+    """The modules that a file imports, or may import: `from a import b` gives a and a.b."""
     modules = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
@@ -229,7 +231,7 @@ def _imported(path: Path) -> set[str]:
 
 
 def _fixtures(name: str) -> set[str]:
-    """The conftest modules whose fixtures a module of tests is given without importing them."""
+    """The conftest modules whose fixtures a test module gets without importing them."""
     folders = name.split(".")[:-1]
     return {".".join([*folders[: k + 1], "conftest"]) for k in range(len(folders))} - {name}
 

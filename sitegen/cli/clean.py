@@ -1,4 +1,4 @@
-"""Removes what the other commands made. Standard library only, and outside .venv, which may be among it."""
+"""Removes what the other commands created. Standard library only, and run outside .venv, which it may remove."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ MADE = (
     ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache", ".site-*", "*.egg-info", "__pycache__",
     "bench.json", "build", "dist",
 )  # fmt: skip
-"""What commands leave at the top of a checkout, beside site/ and .venv. `.site-*` are builds that were cut off."""
+"""What commands leave in the root of a checkout, besides site/ and .venv. `.site-*` are interrupted builds."""
 SOURCES = ("sitegen", "solvers", "widgets", "tests")
 
 
 def clean(root: Path, *, everything: bool = False) -> int:
-    """Empty site/ (but for its .gitignore) and remove what is made; `everything`: also .venv and the user's cache. The
-    exit code is 1 where something cannot be removed, which is told; the rest is."""
+    """Empty site/ (except for its .gitignore) and remove created files; `everything`: also .venv and the user's cache.
+    The exit code is 1 if something cannot be removed, which is reported; the rest is still removed."""
     paths = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
     paths += [path for path in sorted(root.iterdir()) if any(fnmatch(path.name, pattern) for pattern in MADE)]
     paths += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
@@ -33,7 +33,7 @@ def clean(root: Path, *, everything: bool = False) -> int:
             return 2
         override = os.environ.get("LADDER_CACHE")
         cache = None if override else user_cache(root)
-        if override:  # whoever named it may keep other things there
+        if override:  # the user's own folder may hold other things
             print(f"{override} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
         elif cache is None:
             print("without a working .venv the user's cache cannot be located; it stays", file=sys.stderr)
@@ -56,14 +56,14 @@ def clean(root: Path, *, everything: bool = False) -> int:
             code = 1
             continue
         lines.append(f"removed {label}")
-    if lines:  # at the end, so that a reader who goes away stops nothing
+    if lines:  # printed last, so that a closed pipe does not interrupt the removal
         with suppress(BrokenPipeError):
             print(*lines, sep="\n", flush=True)
     return code
 
 
 def user_cache(root: Path) -> Path | None:
-    """The folder that builds cache in, asked of the environment; None where that cannot say."""
+    """The cache folder of builds, according to the environment; None if that does not work."""
     if not environment.python(root).is_file():
         return None
     asks = "from sitegen.cache.files import cache_dir; print(cache_dir())"

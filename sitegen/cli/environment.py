@@ -1,7 +1,7 @@
-"""The project's .venv: made on first use from requirements.lock, entered by starting Python anew inside it.
+"""The project's .venv: created on first use from requirements.lock, entered by restarting with its Python.
 
 Standard library only, since it runs before anything is installed. The stamp in .venv is written last and holds the
-lock's hash: no stamp means that a set-up was interrupted, another hash that the lock has changed since.
+lock's hash: without a stamp a set-up was interrupted, with another hash the lock has changed since.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ STAMP = "made-from.sha256"
 
 
 class SetupError(RuntimeError):
-    """.venv could not be made; the message says what to do."""
+    """.venv could not be created; the message says what to do."""
 
 
 def folder(root: Path) -> Path:
-    """Where the checkout at `root` keeps its environment."""
+    """The folder of the environment of the checkout at `root`."""
     return root / ".venv"
 
 
@@ -34,23 +34,23 @@ def python(root: Path) -> Path:
 
 
 def lock_hash(root: Path) -> str:
-    """What the stamp must say."""
+    """The hash of the lock, which the stamp must hold."""
     return hashlib.sha256((root / LOCK).read_bytes()).hexdigest()
 
 
 def is_ready(root: Path) -> bool:
-    """Whether .venv stands complete and is made from today's lock."""
+    """Whether .venv is complete and made from the current lock."""
     stamp = folder(root) / STAMP
     return python(root).is_file() and stamp.is_file() and stamp.read_text("utf-8").strip() == lock_hash(root)
 
 
 def is_inside(root: Path) -> bool:
-    """Whether this very process runs in the environment."""
+    """Whether this process runs in the environment."""
     return Path(sys.prefix).resolve() == folder(root).resolve()
 
 
 def enter(root: Path, script: Path, words: list[str]) -> None:
-    """Be inside the environment, set up where it is not; returns only there. Raises SetupError."""
+    """Set up the environment if needed and restart in it; returns only inside it. Raises SetupError."""
     if not is_ready(root):
         set_up(root)
     if is_inside(root):
@@ -58,13 +58,13 @@ def enter(root: Path, script: Path, words: list[str]) -> None:
     command = [str(python(root)), str(script), *words]
     sys.stdout.flush()
     sys.stderr.flush()
-    if os.name == "nt":  # exec would give the console back before the command has ended
+    if os.name == "nt":  # exec would return control to the console before the command ends
         raise SystemExit(subprocess.call(command))
     os.execv(command[0], command)
 
 
 def set_up(root: Path) -> None:
-    """Make the environment, or bring a complete one up to the lock. Raises SetupError."""
+    """Create the environment, or update a complete one to the lock. Raises SetupError."""
     began = time.monotonic()
     stamp = folder(root) / STAMP
     complete = stamp.is_file() and python(root).is_file()
@@ -136,7 +136,8 @@ def _install(root: Path) -> None:
 
 
 class _Line:
-    """One line that is written over on a terminal; elsewhere a line every ten seconds, since logs keep everything."""
+    """A progress line, overwritten on a terminal; elsewhere a new line at most every ten seconds, to keep logs
+    short."""
 
     def __init__(self) -> None:
         self._over = sys.stderr.isatty()

@@ -1,6 +1,6 @@
-"""The commands: what they are called, what they accept, and where each one's work is done.
+"""The commands: their names, their options, and the functions that do their work.
 
-Standard library only at module level: `--help` and mistakes are answered before .venv stands.
+Standard library only at module level: `--help` and mistakes are answered before .venv exists.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ UNUSED_BY_PARTS = {  # of `test`
 
 @dataclass(frozen=True)
 class Command:
-    """One command: a line for the help, its options, its work (root and arguments in, exit code out)."""
+    """One command: its help line, its options, its work (root and arguments → exit code)."""
 
     help: str
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[Path, Arguments], int]
     needs_venv: bool = True
-    passes_on: str = ""  # where further arguments go; empty where there may be none
-    unused: Mapping[str, Sequence[str]] = field(default_factory=dict)  # what an option would leave without effect
+    passes_on: str = ""  # the receiver of further arguments; empty if none are allowed
+    unused: Mapping[str, Sequence[str]] = field(default_factory=dict)  # option → options that it makes ineffective
 
 
 def _none(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +37,7 @@ def _none(parser: argparse.ArgumentParser) -> None:
 
 
 def _port(text: str) -> int:
-    """A port's number; 0 is any that is free."""
+    """A port number; 0 stands for any free one."""
     if text.isdecimal() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"a port is a number from 0 to 65535, not {text!r}")
@@ -260,7 +260,7 @@ COMMANDS: dict[str, Command] = {
 
 
 def parse(words: Sequence[str]) -> Arguments:
-    """The arguments of one command. Ends the process with code 0 for help and 2 for what is not a command."""
+    """Parse one command's arguments. Ends the process with code 0 for help and 2 for a usage error."""
     parser = argparse.ArgumentParser(
         prog="build.py", description="The Registration Ladder: builds, shows and tests the site.", allow_abbrev=False
     )
@@ -290,13 +290,13 @@ def parse(words: Sequence[str]) -> Arguments:
 
 
 def _shown(name: str, args: Arguments) -> str:
-    """An argument by the name that it is given under."""
+    """An argument as it is written on the command line."""
     return " ".join(args.further) if name == "further" else f"--{name.replace('_', '-')}"
 
 
 def run(root: Path, args: Arguments) -> int:
-    """Do the command's work; the exit code is 0 for done, 1 for problems found, 2 for a use that makes no sense."""
+    """Run the command; the exit code is 0 for success, 1 for problems found, 2 for a usage error."""
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a Windows console's code page knows neither ½ nor →
+        if hasattr(stream, "reconfigure"):  # a Windows console's code page may lack ½ and →
             stream.reconfigure(encoding="utf-8", errors="replace")
     return COMMANDS[args.command].run(root, args)

@@ -1,6 +1,6 @@
-"""`new chapter` and `new figure`: a working piece under a name, to be changed into one's own.
+"""`new chapter` and `new figure`: create a working chapter or figure to start from.
 
-The skeletons lie in sitegen/cli/skeletons as they are written, with $name, $module and more to be filled in.
+The skeletons are in sitegen/cli/skeletons, with $name, $module and other placeholders to fill in.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from sitegen.problems import Problems
 
 SKELETONS = Path(__file__).with_name("skeletons")
 NUMBERED = re.compile(r"(\d+)(?:\.\d+)?[a-z]?-(.+)\.md")
-DEVICES = re.compile(r"aux|con|nul|prn|(?:com|lpt)\d")  # no file of Windows has such a name, whatever its ending
+DEVICES = re.compile(r"aux|con|nul|prn|(?:com|lpt)\d")  # Windows forbids these as file names, with any ending
 LONGER = "choose another name, such as one of two words: known-pairs"
-EVERY_TEST = ("test_.py", "tests", "widgets", "figures")  # what the path of every figure's tests is made of
+EVERY_TEST = ("test_.py", "tests", "widgets", "figures")  # parts of the path of every figure's tests
 
 
 class NameTaken(ValueError):
-    """The name or the title will not do, or it stands for something already; the message says what to do."""
+    """The name or title is unsuitable, or the name is taken; the message says what to do."""
 
 
 def new_command(root: Path, kind: str, name: str, title: str) -> int:
-    """Write the piece and say what to do next. The exit code is 2 where the name will not do, 1 where a file cannot be
+    """Write the files and print what to do next. The exit code is 2 for an unsuitable name, 1 if a file cannot be
     written."""
     try:
         paths = new_chapter(root, name, title) if kind == "chapter" else new_figure(root, name, title)
@@ -54,13 +54,13 @@ def new_command(root: Path, kind: str, name: str, title: str) -> int:
 
 
 def chosen(name: str) -> str:
-    """What pytest's -k takes to choose a figure's own file of tests, and the cases of others that are named by it."""
+    """The argument of pytest's -k that selects a figure's own tests and other tests' cases named after it."""
     module = name.replace("-", "_")
     return name if name == module else f'"{name} or {module}"'
 
 
 def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
-    """A chapter after the last one. Raises NameTaken."""
+    """Write a chapter that comes after the last one. Raises NameTaken."""
     _sound(name)
     _titled(title)
     if found := MARKUP.search(title):
@@ -89,7 +89,7 @@ def _pages(root: Path) -> dict[str, str]:
 
 
 def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
-    """A figure's module and its test. Raises NameTaken."""
+    """Write a figure's module and its test. Raises NameTaken."""
     _sound(name)
     _titled(title)
     module = name.replace("-", "_")
@@ -122,9 +122,9 @@ def _titled(title: str) -> None:
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:
-    """Write the pieces, all or none. Raises OSError that names the one that cannot be written."""
+    """Write the files, all or none. Raises OSError that names the one that cannot be written."""
     plain = name.replace("-", " ").capitalize()
-    literal = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
+    literal = json.dumps(title or plain, ensure_ascii=False)  # a valid string in both Python and YAML
     words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": literal}
     texts = {root / path: Template((SKELETONS / piece).read_text("utf-8")) for piece, path in pieces.items()}
     paths: list[Path] = []

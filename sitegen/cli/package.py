@@ -1,8 +1,8 @@
-"""`package`: the source distribution and the wheel of `solvers`, built, checked, installed and used.
+"""`package`: builds, checks, installs and tries the source distribution and the wheel of `solvers`.
 
-Both are built from a copy of the checkout, the wheel from the unpacked source distribution, so that a file which that
-lacks is missed at once. The wheel is then used, as a user does, by its README: on the oldest and the newest Python of
-this machine, each with the oldest numpy that has a wheel for it, and with the newest beside scipy and matplotlib.
+Both are built from a copy of the checkout, the wheel from the unpacked source distribution, so that a file missing
+there is noticed at once. The wheel is then used as its README says: on the oldest and the newest Python of this
+machine, each with the oldest numpy that has a wheel for it, and with the newest plus scipy and matplotlib.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from sitegen.cli.pythons import Interpreter, candidates, copied, interpreters
 README = "solvers/README.md"
 USE = Path(__file__).with_name("use_package.py")
 TESTS = ("pytest", "hypothesis", "scipy", "matplotlib")  # what the source distribution's tests need
-# As a front end calls it: the backend sees the project in its working folder and imports nothing from there.
+# Calls the backend as a front end does: with the project as the working folder, but without importing from there.
 BACKEND = "import sys, setuptools.build_meta as backend; getattr(backend, sys.argv[1])(sys.argv[2])"
 
 
 class PackageError(RuntimeError):
-    """A step has failed; the message holds what was said."""
+    """A step has failed; the message holds its output."""
 
 
 def package_command(root: Path, *, tests: bool = False) -> int:
-    """Put both files into dist/ and try them; the exit code is 1 when a step fails. `tests`: run the solvers' tests
-    too, as the source distribution has them, with each Python and numpy."""
+    """Put both files into dist/ and try them; the exit code is 1 if a step fails. `tests`: also run the solvers' tests
+    from the source distribution with each Python and numpy."""
     with tempfile.TemporaryDirectory(prefix="ladder-package-") as temporary:
         here, out = Path(temporary), root / "dist"
         try:
@@ -54,9 +54,9 @@ def package_command(root: Path, *, tests: bool = False) -> int:
 
 
 def built(checkout: Path, out: Path) -> tuple[Path, Path]:
-    """The source distribution of a checkout, and the wheel that is built from it, in a folder. Raises PackageError.
+    """Build a checkout's source distribution, and from that the wheel, into a folder. Raises PackageError.
 
-    The backend is this environment's, so nothing is asked of the network. It leaves files in the checkout.
+    The backend is this environment's, so no network is needed. It leaves files in the checkout.
     """
     out.mkdir(parents=True)
     _said([sys.executable, "-P", "-c", BACKEND, "build_sdist", str(out)], checkout)
@@ -68,14 +68,14 @@ def built(checkout: Path, out: Path) -> tuple[Path, Path]:
 
 
 def unpacked(sdist: Path, folder: Path) -> Path:
-    """The one folder of a source distribution, unpacked into `folder`."""
+    """Unpack a source distribution into `folder`; the one folder in it."""
     with tarfile.open(sdist) as archive:
         archive.extractall(folder, filter="data")
     return folder / sdist.name.removesuffix(".tar.gz")
 
 
 def check(files: Sequence[Path], folder: Path) -> None:
-    """What an index would refuse, told by twine in an environment of its own. Raises PackageError."""
+    """Check by twine, in its own environment, that an index would accept the files. Raises PackageError."""
     python = environment(Path(sys.executable), folder)
     _said([str(python), "-m", "pip", "install", "--quiet", "twine"])
     output = _said([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, files)])
@@ -91,8 +91,7 @@ def ends(pythons: Sequence[Interpreter]) -> list[Interpreter]:
 
 
 def numpys(one: Interpreter, root: Path) -> tuple[str, str]:
-    """The oldest numpy that the package allows and that has a wheel for this Python, and the newest. Raises
-    PackageError."""
+    """The oldest allowed numpy that has a wheel for this Python, and the newest one. Raises PackageError."""
     project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
     (least,) = (each.partition(">=")[2] for each in project["dependencies"] if each.startswith("numpy"))
     pip = [str(one.path), "-m", "pip"]
@@ -102,8 +101,8 @@ def numpys(one: Interpreter, root: Path) -> tuple[str, str]:
 
 
 def among(output: str, least: str) -> list[str]:
-    """The releases from `least` on, the oldest first, of those that `pip index versions` lists, with a wheel for its
-    Python or without. Raises PackageError."""
+    """The releases in the output of `pip index versions` from `least` on, oldest first, whether or not they have a
+    wheel for its Python. Raises PackageError."""
     match = re.search(r"^Available versions: (.*)$", output, re.MULTILINE)
     releases = [name for name in match[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if match else []
     recent = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
@@ -117,8 +116,8 @@ def _number(version: str) -> tuple[int, ...]:
 
 
 def use(one: Interpreter, files: tuple[Path, Path], here: Path, root: Path, *, tests: bool) -> None:
-    """Install the wheel with this Python and follow its README: with the oldest numpy alone, then with the newest and
-    the extras. Raises PackageError."""
+    """Install the wheel with this Python and follow its README: first with the oldest numpy only, then with the newest
+    and the extras. Raises PackageError."""
     sdist, wheel = files
     folder = here / one.name
     python = environment(one.path, folder / "env")
@@ -138,7 +137,7 @@ def use(one: Interpreter, files: tuple[Path, Path], here: Path, root: Path, *, t
 
 
 def environment(python: Path, folder: Path) -> Path:
-    """A fresh environment of a Python; its interpreter. Raises PackageError."""
+    """Create a fresh environment of a Python; its interpreter. Raises PackageError."""
     _said([str(python), "-P", "-m", "venv", str(folder)])
     return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
@@ -152,7 +151,7 @@ def _can(command: Sequence[str]) -> bool:
 
 
 def _said(command: Sequence[str], folder: Path | None = None) -> str:
-    """What a program prints. Raises PackageError with all it said where it ends with another code than 0."""
+    """Run a program; its stdout. Raises PackageError with all its output if it ends with a code other than 0."""
     env: Mapping[str, str] = {
         name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME")
     } | {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PYTHONIOENCODING": "utf-8", "COLUMNS": "500"}

@@ -1,8 +1,8 @@
-"""`publish`: the built site → a folder that a host serves, or a branch of a git repository.
+"""`publish`: puts the built site into a folder that a host serves, or on a branch of a git repository.
 
-Readers may come at any moment: files that no page names yet go first, then the pages, and what is no longer named goes
-last. Only what an earlier publish put somewhere is ever replaced or removed there; whatever links lie in it, nothing is
-written or removed outside of it.
+Readers may come at any moment: new files that no page names yet are written first, then the pages; old files are
+removed last. Only files from an earlier publish are ever replaced or removed; links in the folder cannot cause writes
+or removals outside it.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from sitegen.cache.files import write
 from sitegen.pipeline.attempt import attempt, tell
 from sitegen.progress import shown
 
-LIST = "published.txt"  # in the folder: what this command put there
+LIST = "published.txt"  # in the folder: the files that this command put there
 LAST = (".html", ".html.gz", ".html.br", "sw.js", "sw.js.gz", "sw.js.br")
 BRANCH = "gh-pages"
-URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://|[\w.-]+@[\w.-]+:")  # the second is how git writes SSH
-HELPER = re.compile(r"[A-Za-z0-9]+::")  # a program of git's own choice speaks for such a remote: ext:: runs any command
+URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://|[\w.-]+@[\w.-]+:")  # the second form is git's short one for SSH
+HELPER = re.compile(r"[A-Za-z0-9]+::")  # git runs a helper program for such a remote: ext:: runs any command
 PROTOCOLS = "file:git:http:https:ssh"
-# Set where git runs a hook; git would then work on that repository and not on the one it is run in.
+# Set inside git hooks; git would then use the hook's repository, not the one in the working folder.
 ELSEWHERE = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR", "GIT_NAMESPACE")
 
 
 class PublishError(RuntimeError):
-    """The site cannot be put there; the message says why."""
+    """The site cannot be published there; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Branch:
 
 
 def publish_command(root: Path, where: str, *, force: bool = False) -> int:
-    """Build strictly, then put the site where the author says. The exit code is 1 when either fails, 2 where no site
-    can be put at all."""
+    """Build strictly, then publish the site at the author's destination. The exit code is 1 if either fails, 2 for an
+    unsuitable destination."""
     site = root / "site"
     try:
         place = destination(where)
@@ -74,7 +74,7 @@ def publish_command(root: Path, where: str, *, force: bool = False) -> int:
 def destination(where: str) -> Path | Branch:
     """The folder or the branch that an author names.
 
-    Raises PublishError where it is neither, with what to write.
+    Raises PublishError if it is neither, with what to write instead.
     """
     if not where.startswith("git+"):
         if URL.match(where):
@@ -97,16 +97,16 @@ def destination(where: str) -> Path | Branch:
 
 
 def files_of(site: Path) -> list[str]:
-    """The names of a site's files in the order in which they are put: pages and the service worker last."""
+    """The names of a site's files in the order of writing: pages and the service worker last."""
     names = [path.relative_to(site).as_posix() for path in site.rglob("*") if path.is_file()]
     return sorted((name for name in names if name != ".gitignore"), key=lambda name: (name.endswith(LAST), name))
 
 
 def fit(site: Path, folder: Path, *, force: bool = False) -> None:
-    """See that the site may be put into a folder.
+    """Check that the site may be put into a folder.
 
-    Raises PublishError where the folder is the site, lies in it or around it, is a file, or has files that no publish
-    put there and `force` does not say to go on.
+    Raises PublishError if the folder is the site, is inside it or contains it, if it is a file, or if it has files from
+    elsewhere and `force` is not set.
     """
     if folder == site or site in folder.parents or folder in site.parents:
         raise PublishError(f"{folder} is the built site, is inside it or contains it: name another folder")
@@ -116,13 +116,13 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
 
 
 def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
-    """Put the site into a folder; what was done, in words. Raises PublishError as `fit` and `_fill` do."""
+    """Put the site into a folder and report what was done. Raises PublishError like `fit` and `_fill`."""
     fit(site, folder, force=force)
     return f"{folder}: {_fill(site, folder, str(folder), force)}"
 
 
 def _own(folder: Path, label: str, force: bool) -> None:
-    """Raises PublishError where a folder has files and none is known to be ours."""
+    """Raise PublishError if a folder has files but no list of ours."""
     there = sorted(path.name for path in folder.iterdir() if path.name != ".git") if folder.is_dir() else []
     if there and not force and not _is_list(folder / LIST):
         some = ", ".join(there[:3]) + (" …" if len(there) > 3 else "")
@@ -133,10 +133,10 @@ def _own(folder: Path, label: str, force: bool) -> None:
 
 
 def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
-    """Put the site's files into a folder and remove what an earlier publish put; what was done, in words.
+    """Put the site's files into a folder, remove an earlier publish's old ones, and report what was done.
 
-    Raises PublishError, before anything is written, where a link in the folder leads out of it or where the site would
-    replace a file that no publish put there.
+    Raises PublishError, before anything is written, if a link in the folder leads out of it or if the site would
+    replace a file from elsewhere and `force` is not set.
     """
     before, names = _listed(folder), files_of(site)
     for name in names:
@@ -148,7 +148,7 @@ def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
                 "move it away, or add --force to replace it"
             )
     manifest = folder / LIST
-    write(manifest, "\n".join(sorted({*before, *names})).encode())  # what a publish cut short leaves is known
+    write(manifest, "\n".join(sorted({*before, *names})).encode())  # so that an interrupted publish is known
     changed = [name for name in names if not _same(site, folder, name)]
     for name in changed:
         write(folder / name, (site / name).read_bytes())
@@ -162,7 +162,7 @@ def _is_list(path: Path) -> bool:
 
 
 def _listed(folder: Path) -> Set[str]:
-    """The names of what earlier publishes put into a folder."""
+    """The names of the files that earlier publishes put into a folder."""
     if not _is_list(folder / LIST):
         return frozenset()
     lines = (folder / LIST).read_text("utf-8", "replace").split("\n")
@@ -170,12 +170,12 @@ def _listed(folder: Path) -> Set[str]:
 
 
 def _inside(folder: Path, name: str) -> bool:
-    """Whether a file of this name would lie in the folder, and not by way of a link elsewhere."""
+    """Whether a file of this name would be inside the folder, and not elsewhere through a link."""
     return Path(os.path.realpath((folder / name).parent)).is_relative_to(os.path.realpath(folder))
 
 
 def _same(site: Path, folder: Path, name: str) -> bool:
-    """Whether the folder has this file of the site already: a file, and no link to one."""
+    """Whether the folder already has this file of the site, as a file and not as a link."""
     source, dest = site / name, folder / name
     if dest.is_symlink() or not dest.is_file() or dest.stat().st_size != source.stat().st_size:
         return False
@@ -183,7 +183,7 @@ def _same(site: Path, folder: Path, name: str) -> bool:
 
 
 def _removed(folder: Path, name: str) -> bool:
-    """Remove a file that an earlier publish put, and the folders that it leaves empty; whether it was there."""
+    """Remove a file of an earlier publish, and the folders that this leaves empty; whether it was there."""
     path = folder / name
     if not _inside(folder, name) or path.is_symlink() or not path.is_file():
         return False
@@ -196,9 +196,9 @@ def _removed(folder: Path, name: str) -> bool:
 
 
 def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
-    """Put the site on a branch as one commit on top of what is there; what was done, in words.
+    """Put the site on a branch as one commit on top of its head, and report what was done.
 
-    Raises PublishError with what git said, or as `_own` and `_fill` do.
+    Raises PublishError with git's message, or like `_own` and `_fill`.
     """
     full = f"refs/heads/{branch.name}"
     with tempfile.TemporaryDirectory(prefix="ladder-publish-") as temporary:
@@ -210,7 +210,7 @@ def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
             git(clone, "reset", "--quiet", "--hard", "FETCH_HEAD")
         _own(clone, str(branch), force)
         _fill(site, clone, str(branch), force)
-        write(clone / ".nojekyll", b"")  # GitHub Pages else leaves out what begins with an underscore
+        write(clone / ".nojekyll", b"")  # otherwise GitHub Pages omits names with a leading underscore
         git(clone, "add", "--all", "--force", ".")
         if not git(clone, "status", "--porcelain"):
             return f"{branch}: nothing has changed"
@@ -225,9 +225,9 @@ def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
 
 
 def git(folder: Path, *words: str, fails: bool = False) -> str:
-    """What git says, run in a folder; nothing where it `fails` and may.
+    """Run git in a folder; its output, or "" if it fails and `fails` allows that.
 
-    Raises PublishError with what git said, or that there is none.
+    Raises PublishError with git's message, or if git is not installed.
     """
     env = {name: value for name, value in os.environ.items() if name not in ELSEWHERE}
     env |= {"GIT_ALLOW_PROTOCOL": PROTOCOLS}

@@ -1,8 +1,8 @@
-"""`test --pythons`: the build and the solvers' tests with every other Python of this machine that is new enough.
+"""`test --pythons`: the build and the solvers' tests with every other suitable Python on this machine.
 
-Each works as on a fresh machine: in a copy of the checkout, with a .venv of its own, and with a cache that holds the
-files from outside and the plots' results alone, so that what a build makes is made by that Python. (The results would
-take two minutes a Python; the solvers that give them are tested beside.)
+Each runs as on a fresh machine: in a copy of the checkout, with its own .venv, and with a cache that holds only the
+files from outside and the plots' results, so that the build makes everything else with that Python. (The results would
+take two minutes per Python; the solvers that compute them are tested anyway.)
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from sitegen.cli.clean import MADE
 LEAST = (3, 11)
 ASKS = "import sys, importlib.util as u; print(*sys.version_info[:4], u.find_spec('ensurepip') is not None)"
 TESTS = "tests/solvers"
-KEPT = ("outside", "plots")  # of the cache
-NOT_COPIED = (".git", ".venv", "site", *MADE)  # of what stands at the top
+KEPT = ("outside", "plots")  # folders of the cache
+NOT_COPIED = (".git", ".venv", "site", *MADE)  # in the root of the checkout
 
 
 @dataclass(frozen=True, order=True)
 class Interpreter:
-    """A Python of this machine. `can_set_up`: whether it comes with what makes environments."""
+    """A Python on this machine. `can_set_up`: whether it has ensurepip, which environments need."""
 
     version: tuple[int, int, int]
     can_set_up: bool
@@ -37,12 +37,12 @@ class Interpreter:
 
     @property
     def name(self) -> str:
-        """Its version as people write it."""
+        """Its version as text, such as 3.12.4."""
         return ".".join(map(str, self.version))
 
 
 def candidates(environ: Mapping[str, str]) -> list[Path]:
-    """What may be a Python: python3 and python3.N on the PATH, and all that pyenv has."""
+    """Paths that may be Pythons: python3 and python3.N on the PATH, and all of pyenv's."""
     paths = []
     for folder in map(Path, environ.get("PATH", "").split(os.pathsep)):
         if folder.is_dir():
@@ -52,8 +52,8 @@ def candidates(environ: Mapping[str, str]) -> list[Path]:
 
 
 def interpreters(paths: Iterable[Path]) -> list[Interpreter]:
-    """The released Pythons among `paths` that are new enough, the newest of each minor version; what answers not at all
-    (a shim of a version that is not chosen) or is a release candidate does not count."""
+    """The released Pythons among `paths` that are new enough, the newest of each minor version. Paths that do not
+    answer (a shim for an inactive version) and release candidates are skipped."""
     newest: dict[tuple[int, int], Interpreter] = {}
     for path in paths:
         try:
@@ -76,7 +76,7 @@ def _rank(one: Interpreter) -> tuple[bool, tuple[int, int, int]]:
 
 
 def test_pythons(root: Path) -> int:
-    """Tell which Pythons there are, and try each but this one's own version; the exit code is 1 when one fails."""
+    """Print the Pythons found and try each, except this one's own version; the exit code is 1 if one fails."""
     own = tuple(sys.version_info[:2])
     pythons = interpreters(candidates(os.environ))
     others = [one for one in pythons if one.version[:2] != own and one.can_set_up]
@@ -107,7 +107,7 @@ def works(root: Path, one: Interpreter) -> bool:
 
 
 def copied(root: Path, copy: Path) -> None:
-    """Copy the checkout as it stands, edits and all, without what its commands made."""
+    """Copy the checkout in its current state, edits included, without the files that its commands created."""
 
     def left_out(folder: str, names: list[str]) -> set[str]:
         patterns = NOT_COPIED if Path(folder) == root else ("__pycache__",)
@@ -119,7 +119,7 @@ def copied(root: Path, copy: Path) -> None:
 
 
 def steps() -> list[list[str]]:
-    """What each Python has to do: the README's first command, then the solvers' tests."""
+    """The commands for each Python: the README's first one, then the solvers' tests."""
     return [["build.py"], ["build.py", "test", f"-n{min(4, os.cpu_count() or 1)}", "--dist=loadfile", TESTS]]
 
 

@@ -1,6 +1,7 @@
 """`test`: lint, types, a strict build with its checks, then pytest over everything, in a real browser.
 
-Of a part (a file, -k NAME …) nothing is run but these tests, and before them what they need: a browser, the built site.
+If only some tests are requested (a file, -k NAME …), only these run, after preparing what they need: a browser, the
+built site.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from sitegen.pipeline.attempt import build_command
 
 
 class Ledger:
-    """A pytest plugin: notes for the claims every outcome, and what tests of a cause have changed; closes with what
-    failed before pytest began."""
+    """A pytest plugin: records every outcome for the claims, and the changes measured by tests of causes; ends with the
+    steps that failed before pytest began."""
 
     def __init__(self, failures: Sequence[str]) -> None:
         self.failed = failures
@@ -32,7 +33,7 @@ class Ledger:
         self.changes: dict[str, whys.Change] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """A test has passed when its call did; set-up and tear-down can only fail it."""
+        """Record a test as passed if its call passed; set-up and tear-down can only make it fail."""
         change = whys.recorded(report.user_properties)
         if change is not None:
             self.changes[report.nodeid] = change
@@ -42,39 +43,39 @@ class Ledger:
             self.reports.append((report.nodeid, "passed"))
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Shown just before the closing line, which would else be all that one sees."""
+        """Print the failed steps just before the closing line, which otherwise would be all that is visible."""
         if self.failed:
             terminalreporter.section("before the tests", red=True)
             terminalreporter.write_line(f"failed: {', '.join(self.failed)} (see above)", red=True)
 
 
 class Question:
-    """A pytest plugin that has nothing run, and keeps what pytest makes of its arguments."""
+    """A pytest plugin that runs nothing and keeps the options that pytest parsed."""
 
     options = argparse.Namespace()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_cmdline_main(self, config: pytest.Config) -> int:
-        """In place of a run."""
+        """Keep the options instead of running the tests."""
         self.options = config.option
         return 0
 
 
 class Needs:
-    """A pytest plugin that sees to what the tests of a part need, before the first of them runs."""
+    """A pytest plugin that prepares what the selected tests need before the first one runs."""
 
     def __init__(self, root: Path, browser_path: Path | None) -> None:
         self.root, self.given = root, browser_path
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """What they need is told by their fixtures."""
+        """Prepare what the tests need, judged by their fixtures."""
         fixtures = {name for item in session.items for name in getattr(item, "fixturenames", ())}
         fault = "" if session.config.option.collectonly else self.fault(fixtures)
         if fault:
             pytest.exit(fault, 1)
 
     def fault(self, fixtures: Collection[str]) -> str:
-        """A browser where one is driven, the site as its sources are where it is looked at; what cannot be had."""
+        """Find a browser and build the site if these fixtures need them; what is not available, or ""."""
         fault = find_browsers([], self.given) if "playwright" in fixtures else ""
         if not fault and "site" in fixtures and build_command(self.root) != 0:
             return "these tests need the built site, which cannot be built"
@@ -83,17 +84,17 @@ class Needs:
 
 ENGINE_TESTS = "tests/browser/engines"
 HOSTILE_TESTS = "tests/hostile"
-USUAL = "not hostile"  # the marks that pyproject.toml has every run ask for
-PROCESSES = 4  # at most: the longest file of tests takes a quarter of all
-# pytest's options that choose among the tests, or run none.
+USUAL = "not hostile"  # the mark expression that pyproject.toml sets for every run
+PROCESSES = 4  # at most: the longest test file takes a quarter of the total time
+# pytest's options that select tests, or run none.
 CHOOSING = ("keyword", "markexpr", "deselect", "ignore", "ignore_glob", "lf", "stepwise", "collectonly", "help")
 
 
 def test(root: Path, engines: Sequence[str], browser_path: Path | None, further: Sequence[str]) -> int:
-    """Run everything, with Chromium; or the part that `further` arguments, which go to pytest, choose; or, on the
-    engines that are named, what is tested on every engine.
+    """Run everything, with Chromium; or the tests that `further`, pytest's arguments, selects; or the cross-browser
+    tests on the named engines.
 
-    The exit code is 0 only when nothing at all failed; an engine that is absent and cannot be installed has failed.
+    The exit code is 0 only if nothing failed; an engine that is absent and cannot be installed counts as a failure.
     """
     os.chdir(root)
     options = understood(further)
@@ -110,7 +111,7 @@ def test(root: Path, engines: Sequence[str], browser_path: Path | None, further:
     if engines:
         steps = {"check": steps["check"]}
         further = [*further, *([] if any(ENGINE_TESTS in word for word in further) else [ENGINE_TESTS])]
-    else:  # what the engines' tests ask of Chromium, the other tests ask too
+    else:  # for Chromium, the other tests cover what the engines' tests check
         further = [*processes(options), f"--ignore={ENGINE_TESTS}", *further]
     failures = failing(steps)
     print("== pytest", flush=True)
@@ -122,7 +123,7 @@ def test(root: Path, engines: Sequence[str], browser_path: Path | None, further:
 
 
 def every_step(root: Path) -> dict[str, Callable[[], int]]:
-    """What a whole run does before pytest, by its name."""
+    """The steps of a whole run before pytest, by name."""
     return {
         "ruff": lambda: module("ruff", "check", "."),
         "spelling": lambda: spelling(root),
@@ -136,7 +137,7 @@ def every_step(root: Path) -> dict[str, Callable[[], int]]:
 
 
 def failing(steps: Mapping[str, Callable[[], int]]) -> list[str]:
-    """Take all of these steps; the names of those that failed."""
+    """Run all of these steps; the names of those that failed."""
     failures = []
     for name, step in steps.items():
         print(f"== {name}", flush=True)
@@ -146,8 +147,8 @@ def failing(steps: Mapping[str, Callable[[], int]]) -> list[str]:
 
 
 def test_part(needs: Needs, options: argparse.Namespace, further: Sequence[str]) -> int:
-    """Run some tests after what they need, and nothing else; what a claim's test last said stays as it was."""
-    if getattr(options, "numprocesses", None):  # these choose for themselves, and tell this one nothing
+    """Prepare what some tests need and run only them; the recorded results of the claims' tests stay as they were."""
+    if getattr(options, "numprocesses", None):  # worker processes select the tests, and this one never sees them
         fault = needs.fault(("playwright", "site"))
         if fault:
             print(fault, file=sys.stderr)
@@ -156,8 +157,8 @@ def test_part(needs: Needs, options: argparse.Namespace, further: Sequence[str])
 
 
 def test_changed(root: Path, commit: str, browser_path: Path | None, further: Sequence[str]) -> int:
-    """Run what the files that differ from a commit touch: of the steps of a whole run those of their kinds, then their
-    tests; everything, where everything depends on one of them."""
+    """Run what the files that differ from a commit affect: the steps of a whole run for their kinds, then their tests;
+    everything if everything depends on one of them."""
     os.chdir(root)
     options = understood(further)
     if options is None:
@@ -187,13 +188,13 @@ def test_changed(root: Path, commit: str, browser_path: Path | None, further: Se
 
 
 def understood(words: Sequence[str]) -> argparse.Namespace | None:
-    """pytest's options by its arguments; None, and pytest has told why, where it does not know them."""
+    """pytest's options for these arguments; None if it rejects them, which it reports itself."""
     question = Question()
     return question.options if pytest.main([*words], plugins=[question]) == 0 else None
 
 
 def is_part(root: Path, options: argparse.Namespace) -> bool:
-    """Whether pytest is asked for some of the tests: by files, by -k and the like."""
+    """Whether only some of the tests are selected: by files, by -k and the like."""
     everything = {root.resolve(), (root / "tests").resolve()}
     some = {Path(name.partition("::")[0]).resolve() for name in options.file_or_dir}
     choices = {name for name in CHOOSING if getattr(options, name, None)}
@@ -203,7 +204,7 @@ def is_part(root: Path, options: argparse.Namespace) -> bool:
 
 
 def hostile(root: Path, further: Sequence[str]) -> int:
-    """Run the tests that make thousands of hostile calls, and no others; they need no browser and no site."""
+    """Run only the tests that make thousands of hostile calls; they need neither a browser nor the site."""
     os.chdir(root)
     options = understood(further)
     if options is None:
@@ -212,16 +213,16 @@ def hostile(root: Path, further: Sequence[str]) -> int:
 
 
 def processes(options: argparse.Namespace, count: int | None = None) -> list[str]:
-    """What makes pytest run in as many processes as the machine has (or `count`), a file in one of them, unless it is
-    told how. The browser's files come first: they take longest."""
+    """pytest's arguments for one process per core, or `count`, up to PROCESSES, each test file in one of them; none if
+    the options already decide this. The browser's files come first: they take longest."""
     count = min(PROCESSES, (os.cpu_count() or 1) if count is None else count)
     decided = getattr(options, "numprocesses", None) is not None or options.usepdb or options.capture == "no"
     return [] if decided or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
 
 
 def find_browsers(engines: Sequence[str], browser_path: Path | None) -> str:
-    """Find or install the engines' programs and name them to the tests; what cannot be had. Where no engines are named,
-    all that needs no window is tested in Chromium's shell."""
+    """Find or install the engines' programs and pass them to the tests; what is not available, or "". If no engines are
+    named, everything that needs no window is tested in Chromium's headless shell."""
     shell = None if engines else browsers.shell(browser_path)
     faults = []
     for name in engines or ["chromium"]:
@@ -236,7 +237,7 @@ def find_browsers(engines: Sequence[str], browser_path: Path | None) -> str:
 
 
 def imports() -> int:
-    """Hold the rooms to the contracts in pyproject.toml. Its command has no module of its own to run."""
+    """Check the packages' imports against the contracts in pyproject.toml. import-linter cannot be run by `-m`."""
     asks = "from importlinter.cli import lint_imports_command; lint_imports_command()"
     command = [sys.executable, "-P", "-c", asks, "--no-cache"]
     env = {**os.environ, "PYTHONPATH": "."}
@@ -244,5 +245,5 @@ def imports() -> int:
 
 
 def module(*words: str) -> int:
-    """Run a tool of the environment."""
+    """Run one of the environment's tools."""
     return subprocess.run([sys.executable, "-P", "-m", *words], stdin=subprocess.DEVNULL, check=False).returncode

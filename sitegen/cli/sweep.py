@@ -1,4 +1,4 @@
-"""`sweep`: what the repository keeps of long runs is brought up to date: the race's sweeps and the long plots."""
+"""`sweep`: updates the repository's stored results of long runs: the race's sweeps and the long plots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sitegen.progress import shown
 
 
 def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
-    """Run what is missing or stale and write the files. Where methods are named no plot is run: each has several.
+    """Run what is missing or stale and write the files. If methods are named, no plot is run, as each uses several.
 
     The exit code is 2 for names that do not exist or do not go together.
     """

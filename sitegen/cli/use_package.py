@@ -1,8 +1,8 @@
-"""Follows the package's README where the package is installed: `python -I use_package.py README.md FOLDER`.
+"""Follows the README of the installed package: `python -I use_package.py README.md FOLDER`.
 
-It runs in an environment that has the package and not this generator: it imports `solvers` and the standard library
-alone. Each Python block is run by itself; each command is run in FOLDER, beside two scans that are written there.
-Commands that draw are left out where matplotlib is absent.
+It runs in an environment that has the package but not this generator, so it imports only `solvers` and the standard
+library. Each Python block is run separately; each command is run in FOLDER, where two scans are written first. Commands
+that draw are skipped without matplotlib.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COMMAND = "registration-ladder"
 
 
 def run_blocks(text: str) -> int:
-    """Run each Python block by itself; how many there are. Each must print something."""
+    """Run each Python block separately; their number. Each must print something."""
     blocks = PYTHON.findall(text)
     assert blocks, "the README contains no Python"
     for code in blocks:
@@ -37,7 +37,7 @@ def run_blocks(text: str) -> int:
 
 def run_commands(text: str, program: Path, folder: Path, *, draws: bool) -> int:
     """Run the README's calls of the command in a folder with its scans; how many were run. Each must end with code 0,
-    print something, and write the files that it is told to write."""
+    print something, and write its output files."""
     write_scans(folder)
     lines = [shlex.split(line) for block in SHELL.findall(text) for line in block.splitlines()]
     calls = [words[1:] for words in lines if words[:1] == [COMMAND]]
@@ -54,7 +54,7 @@ def run_commands(text: str, program: Path, folder: Path, *, draws: bool) -> int:
 
 
 def write_scans(folder: Path) -> None:
-    """The two scans that the README's commands register: a room, seen twice."""
+    """Write the two scans that the README's commands register: a room, seen twice."""
     from solvers.scenes import room
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -65,7 +65,7 @@ def write_scans(folder: Path) -> None:
 
 
 def main(readme: str, folder: str) -> None:
-    """Follow the README, and print what was done."""
+    """Follow the README and print a summary."""
     began = time.perf_counter()
     import numpy as np
 
