@@ -1,1 +1,1 @@
-"""What is computed once and committed: the sweep over starts, the training of the flow."""
+"""Experiments whose results are computed once and committed: the sweep over starts, the training of the flow."""

@@ -1,7 +1,7 @@
-"""The sweep: a thousand seeds of the race, its basins and its curves: over processes, or over a Dask cluster.
+"""The sweep: a thousand seeds of the race, its basins and its curves, run in processes or on a Dask cluster.
 
-Every unit of work is kept in the cache by the code that it ran, so a sweep that was stopped goes on where it was, and
-one after a change of a method runs that method alone. What is measured, and the files: sweep_plan.py.
+Every unit of work is cached by the code that it ran, so an interrupted sweep resumes where it stopped, and after a
+change of a method only that method is run again. sweep_plan.py defines what is measured, and the files.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ Work = Iterator[tuple[Unit, dict[str, list[float]]]]
 def run(
     root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, where: int | str
 ) -> None:
-    """Run one sweep for the contestants of `methods` (all for none) and put their results into its file. where: as
-    `workers` takes it."""
+    """Run one sweep for the contestants of `methods` (all if empty) and put their results into its file. where: see
+    `workers`."""
     work: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
     store, keys = Store(cache, "sweep"), dict[str, str]()
     codes = {c.method: code_of(c, root) for c in racing(methods)}
@@ -71,7 +71,7 @@ def _key(unit: Unit) -> str:
 
 
 def kept_by(unit: Unit, code: str) -> str:
-    """What a unit's runs depend on: the code that they ran and that ran them, numpy's version and what was asked."""
+    """A unit's cache key: a hash of the code that it runs and that runs it, numpy's version and the unit."""
     facts = {"code": code, "runner": _runner(), "numpy": np.__version__, "unit": _key(unit)}
     return fingerprint((name, text.encode()) for name, text in facts.items())
 
@@ -83,7 +83,7 @@ def _runner() -> str:
 
 
 def _cells(sweep: Sweep, rows: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
-    """Every cell's result, from the runs of its units in the order of their seeds."""
+    """Every cell's result, from its units' runs in the order of the seeds."""
     runs: dict[str, dict[str, list[float]]] = {}
     for names, unit in rows:
         for name, part in zip(names, split(ran[_key(unit)], len(names)), strict=True):
@@ -94,7 +94,7 @@ def _cells(sweep: Sweep, rows: Sequence[tuple[tuple[str, ...], Unit]], ran: dict
 
 
 def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
-    """Write the sweep's file: new entries in the place of old ones, in the race's order."""
+    """Write the sweep's file: new entries replace old ones, in the race's order."""
     path = root / FOLDER / f"{sweep.name}.json"
     before = json.loads(path.read_text("utf-8"))["contestants"] if path.is_file() else {}
     whole = {**before, **entries}
@@ -108,7 +108,7 @@ def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
 
 
 def _lines(data: dict[str, Any]) -> str:
-    """Compact JSON, a line for each contestant and each of its cells, so that a change shows where it is."""
+    """Compact JSON with one line per contestant and cell, so that a diff shows what has changed."""
     head = {name: value for name, value in data.items() if name != "contestants"}
     parts = []
     for method, entry in data["contestants"].items():
@@ -123,8 +123,8 @@ def _short(value: Any) -> str:
 
 @contextmanager
 def workers(root: Path, jobs: Sequence[Unit], where: int | str) -> Iterator[Work]:
-    """The units run, in whatever order they finish; what is not yet run when this is left is not run. where: in how
-    many processes, 0 for one a core, or the address of a Dask cluster."""
+    """Run the units and yield their results in the order of completion; leaving the context cancels the rest. where:
+    the number of processes, 0 for one per core, or the address of a Dask cluster."""
     if isinstance(where, str):
         with _cluster(root, jobs, where) as answers:
             yield answers
@@ -142,7 +142,7 @@ def _processes(jobs: Sequence[Unit], count: int) -> Iterator[Work]:
 
 
 def _sound(result: Any) -> dict[str, list[float]]:
-    """What a unit found; what went wrong in it is raised."""
+    """A unit's result; raises its error if it failed."""
     if isinstance(result, pool.PieceFailed):
         raise result
     return dict(result)
@@ -150,7 +150,7 @@ def _sound(result: Any) -> dict[str, list[float]]:
 
 @contextmanager
 def _cluster(root: Path, jobs: Sequence[Unit], scheduler: str) -> Iterator[Work]:
-    """The workers of a Dask cluster, given our sources; they must have this numpy."""
+    """Run the units on the workers of a Dask cluster, which get our sources and must have the same numpy."""
     distributed: Any = importlib.import_module("distributed")
     with distributed.Client(scheduler, timeout=20) as client:
         theirs = set(client.run(_installer(_packed(root))).values())
@@ -162,7 +162,7 @@ def _cluster(root: Path, jobs: Sequence[Unit], scheduler: str) -> Iterator[Work]
 
 
 def _packed(root: Path) -> bytes:
-    """What a unit runs, as a zip that Python imports from."""
+    """The code that a unit runs, as a zip that Python can import from."""
     ours = [root / "sitegen" / name for name in ("__init__.py", "experiments/__init__.py", "experiments/sweep_unit.py")]
     files = [*sorted((root / "solvers").rglob("*.py")), *ours]
     whole = io.BytesIO()
@@ -173,9 +173,9 @@ def _packed(root: Path) -> bytes:
 
 
 def _installer(archive: bytes) -> Callable[[], str]:
-    """What makes a worker run these sources; it answers with its numpy's version.
+    """A function that installs these sources on a worker and returns the version of its numpy.
 
-    A function inside a function travels as code: the worker need not have our package to receive it.
+    A nested function is sent as code: the worker does not need our package to receive it.
     """
 
     def install() -> str:
@@ -186,7 +186,7 @@ def _installer(archive: bytes) -> Callable[[], str]:
 
         import numpy
 
-        if "sitegen.experiments.sweep" not in sys.modules:  # a worker in this very process has them
+        if "sitegen.experiments.sweep" not in sys.modules:  # a worker in this process has them
             for name in [name for name in sys.modules if name.partition(".")[0] in ("solvers", "sitegen")]:
                 del sys.modules[name]  # those of an earlier sweep
             path = Path(tempfile.mkdtemp(prefix="ladder-sweep-")) / "sources.zip"

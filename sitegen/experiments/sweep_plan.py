@@ -1,8 +1,8 @@
-"""What the sweep measures, and the small files that it leaves: content/data/sweep/{table,basins,curves}.json.
+"""What the sweep measures, and the small files that it writes: content/data/sweep/{table,basins,curves}.json.
 
-Each contestant's part of a file carries the hash of the solver code that it ran, so that a change of one method makes
-stale what it touches, and nothing else. Success is kept seed by seed, as bits in hexadecimal, most significant first:
-any of it can be run again and compared.
+Each contestant's part of a file carries a hash of the solver code that it ran, so that a change of one method makes
+only the affected parts stale. Success is stored seed by seed, as bits in hexadecimal, most significant first: any of it
+can be run again and compared.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Sweep:
     """One file of results: cells by name, each one setting of the race's controls, all on the same seeds.
 
     name: of the file. cells: name → controls. seeds: the seeds of each cell. block: how many of them make a unit of
-    work. keep: what is kept of a cell's runs. axes: what the cells' names are made of, for who reads the file.
+    work. keep: reduces a cell's runs to what is stored. axes: the values in the cells' names, for readers of the file.
     """
 
     name: str
@@ -50,7 +50,7 @@ def seeds(count: int) -> tuple[int, ...]:
 
 
 def bits(flags: Sequence[bool]) -> str:
-    """Flags as hexadecimal digits, four each, filled up with zeros at the end."""
+    """Flags as hexadecimal digits, four flags per digit, padded with zeros at the end."""
     filled = [*flags, *[False] * (-len(flags) % 4)]
     nibbles = (filled[i : i + 4] for i in range(0, len(filled), 4))
     return "".join(f"{sum(flag << (3 - k) for k, flag in enumerate(nibble)):x}" for nibble in nibbles)
@@ -62,9 +62,10 @@ def flags(digits: str, count: int) -> list[bool]:
 
 
 def bootstrap(values: Sequence[float], statistic: Callable[[Any], Any]) -> list[float]:
-    """A statistic of the values, and its 95 % percentile interval over seeded resamples (Efron 1979): [it, low, high].
+    """A statistic of the values and its 95 % percentile interval over seeded resamples (Efron 1979): [value, low,
+    high].
 
-    statistic: of the last axis.
+    statistic: a function that reduces the last axis.
     """
     data = np.asarray(values, dtype=np.float64)
     rng = np.random.default_rng(len(data))
@@ -79,7 +80,7 @@ def _median(values: Any) -> Any:
 
 
 def keep_row(runs: Found) -> Cell:
-    """A row of the table: medians with intervals, how runs stopped, success seed by seed."""
+    """A cell of the table: medians with intervals, how runs stopped, success seed by seed."""
     stops = np.bincount(np.asarray(runs["status"], dtype=np.int64), minlength=len(Status))
     return {
         "rre": bootstrap(runs["rre"], _median),
@@ -137,7 +138,8 @@ SWEEPS = (
 
 
 def code_of(contestant: Contestant, root: Path) -> str:
-    """The hash of what a contestant's runs execute: its method's modules, scenes, the loop, metrics; its options."""
+    """A hash of the code that a contestant's runs execute (its method's modules, scenes, the loop, metrics) and of its
+    options."""
     own = method_modules(contestant.method)
     core = [f"solvers.core.{name}" for name in ("pose", "status", "stepper")]
     common = {"solvers.scenes.rooms", "solvers.metrics", *core}
@@ -150,12 +152,12 @@ def code_of(contestant: Contestant, root: Path) -> str:
 
 
 def racing(names: Sequence[str] = ()) -> list[Contestant]:
-    """The contestants of these methods, all for none."""
+    """The contestants of these methods; all if empty."""
     return [c for c in CONTESTANTS if not names or c.method in names]
 
 
 def units(sweep: Sweep, contestant: Contestant) -> Iterator[tuple[tuple[str, ...], Unit]]:
-    """The units of work of a contestant: the cells of each, and what is to be run."""
+    """A contestant's units of work, each with the names of its cells."""
     blocks = [sweep.seeds[i : i + sweep.block] for i in range(0, len(sweep.seeds), sweep.block)]
     for names in _together(sweep):
         points = tuple(sweep.cells[name] for name in names)
@@ -164,13 +166,13 @@ def units(sweep: Sweep, contestant: Contestant) -> Iterator[tuple[tuple[str, ...
 
 
 def _together(sweep: Sweep) -> list[tuple[str, ...]]:
-    """Cells by the handful, so that a unit is some hundred runs."""
+    """The cells in groups, so that a unit has about a hundred runs."""
     size = max(1, 100 // sweep.block)
     names = list(sweep.cells)
     return [tuple(names[i : i + size]) for i in range(0, len(names), size)]
 
 
 def split(runs: Found, count: int) -> list[dict[str, list[float]]]:
-    """A unit's runs by cell."""
+    """Split a unit's runs by cell."""
     size = len(runs["rre"]) // count
     return [{name: list(values[i * size : (i + 1) * size]) for name, values in runs.items()} for i in range(count)]

@@ -1,4 +1,4 @@
-"""One piece of the sweep: a contestant on some scenes and starts. Runs anywhere that has `solvers` and numpy."""
+"""One unit of the sweep: a contestant on some scenes and starts. Runs wherever `solvers` and numpy are available."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from solvers.core.stepper import advance
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, line
 from solvers.studies.race import Contestant, Controls, contestants, race_problem
 
-BATCH = 25  # problems run together, as in the race's benchmark: so the first 25 seeds of the table are that benchmark
+BATCH = 25  # problems per run, as in the race's benchmark: the first 25 seeds of the table are that benchmark
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A contestant on every one of `points` (the race's controls) with every one of `seeds`."""
+    """A contestant at each of `points` (the race's controls) with each of `seeds`."""
 
     method: str
     points: tuple[Mapping[str, Any], ...]
@@ -27,7 +27,7 @@ class Unit:
 
 
 def run_unit(unit: Unit) -> dict[str, list[float]]:
-    """Rotation errors (degrees), translation errors (u), steps and stops (status), by point and then by seed."""
+    """Run a unit: rotation errors (degrees), translation errors (u), steps and final status, by point, then by seed."""
     (contestant,) = contestants([unit.method])
     runs: dict[str, list[float]] = {"rre": [], "rte": [], "steps": [], "status": []}
     for problem, truth in _batches([race_problem(Controls(**point), unit.seeds) for point in unit.points]):
@@ -62,7 +62,7 @@ def _run(contestant: Contestant, problem: Problem, truth: Pose) -> dict[str, lis
 
 
 def _batches(cases: Sequence[tuple[Problem, Pose]]) -> list[tuple[Problem, Pose]]:
-    """The same problems in batches of `BATCH`, across points where their clouds have one size."""
+    """The same problems in batches of `BATCH`, across points whose clouds have the same size."""
     cut: list[tuple[Problem, Pose]] = []
     group: list[tuple[Problem, Pose]] = []
     for each in [*cases, None]:
@@ -87,7 +87,7 @@ def _joined(group: Sequence[tuple[Problem, Pose]]) -> tuple[Problem, Pose]:
 
 
 def _spread(pose: Pose, count: int) -> Pose:
-    """One pose for each of `count` problems, where one stands for all."""
+    """A pose for each of `count` problems, repeated if there is only one."""
     return Pose(np.broadcast_to(pose.R, (count, 2, 2)), np.broadcast_to(pose.t, (count, 2)))
 
 

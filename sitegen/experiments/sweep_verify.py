@@ -1,4 +1,4 @@
-"""Whether the sweep's files still say what the solvers do: of the code that there is now, and right where run again."""
+"""Checks that the sweep's files still match the solvers: made by the current code, and right when a sample is rerun."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from sitegen.problems import Problem
 from solvers.studies.race import Contestant
 
 OFF = 1
-"""Runs of a sample that may end otherwise: on another processor, a close branch may be taken the other way."""
+"""How many runs of a sample may differ: on another processor, a close decision may go the other way."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How kept results stand. wrong: results that are not what the code gives. stale: results of other code, or none at
-    all. proved: how many runs, or parts, were made again and agreed; ran: how many samples were made now."""
+    """The state of stored results. wrong: results that differ from the code's. stale: results of other code, or missing
+    ones. proved: how many runs, or parts, were repeated and agreed; ran: how many samples were run now."""
 
     wrong: tuple[Problem, ...]
     stale: tuple[Problem, ...]
@@ -36,9 +36,9 @@ class Standing:
 
 
 def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = None) -> Standing:
-    """Read every file of the sweep, and run a sample of each contestant's part again where the code is the same.
+    """Read every file of the sweep and rerun a sample of each contestant's part that was made by the current code.
 
-    cache: where it is remembered what a sample gave, on this machine, of these results by this code; None for nowhere.
+    cache: remembers the outcome of a sample for this machine, these results and this code; None to remember nothing.
     """
     memo = Remembered(cache, "sweep") if cache else None
     ran: list[str] = []
@@ -83,7 +83,7 @@ def _sampled(
 
 
 def _given(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> str:
-    """All that the outcome of a sample depends on; the entry holds the hash of the solver's code."""
+    """Everything that a sample's outcome depends on; the entry holds the hash of the solver's code."""
     machine = [platform.platform(), platform.processor(), np.__version__]
     runner = [Path(str(module.__file__)).read_text("utf-8") for module in (sweep_plan, sweep_unit)]
     plan = [contestant.method, sweep.name, sweep.cells, sweep.seeds, sweep.block]
@@ -91,7 +91,8 @@ def _given(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> st
 
 
 def sample(sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any]) -> tuple[int, int]:
-    """Run a batch of one cell again, which the results themselves choose: how many runs, how many end otherwise."""
+    """Rerun one batch of one cell, chosen by a hash of the results: the number of runs, and how many end
+    differently."""
     digest = int(sha256(json.dumps(cells, sort_keys=True).encode()).hexdigest(), 16)
     name = sorted(sweep.cells)[digest % len(sweep.cells)]
     count = len(sweep.seeds)

@@ -1,9 +1,9 @@
-"""`python3 build.py train`: trains the two networks of the learned flows with PyTorch, on a processor, from a seed.
+"""`python3 build.py train`: trains the two networks of the learned flows with PyTorch, on the CPU, from a seed.
 
-Straight flows: with x_0 the start (noise for `flow`, the clouds as given for `flow-from-source`), x_1 the true
-coordinates and t uniform, the network sees (1 − t) x_0 + t x_1 and is taught x_1. The network's lines are those of
-`solvers.methods.flow.network`, run by PyTorch. Weights are averaged along the way, rounded to a byte each, and only
-then judged.
+Straight flows: with x_0 the start (noise for `flow`, the given clouds for `flow-from-source`), x_1 the true coordinates
+and t uniform, the network sees (1 − t) x_0 + t x_1 and learns to predict x_1. Its code is that of
+`solvers.methods.flow.network`, run with PyTorch. Weights are averaged during training and rounded to a byte each before
+they are evaluated.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from sitegen.progress import shown
 from solvers.core.arrays import FloatArray
 from solvers.methods.flow import network, scenes, study, weights
 
-SEED = 1_000  # of the first batch; each batch has the next
+SEED = 1_000  # of the first batch; later batches have the following ones
 STEPS = 8_000
 BATCH = 48
-FEWEST, MOST = 28, 48  # points per cloud, the same in one batch
+FEWEST, MOST = 28, 48  # points per cloud, the same number throughout a batch
 RATE = 2e-3
 WARM = 200
-KEEP = 0.998  # of the running average a step
+KEEP = 0.998  # the share of the running average that each step keeps
 OTHER_SEED = 500_000
-# By how much of the scenes a count may differ between two trainings: twice the standard error of a difference of two
-# counts of 200, and some for the training. The flow from the source ends 0.06 to 0.09 radii off in the median, so that
-# how many scenes come within 0.1 hangs on a little: two trainings gave 82 and 148 of 200.
+# The fraction of the scenes by which a count may differ between two trainings: twice the standard error of a difference
+# of two counts of 200, plus a margin for the training. The flow from the source ends 0.06 to 0.09 radii off in the
+# median, so the number of scenes within 0.1 is sensitive: two trainings gave 82 and 148 of 200.
 BOUND = 0.15
 NEAR_THRESHOLD = {("flow-from-source", "placed"): 0.35}
 KEPT = Path(weights.FOLDER)
@@ -43,22 +43,23 @@ NEEDED = "the training needs PyTorch: .venv/bin/pip install torch==2.13.0"
 
 
 def batch(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Source and target as the network gets them, and the source's true coordinates: (BATCH, n, 2) each."""
+    """Source and target in the network's normalised coordinates, and the source's true ones: (BATCH, n, 2) each."""
     scene = scenes.draw(scenes.TRAINING, BATCH, FEWEST + seed % (MOST - FEWEST + 1), seed)
     middle, home = (cloud.mean(axis=1, keepdims=True) for cloud in (scene.target, scene.source))
     radius = np.sqrt(((scene.target - middle) ** 2).sum(-1).mean(-1))[:, None, None]
     c, s = np.cos(scene.angle), np.sin(scene.angle)
-    turn = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)  # rows times it
+    turn = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)  # multiplies rows from the right
     true = scene.source @ turn + scene.shift[:, None]
     return (scene.source - home) / radius, (scene.target - middle) / radius, (true - middle) / radius
 
 
 def train(name: str, steps: int, tell: Callable[[int, float], None], seed: int = SEED) -> dict[str, FloatArray]:
-    """The averaged arrays of the network of method `name` after so many steps; tell(step, mean loss) as it goes."""
+    """Train the network of method `name` for `steps` steps; its averaged arrays. Calls tell(step, mean loss) each
+    step."""
     import torch
 
     torch.manual_seed(seed)
-    torch.set_num_threads(1)  # the order of sums, and so the weights, then do not depend on the machine's cores
+    torch.set_num_threads(1)  # so that the order of sums, and thus the weights, do not depend on the machine's cores
     params = {shape.name: _begun(torch, shape).requires_grad_() for shape in network.shapes()}
     optimiser = torch.optim.AdamW(params.values(), lr=RATE, weight_decay=1e-3, betas=(0.9, 0.98))
     average = {key: value.detach().clone() for key, value in params.items()}
@@ -102,12 +103,12 @@ def _loss(torch: Any, params: dict[str, Any], name: str, random: np.random.Gener
     square = ((prediction - end) ** 2).sum(-1)
     if name != "flow":
         square = square[:, : source.shape[1]]
-    # The root keeps the pull up when the squares have become small.
+    # The root keeps the gradient large when the squares have become small.
     return square.mean() + 0.3 * (square + 1e-4).sqrt().mean()
 
 
 def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> int:
-    """Train both, judge them, and write weights and log into `folder`. 2 where PyTorch is not there."""
+    """Train and evaluate both networks, and write weights and log into `folder`. The exit code is 2 without PyTorch."""
     try:
         import torch
     except ImportError:
@@ -138,7 +139,7 @@ def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> 
 
 
 def check_command(kept: Path = KEPT) -> int:
-    """Train from another seed, note its study in the log beside the one kept, and compare: 0 where all counts agree."""
+    """Train from another seed, add its study to the log beside the stored one, and compare: 0 if all counts agree."""
     with tempfile.TemporaryDirectory(prefix="ladder-training-") as folder:
         code = train_command(Path(folder), seed=OTHER_SEED)
         if code:
@@ -157,7 +158,7 @@ def _rounded(line: dict[str, Any]) -> dict[str, Any]:
 
 
 def differences(before: list[dict[str, Any]], again: list[dict[str, Any]]) -> list[str]:
-    """The lines of two held-out studies whose counts differ by more than their bound, in words."""
+    """Messages for the lines of two held-out studies whose counts differ by more than their bound."""
     by_line = {(line["variant"], line["kind"]): line for line in before}
     return [
         f"{new['variant']}, {new['kind']}: {count} {old[count]} of {old['count']}, and now {new[count]}"
@@ -169,7 +170,7 @@ def differences(before: list[dict[str, Any]], again: list[dict[str, Any]]) -> li
 
 
 def report(lines: list[dict[str, Any]]) -> Iterator[str]:
-    """The held-out table in words."""
+    """The held-out table as lines of text."""
     yield f"{'scenes':22}{'method':22}{'median error':>16}{'below 5°':>12}{'and 0.1 radii':>16}"
     for line in lines:
         error = f"{line['degrees']:.1f}° {line['length']:.3f}"
