@@ -1,1 +1,1 @@
-"""Files of others, pinned by their hashes, with their licences; Node, which runs some of them."""
+"""Third-party files, pinned by their hashes, with their licences; and Node, which runs some of them."""

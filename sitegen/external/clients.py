@@ -1,4 +1,4 @@
-"""The clients that bring pinned files: a web address, npm and pip, each with its progress and its limits."""
+"""The clients that fetch pinned files: a web address, npm and pip, each with progress and limits."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from sitegen.external.node import environment, npm_command
 from sitegen.external.pins import OutsideError, PinnedFile, Source
 from sitegen.progress import Progress
 
-URL_TIMEOUT = 5.0  # seconds a web address may stay silent before the next source is asked
-UNPACKED = 256_000_000  # bytes that an npm package may hold: a tar is unpacked up to the last of the files wanted
-# What readers of archives raise for what is none, or a broken one.
+URL_TIMEOUT = 5.0  # seconds that a web address may stay silent before the next source is tried
+UNPACKED = 256_000_000  # bytes, the limit for an npm package: its tar is unpacked up to the last file needed
+# What readers of archives raise for broken archives or other files.
 FAULTS = (OSError, EOFError, RuntimeError, ValueError, zlib.error, zipfile.BadZipFile, tarfile.TarError)
 
 
 def fetched(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
-    """Those of the files that a source has, by name, not yet verified. Raises one of FAULTS."""
+    """Fetch those of the files that a source has, by name, not yet verified. Raises one of FAULTS."""
     return _FETCH[source.kind](source, files, progress)
 
 
 def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
-    import urllib.request  # with TLS and all: a tenth of a second, and most builds fetch nothing
+    import urllib.request  # takes a tenth of a second, and most builds fetch nothing
 
     contents = {}
     for file in files:
@@ -49,7 +49,7 @@ def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -
     with tempfile.TemporaryDirectory(prefix="ladder-npm-") as temporary:
         here = Path(temporary)
         (here / "out").mkdir()
-        # A cache of its own, so that what has arrived can be seen and is gone afterwards.
+        # Its own cache, so that progress can be measured and nothing is left afterwards.
         folders: list[str | Path] = ["--cache", here / "cache", "--pack-destination", here / "out"]
         _download(npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts"), here, source, progress)
         members = {f"{source.folder}/{file.name}": file for file in files}
@@ -69,7 +69,7 @@ class _Limited(gzip.GzipFile):
     """A gzip file of at most UNPACKED bytes: a small one can unpack to any size."""
 
     def read(self, size: int | None = -1) -> bytes:
-        """So many of its bytes. Raises OutsideError."""
+        """Read up to `size` bytes. Raises OutsideError beyond UNPACKED."""
         data = super().read(size)
         if self.tell() > UNPACKED:
             raise OutsideError(f"it unpacks to more than {UNPACKED / 1e6:.0f} MB")
@@ -80,7 +80,7 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
     with tempfile.TemporaryDirectory(prefix="ladder-pip-") as temporary:
         here = Path(temporary)
         (here / "out").mkdir()
-        # A wheel is only opened as an archive here, so the Python it is meant for need not be ours.
+        # The wheel is only opened as an archive here, so it may be for another Python than ours.
         options = ["--no-deps", "--only-binary=:all:", "--no-cache-dir", "--retries", "2"]
         options += ["--python-version", source.python, *(["--platform", source.platform] if source.platform else [])]
         pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(here / "out")]
@@ -93,7 +93,7 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
 
 
 def _members(wheel: Path, folder: str, files: Sequence[PinnedFile]) -> dict[str, bytes]:
-    """Those of the files that a folder of the wheel holds."""
+    """Those of the files that are in a folder of the wheel."""
     contents = {}
     with zipfile.ZipFile(wheel) as archive:
         members = set(archive.namelist())
@@ -119,7 +119,7 @@ def _only_file(folder: Path, source: Source) -> Path:
 
 
 def _download(command: Sequence[str], here: Path, source: Source, progress: Progress) -> None:
-    """Run a package client in `here`; progress is what has come to lie there, since the clients tell no machine."""
+    """Run a package client in `here`; progress is the size of the files there, since the clients do not report it."""
     env = environment({"TMPDIR": str(here), "TEMP": str(here), "TMP": str(here)})
     log = here / "log"
     with log.open("wb") as out:

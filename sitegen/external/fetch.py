@@ -1,7 +1,7 @@
-"""Files from outside: pinned in pins.toml, fetched from the first source that has them, verified, kept in a cache.
+"""Files from outside: pinned in pins.toml, fetched from the first source that has them, verified and cached.
 
-What is verified is each file that is used, never the archive it came in, so that any source will do. Nothing whose
-sha256 differs is ever handed on.
+Each file that is used is verified, never the archive that it came in, so that any source will do. A file whose sha256
+differs is never returned.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ KEPT_LICENCES = Path(__file__).with_name("licences")
 
 @dataclass(frozen=True)
 class Licence:
-    """A licence as the site shows it: what it covers, its SPDX name, its full text."""
+    """A licence as the site shows it: what it covers, in which version, its SPDX name, its full text."""
 
     title: str
     version: str
@@ -36,8 +36,8 @@ def gather(
 ) -> dict[str, Path]:
     """Paths of all files of the named bundles, keyed "bundle/file name", each verified against its pin.
 
-    The files of a bundle lie in one folder under their own names. `cache` defaults to cache_dir().
-    Raises OutsideError naming every file that no source has, with what each source answered.
+    The files of a bundle are in one folder under their own names. `cache` defaults to cache_dir().
+    Raises OutsideError that names every file that no source has, with each source's answer.
     """
     cache = cache or cache_dir()
     bundles = read_manifest(manifest)
@@ -57,7 +57,7 @@ def gather(
 
 
 def licences(names: Iterable[str], *, cache: Path | None = None, manifest: Path = MANIFEST) -> list[Licence]:
-    """The licences of the named bundles with their full texts, in the manifest's order; gathers what is missing."""
+    """The licences of the named bundles with their full texts, in the manifest's order; fetches missing files."""
     selection = set(names)
     by_name = gather(selection, cache=cache, manifest=manifest)
     result = []
@@ -84,7 +84,7 @@ def _licence_texts(entry: str, bundle: Bundle, paths: Sequence[Path]) -> list[st
 
 
 def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[str]:
-    """Bring a bundle's folder in order; what could not be obtained, as messages."""
+    """Fetch a bundle's missing or damaged files into its folder; messages for those that could not be obtained."""
     attempts: list[str] = []
     missing = []
     for file in bundle.files:
@@ -118,7 +118,7 @@ def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[s
 
 
 def _kept_fault(file: PinnedFile, path: Path) -> str | None:
-    """What is wrong with a file in the cache: None for nothing, "" where there is none."""
+    """What is wrong with a file in the cache: None if nothing is, "" if it is missing."""
     if not used(path):
         return ""
     try:

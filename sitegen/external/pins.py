@@ -1,4 +1,4 @@
-"""What pins.toml pins: the files of others by size and sha256, in bundles of one version, and where they come from."""
+"""The manifest pins.toml: third-party files by size and sha256, in bundles of one version, and their sources."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class OutsideError(RuntimeError):
 class Source:
     """Where files may come from: `kind` is "npm", "pip" or "url", `spec` a package with its version or an address.
 
-    Files lie in the archive's `folder`; without one, the archive itself is the file. `python` and `platform` choose
-    among a package's wheels.
+    Files are in the archive's `folder`; without one, the archive itself is the file. `python` and `platform` select
+    one of a package's wheels.
     """
 
     name: str
@@ -37,21 +37,21 @@ class Source:
 
 @dataclass(frozen=True)
 class PinnedFile:
-    """One file as it must be: its name inside its source's folder, its size in bytes, its sha256 (hex)."""
+    """One pinned file: its name inside its source's folder, its size in bytes, its sha256 (hex)."""
 
     name: str
     size: int
     sha256: str
 
     def fault(self, data: bytes) -> str:
-        """What is wrong with `data` as this file; empty when nothing is."""
+        """What is wrong with `data` as this file; "" if nothing is."""
         digest = hashlib.sha256(data).hexdigest()
         if digest == self.sha256:
             return ""
         return f"{self.name} has sha256 {digest[:16]}… and {len(data)} bytes, not {self.sha256[:16]}… and {self.size}"
 
     def read(self, stream: IO[bytes]) -> bytes:
-        """The file from wherever it may be; one byte more than expected is enough to see that it is not the file."""
+        """Read the file from a stream, up to one byte more than expected: enough to see that it is not the file."""
         return stream.read(self.size + 1)
 
 
@@ -74,7 +74,7 @@ class Bundle:
 
 
 def read_manifest(path: Path = MANIFEST) -> dict[str, Bundle]:
-    """The bundles of a manifest by name, in its order. Raises OutsideError where it is not well-formed."""
+    """The bundles of a manifest by name, in its order. Raises OutsideError if it is not well-formed."""
     return dict(_manifest(path.name, content(path)))
 
 
@@ -100,7 +100,7 @@ def _manifest(name: str, text: bytes) -> dict[str, Bundle]:
 
 
 def _inside(name: str) -> str:
-    """The name of a file, which lies in its bundle's folder."""
+    """A file's name, checked to stay inside its bundle's folder. Raises OutsideError."""
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts or "\\" in name:
         raise OutsideError(f"{name}: a file's name leads nowhere out of its bundle's folder")

@@ -1,4 +1,4 @@
-"""The licences of what the site serves and others made: what is gathered, and the data in the package."""
+"""The licences of the third-party files that the site serves: the fetched ones, and the data in the package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from solvers.scenes.drive import FOLDER
 
 
 def licences(names: Iterable[str], *, cache: Path | None = None) -> list[fetch.Licence]:
-    """Those of the named bundles, then that of the recorded drive."""
+    """The licences of the named bundles, then that of the recorded drive."""
     text = Path(FOLDER, "telecom-loop.LICENSE.txt").read_text("utf-8").strip()
     title = "Laser scans of a drive, from the data sets of the Mobile Robot Programming Toolkit"
     return [*fetch.licences(names, cache=cache), fetch.Licence(title, "of 21 January 2006", "BSD-3-Clause", text)]
