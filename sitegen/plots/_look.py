@@ -1,4 +1,4 @@
-"""How plots look alike: light axes, labels beside what they name, intervals."""
+"""The plots' common look: light axes, labels beside their marks, intervals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def axes_in(figure: Any, narrow: bool, wide_boxes: Boxes, narrow_boxes: Boxes) -
 
 
 def titled(axes: Any, title: str, x: str = "", y: str = "") -> None:
-    """What axes show, in bold at their upper left; what runs across and, under the title, what runs up."""
+    """Set the axes' title, in bold at the upper left, the x label, and the y label below the title."""
     axes.set_title(title, fontweight="bold", pad=26.0 if y else 10.0)
     if y:
         place = {"xycoords": "axes fraction", "xytext": (0.0, 8.0), "textcoords": "offset points", "va": "bottom"}
@@ -31,7 +31,7 @@ def titled(axes: Any, title: str, x: str = "", y: str = "") -> None:
 
 
 def label(axes: Any, x: float, y: float, text: str, role: str = "ink", **more: Any) -> None:
-    """Words beside a mark, `dx` and `dy` px away from it (up is positive)."""
+    """Write a label beside a mark, `dx` and `dy` px away from it (up is positive)."""
     shift = more.pop("dx", 0.0), more.pop("dy", 0.0)
     options = {"va": "center", "ha": "left", "color": COLOURS[role], "fontsize": 12.5, "annotation_clip": False, **more}
     axes.annotate(text, (x, y), xytext=shift, textcoords="offset points", **options)
@@ -40,7 +40,7 @@ def label(axes: Any, x: float, y: float, text: str, role: str = "ink", **more: A
 def measured(
     axes: Any, x: ArrayLike, y: ArrayLike, low: ArrayLike, high: ArrayLike, role: str, joined: bool = False
 ) -> None:
-    """Dots with their intervals; joined by a line where they are a course."""
+    """Draw dots with their intervals; `joined`: with a line through them."""
     colour = COLOURS[role]
     axes.vlines(x, low, high, color=colour, linewidth=1.5, capstyle="butt")
     axes.plot(

@@ -1,4 +1,4 @@
-"""How large the site's plots are drawn, in px: as wide as a page's text, or as a phone."""
+"""The sizes of the site's plots, in px: as wide as a page's text, or as a phone."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ WIDE, NARROW = 720, 350
 
 
 def sizes(wide: int, narrow: int) -> dict[str, tuple[int, int]]:
-    """Both sizes of a plot, by their heights."""
+    """Both sizes of a plot, from their heights."""
     return {"wide": (WIDE, wide), "narrow": (NARROW, narrow)}

@@ -1,4 +1,4 @@
-"""What the sweep found, as plots read it: content/data/sweep/*.json, written by `python3 build.py sweep`."""
+"""The sweep's results, for plots: content/data/sweep/*.json, written by `python3 build.py sweep`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LABELS = {contestant.method: contestant.label for contestant in CONTESTANTS}
 
 
 def read(name: str) -> dict[str, Any]:
-    """One file of the sweep. Raises ValueError where there is none, or a contestant is missing."""
+    """Read one file of the sweep. Raises ValueError if it or a contestant is missing."""
     path = ROOT / "content" / "data" / "sweep" / f"{name}.json"
     if not path.is_file():
         raise ValueError(f"no {path.relative_to(ROOT)}: `python3 build.py sweep --only {name}` makes it")

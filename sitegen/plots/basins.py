@@ -1,4 +1,4 @@
-"""Basins: from which starting rotation and offset nine methods arrive, in two settings of the room."""
+"""Basins: from which starting rotations and offsets nine methods succeed, in two settings of the room."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ TITLE = "Success over starting rotation and offset, nine methods, two settings"
 READS = ("content/data/sweep/basins.json",)
 SIZES = sizes(446, 930)
 
-LEVELS = 23  # the strongest of the field's colours
+LEVELS = 23  # the index of the field's strongest colour
 
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by method, setting, offset and angle; of `seeds`."""
+    """successes: by method, setting, offset and angle; out of `seeds`."""
 
     seeds: int
     methods: tuple[str, ...]
@@ -29,7 +29,7 @@ class Result:
 
 
 def compute() -> Result:
-    """From the sweep's file."""
+    """Read the sweep's file."""
     data = read("basins")
     axes = data["axes"]
 
@@ -48,13 +48,13 @@ def compute() -> Result:
 
 
 def share(result: Result, method: str, setting: str) -> float:
-    """The percentage of all starts of the map, and of all seeds, that ended near the truth."""
+    """The percentage of runs, over all starts of the map and all seeds, that ended near the truth."""
     rows = result.successes[at(result.methods, method, "method")][at(result.settings, setting, "setting")]
     return 100.0 * sum(map(sum, rows)) / (result.seeds * len(result.angles) * len(result.offsets))
 
 
 def seeds(result: Result) -> int:
-    """How many seeds each place of a map stands for."""
+    """The number of seeds behind each cell of a map."""
     return result.seeds
 
 
@@ -75,13 +75,13 @@ def words(result: Result) -> str:
 
 
 def table(result: Result) -> tuple[list[str], list[list[str]]]:
-    """The share of all starts from which each arrives."""
+    """The share of all starts from which each method succeeds."""
     rows = [[LABELS[m], *(f"{share(result, m, s):.1f} %" for s in result.settings)] for m in result.methods]
     return ["method", *(f"arrived, {setting} room" for setting in result.settings)], rows
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """Pairs of maps, and the scale."""
+    """Draw pairs of maps and the colour scale."""
     from sitegen.plots._look import axes_in, label
 
     width, height = (148, 44) if narrow else (96, 66)
@@ -118,7 +118,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
 
 
 def fields(axes: Any, rows: Any, most: int) -> None:
-    """Rows of counts as areas, the first lowest; one shape for each colour."""
+    """Draw rows of counts as coloured areas, the first row lowest, with one shape per colour."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 

@@ -1,4 +1,4 @@
-"""How far NDT reaches at one cell size and from coarse cells to fine: success against starting angle and offset."""
+"""The reach of NDT with one cell size and from coarse to fine: success against starting angle and offset."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PARTS = (
 
 @dataclass(frozen=True)
 class Result:
-    """by_angle, by_offset: successes by run ('one', 'fine'), then by start; of `runs`."""
+    """by_angle, by_offset: successes by run ('one', 'fine'), then by start; out of `runs`."""
 
     runs: int
     angles: tuple[int, ...]
@@ -42,8 +42,8 @@ class Result:
 
 
 def part(run: str, angle: int, offset: float) -> int:
-    """The successes in the NDT room, four grids, steps of at most 0.5 u and 0.2 rad; turned, or moved down to the
-    right."""
+    """The successes in the NDT room with four grids and steps of at most 0.5 u and 0.2 rad, from a start that is turned
+    by `angle` or moved by `offset` down to the right."""
     scenes = [ndt_room(seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     start = Pose.from_angle(np.radians(angle), offset * DIRECTION)
@@ -52,7 +52,7 @@ def part(run: str, angle: int, offset: float) -> int:
 
 
 def whole(parts: Mapping[tuple[str, int, float], int]) -> Result:
-    """The successes of all."""
+    """Collect the successes of all parts."""
     by_angle = tuple(tuple(parts[run, angle, 0.0] for angle in ANGLES) for run in CELLS)
     by_offset = tuple(tuple(parts[run, 0, offset] for offset in OFFSETS) for run in CELLS)
     return Result(RUNS, ANGLES, OFFSETS, by_angle, by_offset)
@@ -69,7 +69,7 @@ def shifted(result: Result, run: str, offset: float) -> float:
 
 
 def runs(result: Result) -> int:
-    """How many seeds each dot stands for."""
+    """The number of seeds behind each dot."""
     return result.runs
 
 
@@ -100,7 +100,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """Success by angle and by offset, both runs in each."""
+    """Draw success by angle and by offset, with both runs in each chart."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured
 

@@ -1,4 +1,4 @@
-"""How often 95 % regions hold the truth: three places, three residuals, three ways to a covariance."""
+"""How often 95 % regions contain the truth: three places, three residuals, three ways to a covariance."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZES = sizes(360, 630)
 SECONDS = 20
 
 DRAWS = 1000
-CARRIED = 100  # each takes seven registrations
+CARRIED = 100  # draws; each takes seven registrations
 SHOWN = ("hessian", "censi", "sampled")
 NAMES = {"hessian": "Hessian", "censi": "Censi", "sampled": "Redrawn scans"}
 ROLES = {"hessian": "accent", "censi": "inlier", "sampled": "source"}
@@ -30,9 +30,9 @@ PARTS = (
 
 @dataclass(frozen=True)
 class Result:
-    """covered: by residual, then place, then way, None where a residual has no such way; of `draws`. widest: the
-    regions' median largest σ, in u. carried: of `carried_draws` in the room, with the start's spread carried through,
-    by residual."""
+    """covered: counts by residual, then place, then way, None if a residual has no such way; out of `draws`. widest:
+    the regions' median largest σ, in u. carried: counts by residual in the room, with the start's spread carried
+    through; out of `carried_draws`."""
 
     draws: int
     residuals: tuple[str, ...]
@@ -45,15 +45,15 @@ class Result:
 
 
 def part(method: str, place: str, kind: str) -> dict[str, tuple[int, float]]:
-    """How many regions hold the truth and their median largest σ, by the way to the covariance; each draw from a start
-    of its own, 3° and 0.15 u about the truth. kind: "carried" carries that start's spread through."""
+    """How many regions contain the truth, and their median largest σ, by the way to the covariance; each draw has its
+    own start, 3° and 0.15 u about the truth. kind: "carried" carries that start's spread through."""
     ways = ("starts",) if kind == "carried" else tuple(way for way in SHOWN if way != "censi" or method in CENSI)
     lines = coverage(place, method, ways, count=CARRIED if kind == "carried" else DRAWS)
     return {line.way: (line.covered, line.widest) for line in lines}
 
 
 def whole(parts: Mapping[tuple[str, str, str], Mapping[str, tuple[int, float]]]) -> Result:
-    """The counts and spreads of all."""
+    """Collect the counts and spreads of all parts."""
     rows = [[parts[method, place, "redrawn"] for place in PLACES] for method in RESIDUALS]
     covered = tuple(tuple(tuple(ways[w][0] if w in ways else None for w in SHOWN) for ways in row) for row in rows)
     widest = tuple(tuple(tuple(ways[w][1] if w in ways else None for w in SHOWN) for ways in row) for row in rows)
@@ -62,17 +62,17 @@ def whole(parts: Mapping[tuple[str, str, str], Mapping[str, tuple[int, float]]])
 
 
 def held(result: Result, residual: str, place: str, way: str) -> float:
-    """The draws whose region holds the truth. Raises ValueError where the residual has no such way."""
+    """The number of draws whose region contains the truth. Raises ValueError if the residual has no such way."""
     return float(_entry(result, result.covered, residual, place, way))
 
 
 def widest(result: Result, residual: str, place: str, way: str) -> float:
-    """The median of the regions' largest standard deviation, in u. Raises ValueError as `held` does."""
+    """The median of the regions' largest standard deviation, in u. Raises ValueError like `held`."""
     return float(_entry(result, result.widest, residual, place, way))
 
 
 def carried(result: Result, residual: str) -> float:
-    """The draws of the room whose region holds the truth where the start's spread is carried through."""
+    """The number of draws in the room whose region contains the truth if the start's spread is carried through."""
     count = result.carried[result.residuals.index(residual)]
     if count is None:
         raise ValueError(f"the start is not carried through for {residual}")
@@ -80,12 +80,12 @@ def carried(result: Result, residual: str) -> float:
 
 
 def carried_draws(result: Result) -> int:
-    """How many such a count is of."""
+    """The number of draws behind each count of `carried`."""
     return result.carried_draws
 
 
 def draws(result: Result) -> int:
-    """How many each count is of."""
+    """The number of draws behind each count."""
     return result.draws
 
 
@@ -139,7 +139,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """Dots with their intervals beside the line of 95 %."""
+    """Draw dots with their intervals beside the line at 95 %."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured
 
@@ -163,7 +163,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
 
 
 def _named(axes: Any, label: Any, narrow: bool) -> None:
-    """The ways' names under the last chart, each in its colour."""
+    """Write the ways' names below the last chart, each in its colour."""
     height = -0.36 if narrow else -0.24
     for k, way in enumerate(SHOWN):
         x = (-0.45, 0.5, 1.2)[k] if narrow else (-3.0, -2.0, -1.3)[k]

@@ -1,4 +1,4 @@
-"""CPD's scale over its steps from several starting angles: it collapses at first, and grows back."""
+"""CPD's scale over its steps from several starting angles: it first collapses, then recovers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHOWN = 40  # steps
 
 @dataclass(frozen=True)
 class Result:
-    """scales: by angle, after 0, 1, … steps. off: the rotation error in degrees at the end."""
+    """scales: by angle, after 0, 1, … steps. off: the final rotation error in degrees."""
 
     angles: tuple[int, ...]
     scales: tuple[tuple[float, ...], ...]
@@ -33,7 +33,7 @@ class Result:
 
 
 def compute() -> Result:
-    """The clean scene of the walkthrough, seed 40, at its first shift."""
+    """Run the clean scene of the walkthrough, seed 40, from its initial shift."""
     scales, off = [], []
     for angle in ANGLES:
         scene, starts = fish(), [fish_start(angle)]
@@ -49,7 +49,7 @@ def least(result: Result, angle: int) -> float:
 
 
 def last(result: Result, angle: int) -> float:
-    """The scale at the end."""
+    """The final scale."""
     return result.scales[at(result.angles, angle, "angle")][-1]
 
 
@@ -75,7 +75,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """A line for each start; dashed where the end is wrong."""
+    """Draw a line for each start; dashed if its end is wrong."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, titled
 

@@ -1,4 +1,4 @@
-"""Why point pairs crab: a scan that lies too far back along a long wall, moved by point pairs and by planes."""
+"""Why point pairs creep: a scan that is too far back along a long wall, moved by point pairs and by planes."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Corner = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Result:
-    """By method: the gap to the end wall after each step (u, the last value where a run has stopped), and where the
-    scan's own corner lies after the steps SHOWN. facing: the fraction of the points that are on the end wall."""
+    """By method: the gap to the end wall after each step (u, the last value once a run has stopped), and the position
+    of the scan's corner after the steps SHOWN. facing: the fraction of the points on the end wall."""
 
     gaps: tuple[tuple[float, ...], ...]
     corners: tuple[tuple[Corner, ...], ...]
@@ -34,7 +34,7 @@ class Result:
 
 
 def compute() -> Result:
-    """The corner, sampled, and the same points pushed back along its long wall."""
+    """Register the sampled corner, pushed back along its long wall, with itself."""
     corner = np.array(CORNER)
     cloud = sampled(corner, SPACING)
     gaps, corners = [], []
@@ -49,7 +49,7 @@ def compute() -> Result:
 
 
 def gap(result: Result, method: str, step: int) -> float:
-    """How far the end wall still is after so many steps, u."""
+    """The remaining gap to the end wall after `step` steps, u."""
     return result.gaps[at(METHODS, method, "methods")][step]
 
 
@@ -72,7 +72,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """Where the scan's walls lie after some steps, for both; and the gap over the steps."""
+    """Draw the scan's walls after some steps, for both methods, and the gap over the steps."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, titled
 
@@ -87,7 +87,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             axes.plot(*np.transpose(corner), color=COLOURS["source"], linewidth=1.5, alpha=(k + 2) / (len(corners) + 1))
         axes.set(xlim=(6.1, 8.16), ylim=(-0.12, 2.15))
     x, y = result.corners[0][0][2]
-    place, aside = ("right", 6) if narrow else ("center", 0)  # narrow: start to the left of its wall
+    place, aside = ("right", 6) if narrow else ("center", 0)  # narrow: the label "start" goes to the left of its wall
     label(rooms[0], x, y, "start", "source", dx=aside, dy=9, ha=place)
     label(rooms[0], 8.0, 2.0, "end wall", "target", dx=2 * aside, dy=9, ha=place)
 

@@ -20,8 +20,8 @@ SHOWN = {"flow": ("accent", "D"), "flow-from-source": ("weak", "o")}  # the flow
 
 @dataclass(frozen=True)
 class Result:
-    """By variant, then by kind of scene: with a rotation error below 5°, and placed to 0.1 radii as well, of `count`;
-    degrees: the median rotation error."""
+    """By variant, then by kind of scene: turned counts rotation errors below 5°, placed those that are also placed to
+    0.1 radii, out of `count`; degrees: the median rotation error."""
 
     count: int
     variants: tuple[str, ...]
@@ -32,7 +32,7 @@ class Result:
 
 
 def compute() -> Result:
-    """From the training's log."""
+    """Read the training's log."""
     path = ROOT / "solvers" / "methods" / "flow" / "trained" / "log.json"
     if not path.is_file():
         raise ValueError(f"no {path.relative_to(ROOT)}: `python3 build.py train` makes it")
@@ -53,12 +53,12 @@ def success(result: Result, variant: str, kind: str) -> float:
 
 
 def near(result: Result, variant: str, kind: str) -> float:
-    """The percentage of the scenes that are placed to 0.1 radii as well."""
+    """The percentage of the scenes that are also placed to 0.1 radii."""
     return 100.0 * _row(result, result.placed, variant)[at(result.kinds, kind, "kind")] / result.count
 
 
 def scenes(result: Result) -> int:
-    """How many scenes of each kind there are."""
+    """The number of scenes of each kind."""
     return result.count
 
 
@@ -90,7 +90,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """The kinds one under the other, the two flows in each row, told apart by colour and by mark."""
+    """Draw a row for each kind with both flows in it, distinguished by colour and marker."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 

@@ -1,4 +1,4 @@
-"""How far the four methods of the walkthrough reach: success against the angle that the moving cloud starts at."""
+"""The reach of the walkthrough's four methods: success against the moving cloud's starting angle."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SECONDS = 35
 SETTINGS = {"clean": "Clean", "smaller": "15 % smaller", "clutter": "A fifth clutter"}
 METHODS = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "flow"}
 LOOKS = {"cpd": ("source", "o-"), "filterreg": ("target", "s-"), "mmd": ("ink", "^-"), "flow": ("accent", "D-")}
-CERTAIN = ("cpd", "filterreg")  # draw nothing: the same clouds give the same end
+CERTAIN = ("cpd", "filterreg")  # without random draws: the same clouds give the same end
 ANGLES = tuple(range(0, 181, 15))
 RUNS = 16
 APART = 2.2  # degrees between the dots of two methods at one angle
@@ -34,7 +34,7 @@ PARTS = tuple(itertools.product(SETTINGS, METHODS, ANGLES))
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by setting, then by method, then by angle; of `runs`."""
+    """successes: by setting, then by method, then by angle; out of `runs`."""
 
     runs: int
     angles: tuple[int, ...]
@@ -44,9 +44,10 @@ class Result:
 
 
 def part(setting: str, method: str, angle: int) -> int:
-    """The successes of a method as the walkthrough runs it, from the shift that the figure starts with."""
+    """The successes of a method, run as in the walkthrough, from the figure's initial shift."""
     name = "clutter" if setting == "clutter" else "clean"
-    # Without noise and clutter every seed gives the same clouds, and these two draw nothing: one run is all runs.
+    # Without noise and clutter every seed gives the same clouds, and these two are deterministic: one run stands for
+    # all.
     alike = RUNS if setting != "clutter" and method in CERTAIN else 1
     scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS // alike)]
     starts = [fish_start(angle)] * len(scenes)
@@ -56,7 +57,7 @@ def part(setting: str, method: str, angle: int) -> int:
 
 
 def whole(parts: Mapping[tuple[str, str, int], int]) -> Result:
-    """The successes of all."""
+    """Collect the successes of all parts."""
     rows = tuple(
         tuple(tuple(parts[setting, method, angle] for angle in ANGLES) for method in METHODS) for setting in SETTINGS
     )
@@ -64,13 +65,13 @@ def whole(parts: Mapping[tuple[str, str, int], int]) -> Result:
 
 
 def success(result: Result, setting: str, method: str, angle: int) -> int:
-    """How many of the seeds ended near the truth."""
+    """The number of seeds that ended near the truth."""
     row = result.successes[at(result.settings, setting, "setting")][at(result.methods, method, "method")]
     return row[at(result.angles, angle, "angle")]
 
 
 def runs(result: Result) -> int:
-    """How many seeds each dot stands for."""
+    """The number of seeds behind each dot."""
     return result.runs
 
 
@@ -103,7 +104,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """A chart for each setting, the four methods in each, told apart by colour and by mark."""
+    """Draw a chart for each setting with the four methods in it, distinguished by colour and marker."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in
 

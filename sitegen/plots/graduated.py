@@ -1,4 +1,4 @@
-"""Graduated non-convexity: the cost of a pair as μ grows, and how many wrong pairs it bears, beside RANSAC."""
+"""Graduated non-convexity: the cost of a pair as μ grows, and how many wrong pairs it tolerates, beside RANSAC."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PARTS = tuple(itertools.product(ROWS, SHARES))
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by row, then by share of wrong pairs; of `runs`."""
+    """successes: by row, then by share of wrong pairs; out of `runs`."""
 
     runs: int
     rows: tuple[str, ...]
@@ -42,8 +42,8 @@ class Result:
 
 
 def part(row: str, share: float) -> int:
-    """The successes on the chapter's front, partners hidden at its left; or with each wrong partner as far away as
-    there, in a direction of its own."""
+    """The successes on the chapter's facade, whose wrong partners lie to its left; or, if 'scattered', with each wrong
+    partner at the same distance but in its own random direction."""
     scenes = [facade_scene(seed=seed, outliers=share) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     if row == "ransac":
@@ -55,12 +55,12 @@ def part(row: str, share: float) -> int:
 
 
 def whole(parts: Mapping[tuple[str, float], int]) -> Result:
-    """The successes of all."""
+    """Collect the successes of all parts."""
     return Result(RUNS, tuple(ROWS), SHARES, tuple(tuple(parts[row, share] for share in SHARES) for row in ROWS))
 
 
 def _scattered(scene: Scene) -> FloatArray:
-    """The target with every wrong partner turned about its right place by an angle of its own."""
+    """The target with every wrong partner turned about its right place by its own random angle."""
     home = FACADE_TRUTH.apply(FACADE)
     turn = Pose.from_angle(np.random.default_rng(scene.seed).uniform(-np.pi, np.pi, len(home)))
     way = (turn.R @ (scene.target - home)[..., None])[..., 0]
@@ -74,7 +74,7 @@ def success(result: Result, row: str, share: float) -> float:
 
 
 def runs(result: Result) -> int:
-    """How many draws each dot stands for."""
+    """The number of draws behind each dot."""
     return result.runs
 
 
@@ -101,7 +101,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """The surrogate's curves, and success over the share of wrong pairs."""
+    """Draw the surrogate's curves, and success over the share of wrong pairs."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured, titled
 

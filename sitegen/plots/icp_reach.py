@@ -1,4 +1,4 @@
-"""How far plain ICP reaches: success against the angle that it starts from, in four settings of the room."""
+"""The reach of plain ICP: success against the starting angle, in four settings of the room."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PARTS = tuple(itertools.product(SETTINGS, ANGLES))
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by setting, then by angle; of `runs`."""
+    """successes: by setting, then by angle; out of `runs`."""
 
     runs: int
     angles: tuple[int, ...]
@@ -34,7 +34,8 @@ class Result:
 
 
 def part(setting: str, angle: int) -> int:
-    """The successes of point-to-point ICP without gate or trim, turned about the world's origin and not moved."""
+    """The successes of point-to-point ICP without gate or trim, from a start turned about the world's origin, not
+    moved."""
     scenes = [room(setting, seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     result = register(source, target, "icp", start=room_start(angle, 0.0))
@@ -42,7 +43,7 @@ def part(setting: str, angle: int) -> int:
 
 
 def whole(parts: Mapping[tuple[str, int], int]) -> Result:
-    """The successes of all."""
+    """Collect the successes of all parts."""
     rows = tuple(tuple(parts[setting, angle] for angle in ANGLES) for setting in SETTINGS)
     return Result(RUNS, ANGLES, tuple(SETTINGS), rows)
 
@@ -57,12 +58,13 @@ def _row(result: Result, setting: str) -> tuple[int, ...]:
 
 
 def runs(result: Result) -> int:
-    """How many seeds each dot stands for."""
+    """The number of seeds behind each dot."""
     return result.runs
 
 
 def sure(result: Result, setting: str, side: int) -> int:
-    """The largest angle to that side (1 or −1) up to which every seed succeeded from every angle; 0 for none."""
+    """The largest angle to that side (1 or −1) up to which every seed succeeded from every angle; 0 if there is
+    none."""
     row = dict(zip(result.angles, _row(result, setting), strict=True))
     reach = [side * angle for angle in result.angles if side * angle >= 0]
     good = 0
@@ -104,7 +106,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """A chart for each setting, all on the same axes."""
+    """Draw a chart for each setting, all with the same axes."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, measured
 

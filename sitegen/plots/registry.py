@@ -1,4 +1,4 @@
-"""Which plots there are, and what each of them computes and draws."""
+"""The plots, and what each of them computes and draws."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ COMPUTING = ("compute", "part", "whole", "PARTS")
 
 @once
 def known() -> dict[str, Plot]:
-    """Every plot by the name that chapters use."""
+    """All plots, by the names that chapters use."""
     modules = (module.name for module in pkgutil.iter_modules([str(FOLDER)]))
     names = sorted(name for name in modules if not name.startswith("_") and name != Path(__file__).stem)
     return {name.replace("_", "-"): read(import_module(f"sitegen.plots.{name}")) for name in names}
 
 
 def read(module: ModuleType) -> Plot:
-    """The plot that a module is."""
+    """The plot defined by a module."""
     name = module.__name__.rpartition(".")[2]
     own = {
         key: value
@@ -71,11 +71,12 @@ def read(module: ModuleType) -> Plot:
 
 
 def runs(source: str, first: Sequence[str] = COMPUTING, *, words: bool = True) -> str:
-    """The hash of what these of a module run: all that they name of it, what that names, and the solvers behind.
+    """A hash of the code that the definitions in `first` run: all of the module that they refer to, directly or not,
+    and the solvers behind it.
 
-    A helper of the folder counts as a whole. `solvers.METHODS` leads to every method; of these count the ones that a
-    text in the code names. So neither an edit of the drawing nor one of another method computes anything anew.
-    words: whether comments and docstrings of the solvers count, which takes far less time than to leave them out.
+    A helper module of this folder counts as a whole, comments included. `solvers.METHODS` leads to every method; only
+    those whose name is a string in the code count. So an edit of the drawing or of another method recomputes nothing.
+    words: whether the solvers' comments and docstrings count, which is far faster than to leave them out.
     """
 
     def helper(module: str) -> str:
@@ -100,11 +101,11 @@ def _code(path: Path) -> bytes:
 
 
 def longest_first(placed: Iterable[Placed]) -> list[Placed]:
-    """In the order that keeps every core busy to the end; what takes as long stays in the order of the site."""
+    """Sort the plots, longest first, to keep every core busy to the end; equally long ones stay in the site's order."""
     return sorted(placed, key=lambda one: -one.plot.seconds)
 
 
 def make_ahead(name: str, plot_id: str, cache: Path) -> None:
-    """Compute and draw one of the known plots, in a process of its own: the cache has it then."""
+    """Compute and draw one of the known plots into the cache; runs in its own process."""
     plot = known()[name]
     Gallery({name: plot}, cache).drawn(Placed(plot_id, "", plot, Place("")))

@@ -27,7 +27,7 @@ PARTS = tuple(itertools.product(STARTS, RESIDUALS, WEIGHTS))
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by start, residual and weight; of `runs`."""
+    """successes: by start, residual and weight; out of `runs`."""
 
     runs: int
     starts: tuple[str, ...]
@@ -37,7 +37,7 @@ class Result:
 
 
 def part(start: str, residual: str, weight: str) -> int:
-    """The successes in the room with noise and outliers ('combo'), no gate, no trim; thresholds by the distances'
+    """The successes in the room with noise and outliers ('combo'), without gate or trim; thresholds from the distances'
     median deviation."""
     scenes = [room("combo", seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
@@ -48,7 +48,7 @@ def part(start: str, residual: str, weight: str) -> int:
 
 
 def whole(parts: Mapping[tuple[str, str, str], int]) -> Result:
-    """The successes of all."""
+    """Collect the successes of all parts."""
     counts = tuple(tuple(tuple(parts[s, r, w] for w in WEIGHTS) for r in RESIDUALS) for s in STARTS)
     return Result(RUNS, tuple(STARTS), tuple(RESIDUALS), tuple(WEIGHTS), counts)
 
@@ -59,7 +59,7 @@ def success(result: Result, start: str, residual: str, weight: str) -> float:
 
 
 def runs(result: Result) -> int:
-    """How many seeds each dot stands for."""
+    """The number of seeds behind each dot."""
     return result.runs
 
 
@@ -97,7 +97,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """A chart for each start; rows are weights, grouped by residual."""
+    """Draw a chart for each start; its rows are weights, grouped by residual."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 

@@ -19,7 +19,7 @@ TITLE = "The NDT score along a line of translations, one grid and four"
 SIZES = sizes(350, 640)
 
 SEED, CELL, REACH, ZOOM = 40, 1.0, 1.2, 0.1
-BESIDE = 1e-9  # u: how far beside a border the score is read on either side
+BESIDE = 1e-9  # u: the distance from a border at which the score is evaluated on either side
 GRIDS = (1, 4)
 
 Piece = tuple[tuple[float, ...], tuple[float, ...]]
@@ -27,8 +27,8 @@ Piece = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Result:
-    """By number of grids: `line` (x, score), the pieces between jumps near the truth (`zoom`), the jumps' number,
-    largest and mean size, and the highest score; scores are divided by the number of points and grids."""
+    """By number of grids: `line` (x, score), the pieces between jumps near the truth (`zoom`), the number of jumps,
+    their largest and mean size, and the highest score; scores are divided by the numbers of points and of grids."""
 
     line: tuple[Piece, ...]
     zoom: tuple[tuple[Piece, ...], ...]
@@ -39,7 +39,8 @@ class Result:
 
 
 def compute() -> Result:
-    """The scan at the true rotation, moved along x; at each border that a point crosses the score is read twice."""
+    """Move the scan, at the true rotation, along x; evaluate the score on both sides of each border that a point
+    crosses."""
     scene = ndt_room(seed=SEED)
     line, zoom, jumps, largest, mean, highest = [], [], [], [], [], []
     for grids in GRIDS:
@@ -71,7 +72,7 @@ def _scores(cells: NdtMap, points: FloatArray, x: FloatArray, grids: int) -> Flo
 
 
 def _borders(cells: NdtMap, points: FloatArray, reach: float) -> FloatArray:
-    """The translations along x at which a point comes to a border between cells, of any grid."""
+    """The translations along x at which a point reaches a border between cells of any grid."""
     size, parts = float(cells.size[0]), []
     for origin in cells.origin[0, :, 0]:
         first = np.ceil((points[:, 0] - reach - origin) / size)
@@ -88,7 +89,7 @@ def _piece(x: FloatArray, y: FloatArray) -> Piece:
 
 
 def jumps(result: Result, grids: int) -> int:
-    """How often the score jumps on the line, on this many grids."""
+    """How often the score jumps along the line, with this many grids."""
     return result.jumps[at(GRIDS, grids, "grids")]
 
 
@@ -132,7 +133,7 @@ def _at(pieces: tuple[Piece, ...], x: float) -> float:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """The whole line, and its middle enlarged."""
+    """Draw the whole line, and its middle enlarged."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, titled
 

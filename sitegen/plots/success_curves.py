@@ -25,7 +25,7 @@ USUAL = {"noise": 0.02, "outliers": 0.0, "overlap": 1.0, "density": 1.0}
 
 @dataclass(frozen=True)
 class Result:
-    """successes: by method, control and value; of `seeds`."""
+    """successes: by method, control and value; out of `seeds`."""
 
     seeds: int
     methods: tuple[str, ...]
@@ -34,7 +34,7 @@ class Result:
 
 
 def compute() -> Result:
-    """From the sweep's file."""
+    """Read the sweep's file."""
     data = read("curves")
     values = tuple(tuple(data["axes"][control]) for control in CONTROLS)
     successes = tuple(
@@ -55,7 +55,7 @@ def success(result: Result, method: str, control: str, value: float) -> float:
 
 
 def seeds(result: Result) -> int:
-    """How many seeds each point stands for."""
+    """The number of seeds behind each point."""
     return result.seeds
 
 
@@ -84,7 +84,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """A matrix of small curves, a row for each method, a column for each control."""
+    """Draw a matrix of small curves with a row for each method and a column for each control."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 

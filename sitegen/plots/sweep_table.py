@@ -22,7 +22,8 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Result:
-    """By method, then by setting: near the truth, of `seeds`; medians with bootstrap intervals (it, low, high)."""
+    """By method, then by setting. close: runs near the truth, out of `seeds`; the others: medians with bootstrap
+    intervals (median, low, high)."""
 
     seeds: int
     methods: tuple[str, ...]
@@ -34,7 +35,7 @@ class Result:
 
 
 def compute() -> Result:
-    """From the sweep's file."""
+    """Read the sweep's file."""
     data = read("table")
     settings = tuple(data["axes"]["setting"])
     rows = [[data["contestants"][method]["cells"][setting] for setting in settings] for method in LABELS]
@@ -96,7 +97,7 @@ def _range(values: tuple[float, ...], digits: int) -> str:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """Rows of dots with their intervals, a chart for each setting."""
+    """Draw rows of bars with their intervals, in a chart for each setting."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 

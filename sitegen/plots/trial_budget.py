@@ -1,4 +1,4 @@
-"""RANSAC's trial budget: what the formula asks for, and how often runs of that length failed."""
+"""RANSAC's trial budget: the number of trials by the formula, and how often runs of that length failed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PARTS = tuple(itertools.product(CONFIDENCES, SHARES))
 
 @dataclass(frozen=True)
 class Result:
-    """budgets, failures: by confidence, then by share; failures of `runs`."""
+    """budgets, failures: by confidence, then by share; failures out of `runs`."""
 
     runs: int
     confidences: tuple[float, ...]
@@ -40,8 +40,8 @@ class Result:
 
 
 def part(confidence: float, share: float) -> int:
-    """The failures of runs of exactly N trials, N from the true share of right pairs; what the run itself estimates
-    ends none."""
+    """The failures of runs of exactly N trials, with N from the true share of right pairs; the runs' own estimates
+    never stop them early."""
     most = int(trials(share, confidence, 2))
     source, target = clouds(
         [facade_scene(seed=seed, noise=NOISE, outliers=round(1.0 - share, 6)) for seed in seeds(RUNS)]
@@ -54,14 +54,14 @@ def part(confidence: float, share: float) -> int:
 
 
 def whole(parts: Mapping[tuple[float, float], int]) -> Result:
-    """The budgets, and the failures of all."""
+    """Collect the budgets, and the failures of all parts."""
     budgets = tuple(tuple(int(trials(share, p, 2)) for share in SHARES) for p in CONFIDENCES)
     failures = tuple(tuple(parts[p, share] for share in SHARES) for p in CONFIDENCES)
     return Result(RUNS, CONFIDENCES, SHARES, budgets, failures)
 
 
 def budget(result: Result, share: float, confidence: float) -> int:
-    """N for a share of right pairs and a confidence of the picture."""
+    """N for a share of right pairs and a confidence shown in the picture."""
     return result.budgets[at(result.confidences, confidence, "confidence")][at(result.shares, share, "share")]
 
 
@@ -72,12 +72,12 @@ def failed(result: Result, share: float, confidence: float) -> float:
 
 
 def missed(result: Result, share: float, confidence: float) -> float:
-    """The probability in percent that independent draws, as the formula takes them, miss at that budget."""
+    """The probability in percent that independent draws, as the formula assumes, fail at that budget."""
     return 100.0 * (1.0 - share**2) ** budget(result, share, confidence)
 
 
 def runs(result: Result) -> int:
-    """How many runs each dot stands for."""
+    """The number of runs behind each dot."""
     return result.runs
 
 
@@ -114,7 +114,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
-    """The formula's curves, and failures against what is promised."""
+    """Draw the formula's curves, and failures against the promised rates."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured, titled
 
