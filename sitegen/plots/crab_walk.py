@@ -1,4 +1,4 @@
-"""Why point pairs creep: a scan that is too far back along a long wall, moved by point pairs and by planes."""
+"""Why point pairs crab: a scan that is too far back along a long wall, moved by point pairs and by planes."""
 
 from __future__ import annotations
 

@@ -350,7 +350,7 @@ export class Figure {
     return /** @type {Panel} */ (this.frame.panels.find(({ name }) => name === panel)).view;
   }
 
-  /** Focuses the stage, when the reader is sent to the figure or the focused element is removed. */
+  /** Moves the focus to the stage, when the reader is sent to the figure or the focused element is removed. */
   focus() {
     this.stage.tabIndex = -1;
     this.stage.focus({ preventScroll: true });

@@ -14,7 +14,7 @@ import { taped } from "../runtime/tape.js";
 import { goTo, offerWayBack } from "./way_back.js";
 
 /**
- * Scrolls the stage into view if needed and focuses it; returns whether it scrolled.
+ * Scrolls the stage into view if needed and moves the focus there; returns whether it scrolled.
  * @param {Figure} figure
  */
 function visit(figure) {
