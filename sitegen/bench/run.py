@@ -106,7 +106,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def machine(root: Path, subject: Bench) -> dict[str, str | int]:
-    """Where and on what this was measured."""
+    """The time, commit, machine, Python and browser of the measurement."""
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=root, capture_output=True, text=True, check=False)
     version = subprocess.run([str(subject.chromium), "--version"], capture_output=True, text=True, check=False)
     return {

@@ -77,7 +77,7 @@ def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
 
 
 def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """Every file and anchor of the site that is linked, loaded or redirected to is there; nothing foreign is loaded."""
+    """Every file and anchor of the site that is linked, loaded or redirected to exists; nothing foreign is loaded."""
     for element in page.elements:
         for address in element.loads:
             if is_foreign(address):

@@ -1,4 +1,4 @@
-"""Numbers that chapters ask a plot for, by name and value."""
+"""Lookups by name or value, for the numbers that chapters take from plots."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sitegen.problems import hint
 
 
 def at(values: Collection[Any], value: Any, what: str) -> int:
-    """Where a value stands among others. Raises ValueError that names those that there are."""
+    """The index of a value among others. Raises ValueError that names the known ones."""
     if value in values:
         return list(values).index(value)
     if isinstance(value, str):

@@ -42,8 +42,8 @@ class Result:
 
 
 def part(row: str, share: float) -> int:
-    """The successes on the chapter's facade, whose wrong partners lie to its left; or, if 'scattered', with each wrong
-    partner at the same distance but in its own random direction."""
+    """The successes on the chapter's facade, where the corners hidden at its left have wrong partners; or, for
+    'scattered', with each wrong partner at the same distance but in its own random direction."""
     scenes = [facade_scene(seed=seed, outliers=share) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
     if row == "ransac":

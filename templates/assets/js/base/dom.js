@@ -72,7 +72,7 @@ export function apart(does) {
 }
 
 /**
- * Sets text only where it differs, so that nothing is laid out or announced for no reason.
+ * Sets text only if it differs, so that nothing is laid out or announced for no reason.
  * @param {Element | null | undefined} element
  * @param {string} value
  */

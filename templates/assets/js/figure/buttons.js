@@ -83,7 +83,7 @@ export function addButtons(figure) {
   const does = {
     press({ name }, at) {
       const [kind, last] = figure.record.log.at(-1) ?? [];
-      if (figure.pending && name === END && kind === "press" && last === END) return; // asked for already
+      if (figure.pending && name === END && kind === "press" && last === END) return; // already asked
       figure.ask(pressed(name), { at });
     },
     /** Undoes the last action; a hover since then does not count as one. */

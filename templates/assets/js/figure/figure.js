@@ -200,7 +200,7 @@ export class Figure {
     );
   }
 
-  /** Leaves the picture as coarse as it is. */
+  /** Cancels the next refinement of the picture. */
   #coarse() {
     clearTimeout(this.#rest);
     this.#finer = null;
@@ -309,7 +309,7 @@ export class Figure {
   /** @type {(message: string) => void} words for screen readers */
   announce = (message) => this.#events.emit("announce", message);
 
-  /** Has the frame announced to screen readers; those asked for by a hover, a run or a play are not by themselves. */
+  /** Has the frame announced to screen readers, which a hover, a run or a play does not do by itself. */
   speak() {
     this.#speaks = true;
     this.tell();

@@ -57,7 +57,7 @@ export function createOverlay(figure) {
     layer,
     measure,
     /**
-     * Where a panel's drawing is on the screen.
+     * The box of a panel's drawing on the screen.
      * @param {string} panel
      * @returns {Rect}
      */
