@@ -145,8 +145,7 @@ def shell(browser_path: Path | None = None) -> Path | None:
 
 
 def found(name: str, browser_path: Path | None = None) -> Path:
-    """The program of an engine: the one that is given or named by a variable, otherwise the first other one that
-    starts.
+    """The program of an engine: the one given or named by a variable, which must start, else the first other that does.
 
     Raises BrowserMissing with everything that was tried.
     """

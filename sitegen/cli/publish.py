@@ -116,7 +116,7 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
 
 
 def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
-    """Put the site into a folder and report what was done. Raises PublishError like `fit` and `_fill`."""
+    """Put the site into a folder; a report of what was done. Raises PublishError like `fit` and `_fill`."""
     fit(site, folder, force=force)
     return f"{folder}: {_fill(site, folder, str(folder), force)}"
 
@@ -133,7 +133,7 @@ def _own(folder: Path, label: str, force: bool) -> None:
 
 
 def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
-    """Put the site's files into a folder, remove an earlier publish's old ones, and report what was done.
+    """Put the site's files into a folder and remove an earlier publish's old ones; a report of what was done.
 
     Raises PublishError, before anything is written, if a link in the folder leads out of it or if the site would
     replace a file from elsewhere and `force` is not set.
@@ -196,7 +196,7 @@ def _removed(folder: Path, name: str) -> bool:
 
 
 def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
-    """Put the site on a branch as one commit on top of its head, and report what was done.
+    """Put the site on a branch as one commit on top of its head; a report of what was done.
 
     Raises PublishError with git's message, or like `_own` and `_fill`.
     """

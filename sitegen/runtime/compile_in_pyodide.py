@@ -121,7 +121,7 @@ def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
 
 
 def dataclass_code(archive: str, packages: list[str]) -> dict[str, bytes]:
-    """Import the packages and return, by module, a marshalled dict of the sources that dataclasses compiled → code."""
+    """Import the packages; by module, a marshalled dict: source text that dataclasses compiled → marshalled code."""
     texts: dict[str, dict[str, bytes]] = {}
 
     def record(text: str, *scopes: dict[str, object]) -> None:

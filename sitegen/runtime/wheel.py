@@ -69,7 +69,7 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
 def _built(files: Mapping[str, bytes]) -> bytes:
     """The wheel of these files: a line with its name, then its bytes."""
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
-        # Built from a copy: no build/ or egg-info is left in the checkout, and its build.py does not hide a package.
+        # Built from a copy: no build/ or egg-info is left in the checkout, and its build.py does not shadow a package.
         copy, out = Path(temporary, "source"), Path(temporary, "out")
         for name, data in files.items():
             target = copy / name

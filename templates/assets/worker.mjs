@@ -40,7 +40,7 @@ function fail(message, error) {
 }
 
 /**
- * Marks a promise as handled: other code awaits it as well, and must not be too late if it fails first.
+ * Keeps a promise that other code awaits later from counting as unhandled if it fails before that.
  * @template T
  * @param {Promise<T>} promise
  */

@@ -107,7 +107,7 @@ export class Figure {
     return this.#state.pending;
   }
 
-  /** Whether anything is being read, asked, moved or refined; not while a question waits for lack of a file. */
+  /** Whether anything is being read, asked, moved or refined; questions that wait for a missing file do not count. */
   get busy() {
     return Boolean(this.#reading() || (this.pending && !this.lack) || this.#moving || this.#finer);
   }

@@ -79,7 +79,7 @@ export function startMotions(motions, began, length, over) {
       return;
     }
     for (const { whole, place } of groups) place(1 - ease(Math.min(1, Math.max(0, (now - began) / whole))));
-    request = requestAnimationFrame(() => draw(performance.now())); // the callback's own timestamp may precede the start
+    request = requestAnimationFrame(() => draw(performance.now())); // the callback's timestamp may precede the start
   }
 
   for (const { moved } of groups) moved.ownerSVGElement?.classList.add("moving");

@@ -8,7 +8,7 @@ const MOST = 20;
 const BEFORE = 40; // characters of a snippet before the match
 const LENGTH = 150;
 const LONGEST = 200; // characters of a query,
-const WORDS = 12; // and the number of its distinct words that are searched
+const WORDS = 12; // and how many of its distinct words are searched, at most
 const COMBINING = /\p{M}/gu;
 const WORD = /[\p{L}\p{N}]+/gu;
 
