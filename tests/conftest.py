@@ -1,4 +1,4 @@
-"""What tests of several folders share: the built site; a checkout with a small generator, and that being served."""
+"""Fixtures and options that several test folders share: the built site, and a checkout with a small generator."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from sitegen.serve import live
 
 ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["tests.recorded"]
-settings.register_profile("any machine", deadline=None)  # a busy one takes longer than the usual fifth of a second
+settings.register_profile("any machine", deadline=None)  # busy machines exceed the usual 200 ms
 settings.load_profile("any machine")
 PATIENCE = 30.0  # seconds until a wait counts as failed
 
-# A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
+# A generator of one page. It shows the tone set by a module of its own, so that an edit of Python shows too.
 BUILD = '''\
 import os
 from dataclasses import dataclass
@@ -57,7 +57,7 @@ def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, m
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """How far, where and from which seed the random walk goes, and how much tests/hostile tries."""
+    """The options of the random walk, of the tests of every page, and of tests/hostile."""
     group = parser.getgroup("random walk")
     group.addoption("--walk-steps", type=int, help="actions a page")
     group.addoption("--walk-seed", help="any text")
@@ -68,14 +68,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture(scope="session")
 def site() -> Path:
-    """The built site. By this fixture `build.py test` knows which tests need it as its sources are."""
+    """The built site. `build.py test` recognises by this fixture which tests need an up-to-date site."""
     built = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
     assert (built / "index.html").is_file(), f"no built site in {built}: run `python3 build.py` first"
     return built
 
 
 def copied(name: str, folder: Path) -> None:
-    """A file of the project, copied to its place in another folder."""
+    """Copy a file of the project to the same path in another folder."""
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(ROOT / name, folder / name)
 

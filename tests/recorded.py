@@ -1,4 +1,4 @@
-"""The fixture `why`, a plugin of its own: tests that run inside Pyodide take it too, without the site's conftest."""
+"""The fixture `why`, in a plugin of its own so that tests inside Pyodide can load it without the site's conftest."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from sitegen.chapters import whys
 
 @pytest.fixture
 def why(request: pytest.FixtureRequest) -> Iterator[Callable[[str, Mapping[str, str]], None]]:
-    """Records a cause, for the page of checks: one factor, {as it is: its outcome, changed: its outcome, ...}.
+    """Record a cause for the checks page: one factor, {as it is: its outcome, changed: its outcome, ...}.
 
-    A test that takes this and records nothing has failed, unless it has failed anyhow.
+    A test that takes this fixture and records nothing fails, unless it has already failed.
     """
     node, failed = request.node, request.session.testsfailed
 

@@ -1,4 +1,4 @@
-"""The house rules that hold everywhere: which way imports run, how long a file may be, which hosts are never named."""
+"""House rules for every file: which way imports run, how long a file may be, which hosts are never named."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 STDLIB = frozenset(sys.stdlib_module_names)
 SOURCES = ("build.py", "solvers", "widgets", "sitegen", "templates", "tests")
 LONGEST = 400
-LONGER: dict[str, str] = {}  # file → why it is one thing all the same
+LONGER: dict[str, str] = {}  # file → why it is one idea all the same
 
 # Written in parts, so that this file does not name them either.
 REGISTRIES = [".".join(parts) for parts in (
@@ -31,7 +31,8 @@ def python_files(package: str) -> list[Path]:
 
 
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
-    """Top names of what a file imports, and whether at once, when it is imported itself. Relative ones are its own."""
+    """The top-level packages that a file imports, each with whether at import time. A relative import counts as its
+    own."""
     tree = ast.parse(path.read_text("utf-8"))
     inner = {id(n) for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda)) for n in ast.walk(f)}
     own = path.relative_to(ROOT).parts[0]
@@ -51,7 +52,7 @@ def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
 
 @pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
-    """What the browser runs: no other package, save that the command line draws with matplotlib where there is one."""
+    """The solvers run in the browser. Only the command line may use another package: matplotlib, if it is installed."""
     allowed = {"numpy", "solvers", "scipy"}
     if path == ROOT / "solvers" / "cli" / "picture.py":
         allowed.add("matplotlib")
@@ -60,7 +61,7 @@ def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None
 
 
 def test_scipy_is_asked_in_two_places_and_only_when_called() -> None:
-    """For a tree and for a sparse factorisation; both files import without it, as they must in the browser."""
+    """SciPy serves a tree and a sparse factorisation; both files import without it, as they must in the browser."""
     paths = {path: at_once for path in python_files("solvers") for name, at_once in imports(path) if name == "scipy"}
     assert set(paths) == {ROOT / "solvers/geometry/nearest.py", ROOT / "solvers/posegraph/linear.py"}
     assert not any(paths.values())
@@ -68,7 +69,7 @@ def test_scipy_is_asked_in_two_places_and_only_when_called() -> None:
 
 @pytest.mark.parametrize("path", python_files("widgets"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_widgets_import_solvers_numpy_and_the_standard_library_alone(path: Path) -> None:
-    """The figures know the solvers, not the generator."""
+    """The figures depend on the solvers, not on the generator."""
     assert foreign(path, {"numpy", "solvers", "widgets"}) == []
 
 
@@ -84,12 +85,12 @@ LATE = {
     "solvers.scenes.drive": {"drive", "own_clouds"},
     "solvers.odometry": set(),
 }
-"""By what a page pays for only where it shows it, the figures that do. The drive is matched in no page: its figures
-read what was found."""
+"""Packages that a page loads only when it shows a figure that needs them. No page runs the drive's odometry: its
+figures read stored results."""
 
 
 def test_graphs_drives_and_covariances_are_imported_where_they_are_shown_alone() -> None:
-    """Neither the package nor a figure that shows none of them imports them, and each that does, its own alone."""
+    """Importing the figures that show none of them loads none; each figure that shows one loads that one alone."""
     showing = set[str]().union(*LATE.values())
     names = {module.name for module in pkgutil.iter_modules(widgets.figures.__path__)}
     assert showing < names
@@ -99,7 +100,7 @@ def test_graphs_drives_and_covariances_are_imported_where_they_are_shown_alone()
 
 
 def imported_late(figures: set[str]) -> set[str]:
-    """Which of `LATE` a fresh Python has loaded for these figures."""
+    """The packages of `LATE` that a fresh Python loads for these figures."""
     ask = (
         "import sys; from widgets.engine.registry import WIDGETS\n"
         f"assert all(WIDGETS[name.replace('_', '-')] for name in {sorted(figures)!r})\n"
@@ -110,7 +111,7 @@ def imported_late(figures: set[str]) -> set[str]:
 
 
 def test_the_commands_begin_with_python_alone() -> None:
-    """Help, mistakes and the set-up run before anything is installed: with no site-packages at all."""
+    """Help, error messages and the set-up run before anything is installed, that is, without any site-packages."""
     asks = (
         "import runpy, sys; sys.argv = ['build.py', '--help']\n"
         "try: runpy.run_path('build.py', run_name='__main__')\n"
@@ -126,7 +127,7 @@ def test_the_commands_begin_with_python_alone() -> None:
 
 
 def test_no_file_is_longer_than_one_idea() -> None:
-    """Four hundred lines is where a file has become two; exceptions are named with their reason."""
+    """Beyond four hundred lines a file has become two; exceptions are named with their reason."""
     long = {}
     for source in SOURCES:
         place = ROOT / source
@@ -145,7 +146,7 @@ def tracked_files() -> list[Path]:
 
 
 def test_no_registry_is_named_and_the_cdn_only_in_the_manifest() -> None:
-    """Packages are asked for by name through their clients, so any mirror that a machine is set to will do."""
+    """Packages are requested by name through their clients, so any mirror that a machine is set to will do."""
     results = []
     for path in tracked_files():
         text, name = path.read_bytes().decode("utf-8", "ignore"), path.relative_to(ROOT).as_posix()

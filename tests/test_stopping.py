@@ -1,4 +1,4 @@
-"""Ctrl-C as a terminal sends it: to every process of the group, while real processes, Node and threads are at work."""
+"""Ctrl-C as a terminal sends it, to every process of the group, while real processes, Node and threads are working."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 60.0  # seconds until a wait counts as failed
-ENDS = 15.0  # seconds; it takes a fraction of one, but machines are busy
+ENDS = 15.0  # seconds; usually a fraction of one, but machines are busy
 ENDINGS = {"build": (130, "build.py: stopped by Ctrl-C"), "serve": (0, "stopped")}
-STAGES = {"writing": 3, "counting": 3, "node": 2, "packing": 1}  # and how many processes say that they have begun
+STAGES = {"writing": 3, "counting": 3, "node": 2, "packing": 1}  # and how many processes report that they have begun
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="groups of processes are POSIX's")
 
-# A generator that comes to a stage and stays there. Who is at work says so by a file with its process' number.
+# A generator that reaches a stage and stays there. Each process at work writes a file that holds its process ID.
 BUILD = """\
 import hashlib, os
 from pathlib import Path
@@ -69,7 +69,7 @@ setInterval(() => {}, 1000);
 
 
 class Started:
-    """A command in a session of its own, as a terminal would start it."""
+    """A command in its own session, as a terminal would start it."""
 
     def __init__(self, root: Path, *words: str) -> None:
         self.root = root
@@ -84,14 +84,14 @@ class Started:
         )
 
     def interrupt(self, times: int) -> tuple[int, str]:
-        """Press Ctrl-C so many times; the exit code and all that was printed, once it has ended."""
+        """Press Ctrl-C this many times; the exit code and everything printed, once the command has ended."""
         for _ in range(times):
             os.killpg(self.process.pid, signal.SIGINT)
         printed, _ = self.process.communicate(timeout=ENDS)
         return self.process.returncode, printed
 
     def processes(self) -> list[int]:
-        """Those that the build said were at work."""
+        """The IDs of the processes that the build reported as working."""
         return [int(path.read_text()) for path in (self.root / "begun").glob("[!.]*") if path.suffix != ".new"]
 
     def close(self) -> None:
@@ -102,13 +102,13 @@ class Started:
 
 
 def alive(number: int) -> bool:
-    """Whether the process is there, and not only remembered for its exit code."""
+    """Whether the process is running: neither gone nor a zombie."""
     done = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True, check=False)
     return bool(done.stdout.strip()) and not done.stdout.strip().startswith("Z")
 
 
 def wait_for(started: Started, stage: str) -> None:
-    """Until everything that the stage sets to work is at it."""
+    """Wait until everything that the stage starts is working."""
     deadline = time.monotonic() + PATIENCE
     while len(started.processes()) < STAGES[stage] or (stage == "packing" and not [*started.root.glob(".site-*/*")]):
         assert started.process.poll() is None, started.process.communicate()[0]
@@ -118,7 +118,7 @@ def wait_for(started: Started, stage: str) -> None:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """The commands with the generator above."""
+    """A checkout with the real commands and the generator above."""
     root = tmp_path / "checkout"
     (root / "content").mkdir(parents=True)
     shutil.copytree(ROOT / "sitegen", root / "sitegen", ignore=shutil.ignore_patterns("__pycache__"))
@@ -136,8 +136,8 @@ def checkout(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("stage", STAGES)
 @pytest.mark.parametrize("words", [["build"], ["serve", "--no-open", "--port", "0"]], ids=["build", "serve"])
 def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[str], stage: str, times: int) -> None:
-    """Once or twice: the command says one line and is gone, with all that it had started, whatever they were doing; no
-    folder is left beside the site, and no half of a file in the cache."""
+    """Pressed once or twice, at any stage: the command prints one line and exits with every process it started; no
+    folder is left beside the site, and no half-written file in the cache."""
     (checkout / "content" / "page.md").write_text(stage, "utf-8")
     with closing(Started(checkout, *words)) as started:
         wait_for(started, stage)
@@ -149,7 +149,7 @@ def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[s
 
 
 def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:
-    """That is how `serve` is meant to end: code 0, and the process that would have built next goes too."""
+    """This is how `serve` is meant to end: with code 0, and the process that would have run the next build ends too."""
     (checkout / "content" / "page.md").write_text("nothing", "utf-8")
     with closing(Started(checkout, "serve", "--no-open", "--port", "0")) as started:
         assert started.process.stdout is not None
