@@ -52,7 +52,8 @@ def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
 
 @pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
-    """The solvers run in the browser. Only the command line may use another package: matplotlib, if it is installed."""
+    """The solvers must run in the browser, so on numpy alone. SciPy is tested below; only the command line may draw
+    with matplotlib."""
     allowed = {"numpy", "solvers", "scipy"}
     if path == ROOT / "solvers" / "cli" / "picture.py":
         allowed.add("matplotlib")

@@ -1,4 +1,5 @@
-"""Any record that a figure accepts: every preset, any values of its controls, any seed, any actions in any order."""
+"""Strategies for any record that a figure accepts: every preset, any control values, any seed, any actions in any
+order."""
 
 from __future__ import annotations
 
@@ -9,13 +10,13 @@ from hypothesis import strategies as st
 from widgets.engine.contract import Widget, preset
 from widgets.engine.controls import Spec, specs
 
-FAR = 999_999.9  # the log takes places below a million units
+FAR = 999_999.9  # the log accepts coordinates below a million units
 PLACES = st.floats(-6, 6) | st.sampled_from([0.0, -0.0, 1e-300, -1e-9, 0.5, FAR, -FAR, 1e3]) | st.floats(-FAR, FAR)
 SEEDS = st.integers(0, 99).map(lambda k: 40 + 13 * k) | st.integers(0, 2**31 - 1)
 
 
 def values(spec: Spec) -> st.SearchStrategy[bool | float | str]:
-    """Any value of a control: its ends, a slider's steps and what lies between them."""
+    """Any value of a control: its ends, a slider's steps and values between them."""
     if spec.kind == "toggle":
         return st.booleans()
     if spec.kind == "choice":
@@ -26,7 +27,7 @@ def values(spec: Spec) -> st.SearchStrategy[bool | float | str]:
 
 
 def actions(widget: Widget) -> st.SearchStrategy[list[Any]]:
-    """One log entry: a press of a button, or a handle, a pick or a hover at any place."""
+    """One log entry: a press of a button, or a drag, click or hover at any place."""
     presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
     aims = [
         *(["drag", h] for h in widget.handles),

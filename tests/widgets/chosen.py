@@ -1,4 +1,4 @@
-"""The figures that a run of the tests is about: all, or with `-k NAME` that one."""
+"""The figures that a test run covers: all, or with `-k NAME` only that one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from widgets.engine.registry import WIDGETS
 
 
 def figures(request: pytest.FixtureRequest) -> list[str]:
-    """Those by which a case of the module that is to run is named."""
+    """The figures named by the cases of this module that are to run."""
     cases = [getattr(item, "callspec", None) for item in request.session.items if item.path == request.path]
     named = {case.params.get("name") for case in cases if case}
     return [name for name in WIDGETS if name in named]

@@ -1,4 +1,4 @@
-"""A figure's states, reached as a reader does, action by action; and what the figure says there."""
+"""A figure's states, reached action by action as a reader would, and the frames and readouts there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def state_after(widget: Widget, *actions: Action, seed: int = SEED, name: str = 
 def frame_after(
     widget: Widget, *log: list[Any], seed: int = SEED, name: str = "default", host: Host | None = None, **controls: Any
 ) -> dict[str, Any]:
-    """The frame after these log entries, of a host that has drawn nothing yet, unless one is given."""
+    """The frame after these log entries, from a fresh host unless one is given."""
     plain = preset(widget, name, controls).plain()
     return (host or Host()).render("f", {**plain, "seed": seed, "log": [*log]})
 

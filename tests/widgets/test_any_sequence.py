@@ -1,6 +1,6 @@
-"""Whatever a reader sets and does, in whatever order: every figure draws, reads and describes, and the record is all.
+"""Whatever a reader sets and does, in any order, every figure draws, reads and describes it, from the record alone.
 
-LADDER_EXAMPLES=2000 searches at random for that many sequences of each figure; without it, the same few are tried.
+LADDER_EXAMPLES=2000 searches at random through that many sequences per figure; by default the same few are tried.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ SEARCH = settings(
     derandomize=not EXAMPLES,
     deadline=None,
     database=None,
-    phases=[Phase.generate],  # a record is short as it is, and a search for a shorter one takes minutes
+    phases=[Phase.generate],  # records are short already, and shrinking one takes minutes
     suppress_health_check=list(HealthCheck),
 )
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_any_actions_in_any_order(name: str) -> None:
-    """Along the whole log every frame is sound; from nothing, and after a step back, the same bytes."""
+    """Every frame along the log is sound; a fresh host, and one that steps back, give the same bytes."""
     layouts = set()
 
     @SEARCH
@@ -64,7 +64,7 @@ def asked(plain: Mapping[str, Any]) -> str:
 
 
 def check_any_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
-    """What holds for recorded frames, and no number anywhere that is none, markup that parses, handles in reach."""
+    """The rules for recorded frames, and also: no NaN or None in any text, markup that parses, handles within reach."""
     widget = WIDGETS[plain["widget"]]
     check_frame(plain, frame)
     assert parsed(widget, parsed(widget, plain).plain()) == parsed(widget, plain)
@@ -85,7 +85,7 @@ def check_any_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
 
 
 def check_handles(name: str, frame: dict[str, Any]) -> None:
-    """Each handle is the figure's own, within its panel, and says what it is and where."""
+    """Each handle belongs to the figure, lies within its panel, and says what it is and where."""
     panels = {panel["name"] for panel in frame["panels"]}
     for handle in frame["handles"]:
         what = f"{name}, {handle}"
@@ -101,14 +101,16 @@ def check_handles(name: str, frame: dict[str, Any]) -> None:
 
 
 def layout(frame: dict[str, Any]) -> str:
-    """What a page lays out once: readouts by name and label, panels by name, size and padding (a chart's axes grow)."""
+    """What a page lays out once: readouts by name and label, panels by name, size and padding (a chart's axes may
+    grow)."""
     readouts = [(r["name"], r["label"]) for r in frame["readouts"]]
     return json.dumps([readouts, [(p["name"], p["view"][4:]) for p in frame["panels"]]])
 
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if WIDGETS[name].handles])
 def test_handles_stay_within_reach(name: str) -> None:
-    """Flung out of each corner and turned every way, a cloud has its handles in the window, 40 px apart on a phone."""
+    """A cloud dragged beyond each corner and turned every way keeps its handles in the window, 40 px apart on a
+    phone."""
     widget, host = WIDGETS[name], Host()
     pairs = [(h, h.replace("source", "turn")) for h in widget.handles if "turn" not in h]
     corners = [(FAR, FAR), (-FAR, 0.0), (0.5, -FAR)]

@@ -1,4 +1,4 @@
-"""What captions promise of a figure that a reader changes: each is replayed, and its readouts do what was said."""
+"""What captions promise when a reader changes a figure: each change is replayed, and the readouts do as promised."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from widgets.engine.registry import WIDGETS
 
 
 def readouts(name: str, start: str, *presses: str, **controls: Any) -> dict[str, str]:
-    """What a figure's readouts say after some presses, with these controls."""
+    """A figure's readouts after some presses, with these controls."""
     plain = preset(WIDGETS[name], start, controls).plain()
     frame = Host().render("f", {**plain, "log": [["press", press] for press in presses]})
     return {readout["name"]: readout["value"] for readout in frame["readouts"]}
 
 
 def test_a_wide_threshold_breaks_ransac_where_the_pattern_repeats() -> None:
-    """2.1 and 2.2: beyond 1.2 u every pair of the repeated pattern counts, the wrong ones too; with partners hidden by
-    occlusion no threshold of the slider admits a wrong one."""
+    """2.1 and 2.2: beyond 1.2 u every pair of the repeated pattern counts, even the wrong ones; with partners hidden by
+    occlusion, no threshold of the slider admits a wrong one."""
     for start, outliers in (("default", 18), ("tight", 18)):
         for epsilon in (1.25, 1.4, 1.6):
             repeated = readouts("ransac", start, "finish", scene="repeated", epsilon=epsilon)
@@ -47,7 +47,7 @@ def test_a_short_length_scale_breaks_the_landscape() -> None:
 
 
 def test_refining_need_not_sharpen_the_run_that_is_shown() -> None:
-    """8.1: refining leaves the rotation error of the run in the figure as it was; with the race's gate it is larger."""
+    """8.1: refining leaves the rotation error of the figure's run unchanged; with the race's gate it is larger."""
     proposed, refined = (readouts("pipeline", "default", *["next"] * k)["rotation_error"] for k in (1, 2))
     wide = readouts("pipeline", "default", "next", "next", gate=2.6)["rotation_error"]
     assert proposed == refined

@@ -1,5 +1,5 @@
-"""What holds for every figure, in every preset and every state that its tape records; and what it says there in words:
-a reader who sees no picture learns from them what is shown, and that it has changed."""
+"""Rules for every figure in every preset and recorded state, and for its descriptions: a reader who cannot see the
+picture learns from them what is shown, and that it has changed."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "dotted
 
 
 def prefixes(presses: int) -> list[int]:
-    """How many of a row of presses to try: all prefixes of a short one, the ends and the middle of a long run."""
+    """The numbers of presses to try: every prefix of a short series, the ends and some in between of a long run."""
     return list(range(presses + 1)) if presses < 10 else [0, 1, 7, presses // 2, presses]
 
 
 def records(name: str) -> Iterator[dict[str, Any]]:
-    """Records that a page's tape may hold, for every preset, and another draw of each last one."""
+    """Records that a page's tape may hold, for every preset, each series also ending with another seed."""
     widget = WIDGETS[name]
     for start in widget.presets:
         for changes, presses in (({}, ()), *widget.tape):
@@ -42,8 +42,8 @@ def records(name: str) -> Iterator[dict[str, Any]]:
 
 @cache
 def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Those records with the frames that one host draws of them, in order: a step costs a step. Each once, also where
-    two presets lead to the same settings."""
+    """Those records with their frames, all drawn in order by one host, so that each press costs one step. Equal
+    settings from two presets are drawn once."""
     host = Host()
     unique: dict[str, dict[str, Any]] = {}
     for plain in records(name):
@@ -52,7 +52,7 @@ def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 
 def ends(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Of those the first and the last of each run of presses."""
+    """The first and last record of each series of presses."""
     results = taped(name)
     logs = [len(plain["log"]) for plain, _ in results]
     return [pair for pair, k, after in zip(results, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
@@ -66,7 +66,7 @@ def test_a_state_draws_reads_and_describes(name: str) -> None:
 
 
 def at(plain: dict[str, Any]) -> str:
-    """Which state of which figure, for a message."""
+    """A figure's state in words, for a message."""
     log = ", then ".join(" ".join(map(str, action)) for action in plain["log"]) or "nothing was done"
     return f"{plain['widget']}, preset {plain['preset']}, {plain['controls']}, seed {plain['seed']}, {log}"
 
@@ -110,7 +110,7 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_readout_names_and_panels_stay(name: str) -> None:
-    """A page lays out readouts and panels once: the same names, labels and views in every state."""
+    """A page lays out readouts and panels once, so every state has the same names, labels and views."""
     frames = [frame for _, frame in taped(name)]
     layouts = {
         json.dumps([[(r["name"], r["label"]) for r in f["readouts"]], [(p["name"], p["view"]) for p in f["panels"]]])
@@ -124,7 +124,7 @@ def test_readout_names_and_panels_stay(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_keys_are_drags(name: str) -> None:
-    """Each arrow key of each handle is a drag that the record accepts and that takes the handle where the key says."""
+    """Each arrow key of each handle is a drag that the record accepts and that takes the handle to the key's place."""
     host = Host()
     done = [pair for pair in ends(name) if pair[0]["log"]]
     for plain, frame in [*(pair for pair in ends(name) if not pair[0]["log"]), *done[:1], *done[-1:]]:
@@ -154,7 +154,7 @@ def check_keys(host: Host, plain: dict[str, Any], frame: dict[str, Any]) -> None
 
 
 def put(plain: dict[str, Any], handle: dict[str, Any], place: list[float]) -> dict[str, Any]:
-    """The record after a handle was put at a place, as `put` in templates/assets/js/base/record.js makes it."""
+    """The record after a handle is put at a place, as `put` in templates/assets/js/base/record.js makes it."""
     if "sets" in handle:
         return {**plain, "controls": {**plain["controls"], handle["sets"]: place[0]}}
     return {**plain, "log": [*plain["log"], ["drag", handle["name"], *place]]}
@@ -162,7 +162,7 @@ def put(plain: dict[str, Any], handle: dict[str, Any], place: list[float]) -> di
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_two_handles_do_not_cover_each_other(name: str) -> None:
-    """At 358 px wide, two touch targets of 44 px have their centres at least 40 px apart."""
+    """At 358 px wide, the centres of two 44 px touch targets are at least 40 px apart."""
     for plain, frame in taped(name):
         views = {panel["name"]: panel["view"] for panel in frame["panels"]}
         for i, one in enumerate(frame["handles"]):
@@ -176,7 +176,7 @@ def test_two_handles_do_not_cover_each_other(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if any(b.does == "reseed" for b in WIDGETS[name].buttons)])
 def test_another_seed_is_another_draw(name: str) -> None:
-    """Where a button draws anew, some preset's picture is another one on the next seed."""
+    """If a figure has a button for a new draw, the next seed changes the picture of some preset."""
     widget, host = WIDGETS[name], Host()
     plains = [preset(widget, start).plain() for start in widget.presets]
     drawn = [[host.render("f", {**plain, "seed": plain["seed"] + k})["panels"] for k in (0, 13)] for plain in plains]
@@ -196,7 +196,7 @@ def test_legend_names_only_what_is_drawn(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_options_bring_values_that_are_accepted(name: str) -> None:
-    """What an option sets are controls of the same figure within their ranges."""
+    """An option sets only controls of the same figure, within their ranges."""
     widget = WIDGETS[name]
     for control, spec in specs(widget.controls).items():
         assert set(spec.sets) <= set(spec.options)
@@ -208,7 +208,7 @@ def test_options_bring_values_that_are_accepted(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_what_moves_is_drawn_as_the_source(name: str) -> None:
-    """The group that an animation carries holds the source's points, and nothing in the target's colour."""
+    """The group that an animation moves holds the source's points, and nothing with the target's role."""
     for _, frame in ends(name):
         for panel in frame["panels"]:
             for group in re.findall(rf'<g id="fig-x-{panel["name"]}-source" class="group">(.*?)</g>', panel["svg"]):
@@ -220,7 +220,8 @@ def test_what_moves_is_drawn_as_the_source(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_the_words_follow_the_state(name: str) -> None:
-    """Every state's words are whole sentences with numbers in them; those after the tape's presses are others."""
+    """Every description consists of whole sentences with numbers; after the tape's presses it differs from the
+    first."""
     first: dict[str, str] = {}
     for plain, frame in taped(name):
         words = frame["description"]
@@ -237,10 +238,10 @@ def test_the_words_follow_the_state(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if "noise" in specs(WIDGETS[name].controls)])
 def test_the_words_tell_the_settings(name: str) -> None:
-    """The noise, and the share put elsewhere, are in the words as they are set, and not as something else is."""
+    """The noise and the fraction of outliers are stated as they are set, in the description or a caption."""
     host, known = Host(), specs(WIDGETS[name].controls)
     for control in ("noise", "outliers"):
-        if control not in known or (name == "ransac" and control == "outliers"):  # a share that is told as a count
+        if control not in known or (name == "ransac" and control == "outliers"):  # a share that is stated as a count
             continue
         spec = known[control]
         for part in (0.4, 0.8):
@@ -255,7 +256,7 @@ def test_the_words_tell_the_settings(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_every_panel_and_handle_has_a_name_of_its_own(name: str) -> None:
-    """In a figure no two pictures, and in a panel no two handles, are called the same; names say more than one word."""
+    """No two pictures of a figure and no two handles of a panel share a label; pictures' labels have several words."""
     for _, frame in taped(name):
         labels = [re.search(r'aria-label="([^"]*)"', panel["svg"]).group(1) for panel in frame["panels"]]  # type: ignore[union-attr]
         assert len(set(labels)) == len(labels), f"{name}: give each Panel a label of its own, not {labels}"

@@ -1,4 +1,4 @@
-"""What a number is called, its unit and its colour say the same: in every figure and preset, at first and pressed."""
+"""A readout's name, label, unit and colour agree: in every figure and preset, initially and after a press."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.native  # the page's frames are the same bytes: tests/p
 
 UNITS = {"rotation": "°", "translation": "u", "λ": "u²", "away": "u", "percent": "%"}
 ROLES = {"truth": "truth", "ghost": "ghost"}
-# What a part of a readout's name promises of its label.
+# The words that a part of a readout's name requires in its label.
 WORDS = {
     "rotation": "rotation",
     "translation": "translation",
@@ -36,12 +36,13 @@ WORDS = {
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_labels_units_and_roles_agree_with_names(name: str) -> None:
-    """A rotation is in degrees and a translation in u, what is of the truth has its colour, no unit stands alone."""
+    """Rotations are in degrees, translations in u, values at the truth have its colour, and a missing value has no
+    unit."""
     widget, host = WIDGETS[name], Host()
     presses = [["press", button.name] for button in widget.buttons if button.does == "press"]
     for start in widget.presets:
         plain = preset(widget, start).plain()
-        # The scans of the drive are in metres; GICP measures in its covariances' standard deviations.
+        # The drive's scans are in metres; GICP measures in its covariances' standard deviations.
         length = "m" if plain["controls"].get("clouds") == "drive" else "u"
         residual = "σ" if plain["controls"].get("residual") == "gicp" else length
         for log in ([], presses[:1]):
@@ -50,7 +51,7 @@ def test_labels_units_and_roles_agree_with_names(name: str) -> None:
 
 
 def check(figure: str, readout: dict[str, Any], length: str, residual: str) -> None:
-    """length, residual: the units of what UNITS has in u, and of a residual."""
+    """Check one readout. `length` and `residual` are the units of lengths that UNITS gives in u, and of a residual."""
     here = f"{figure}: the readout {readout['name']} ({readout})"
     label, parts = readout["label"].lower(), readout["name"].split("_")
     number = readout["value"].lstrip("−").replace(".", "").isdigit()
@@ -78,7 +79,7 @@ def check(figure: str, readout: dict[str, Any], length: str, residual: str) -> N
     [("clutter", "soft-family", [["press", "step"]], "%"), ("share", "pipeline", [["press", "finish"]], "%")],
 )
 def test_a_share_in_percent_is_one(name: str, figure: str, log: list[Any], unit: str) -> None:
-    """Parts of a whole that the figure draws as many are not told as a fraction with a percent sign."""
+    """A share of many is a number of percent, not a fraction with a percent sign."""
     frame = Host().render("fig-x", {**preset(WIDGETS[figure]).plain(), "log": log})
     (readout,) = (each for each in frame["readouts"] if each["name"] == name)
     assert readout["unit"] == unit

@@ -1,4 +1,4 @@
-"""Charts: round ticks, gaps, logarithms."""
+"""Charts: round ticks, gaps, logarithmic axes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_ticks(low: float, high: float, expected: list[float]) -> None:
 @settings(deadline=None)
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_ticks_are_evenly_spaced_and_inside(low: float, span: float) -> None:
-    """One to six values, of equal step, none outside the range."""
+    """One to six ticks, evenly spaced, none outside the range."""
     result = ticks(low, low + span)
     assert 1 <= len(result) <= 6
     assert min(result) >= low - 1e-6 * span
@@ -44,7 +44,7 @@ def _chart(y: list[float], log: bool = False, now: float | None = None) -> Panel
 
 
 def test_a_gap_breaks_the_line() -> None:
-    """NaN leaves a hole and is drawn nowhere."""
+    """NaN leaves a gap, and no dot is drawn for it."""
     panel = _chart([1.0, 2.0, np.nan, 3.0, 4.0, np.nan, 5.0])
     lines = [mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "source"]
     assert [np.asarray(line.xy).tolist() for line in lines] == [[[0, 1], [1, 2]], [[3, 3], [4, 4]]]
@@ -54,7 +54,7 @@ def test_a_gap_breaks_the_line() -> None:
 
 
 def test_logarithms_are_drawn_by_decades_and_clipped() -> None:
-    """Zero has no logarithm: it is drawn at the low end of the range."""
+    """Zero has no logarithm, so it is drawn at the low end of the range."""
     panel = _chart([100.0, 1.0, 0.0], log=True)
     (line,) = (mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "source")
     np.testing.assert_allclose(np.asarray(line.xy)[:, 1], [1, 0, -3])
@@ -73,7 +73,7 @@ def _log_chart(low: float, high: float) -> list[str]:
 
 
 def test_far_decades_are_written_as_powers() -> None:
-    """Ten to the minus five is not printed as 0.0000, and one axis writes all its decades alike."""
+    """10⁻⁵ is not printed as 0.0000, and one axis writes all its decades in the same style."""
     assert _log_chart(1e-5, 1.0) == ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
     assert _log_chart(1e-6, 1.0) == ["10⁻⁶", "10⁻⁴", "10⁻²", "1"]
     assert _log_chart(1e-12, 1e3) == ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1", "10³"]
@@ -88,12 +88,12 @@ def test_the_name_of_the_y_axis_stands_clear_of_the_highest_grid_line() -> None:
     panel = _chart([1.0, 2.0])
     (name,) = (label for label in _labels(panel) if label.text == "u")
     assert name.dy <= -8
-    assert panel.view.pad[1] + name.dy >= 13  # the letters have room above it
+    assert panel.view.pad[1] + name.dy >= 13  # leaves room for the letters above it
 
 
 @pytest.mark.parametrize("last", [[5.0, 5.0, 5.0], [5.0, 5.1, 4.9], [9.9, 10.0, 0.0], [1.0, 1.2, 6.0], [0.0, 0.0, 0.0]])
 def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
-    """Lines may end together; their names stand above one another, between the panel's top and its x axis."""
+    """Lines may end close together; their names are stacked between the panel's top and its x axis."""
     series = [Series([0, 9], [0, y], "source", f"line {i}") for i, y in enumerate(last)]
     panel = chart("c", "", series, Axis("", 0, 9), Axis("", 0, 10))
     names = [label for label in _labels(panel) if label.text.startswith("line")]
@@ -109,7 +109,7 @@ def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
     st.sampled_from(["u", "RMS in units", "Error against the truth, ° and u"]),
 )
 def test_names_of_lines_keep_clear_of_the_name_of_the_axis(last: list[tuple[int, float]], title: str) -> None:
-    """Wherever lines end, also at the top right after they began; a letter is taken to be 6.5 px wide."""
+    """Wherever lines end, even at the top right after they begin; a letter is taken to be 6.5 px wide."""
     series = [Series([0, k], [0, y], "source", f"line {i}") for i, (k, y) in enumerate(last)]
     panel = chart("c", "", series, Axis("", 0, 9), Axis(title, 0, 10))
     boxes = {}
@@ -146,7 +146,7 @@ def test_an_axis_of_x_may_be_logarithmic_too() -> None:
 
 
 def test_given_ticks_stand_in_for_round_values() -> None:
-    """An axis may mean something else than its window: its ticks are then the words that were given."""
+    """An axis may show another quantity than its window: its tick labels are then the given texts."""
     ticked = chart("c", "c", [], Axis("x", 0, 1), Axis("y", 0, 1, ((0.0, "0.01"), (0.75, "ten"))))
     texts = [mark.text for mark in ticked.marks if isinstance(mark, Label)]
     assert "ten" in texts

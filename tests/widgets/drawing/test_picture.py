@@ -1,4 +1,4 @@
-"""How numbers are written, and where keys lead."""
+"""How numbers are formatted, and where arrow keys move a handle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The renderer: each mark's markup, and bytes that do not depend on the processor."""
+"""The renderer: the markup of each mark, in bytes that do not depend on the processor."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from widgets.drawing.picture import (
 )
 from widgets.drawing.svg import HEAT_LEVELS, WEIGHT_LEVELS, panel_svg, snap
 
-VIEW = View(0.0, 10.0, 0.0, 10.0, width=100.0)  # 10 px a unit: world (x, y) is at SVG (100 x, 1000 - 100 y)
+VIEW = View(0.0, 10.0, 0.0, 10.0, width=100.0)  # 10 px per unit: world (x, y) is at SVG (100 x, 1000 - 100 y)
 
 
 def svg(*marks: Mark, view: View = VIEW) -> str:
@@ -108,7 +108,7 @@ def body(*marks: Mark, view: View = VIEW) -> str:
     ],
 )
 def test_markup(mark: Mark, markup: str) -> None:
-    """Every mark becomes the markup that the style sheet knows: classes, integers, no colours."""
+    """Every mark becomes markup that the style sheet knows: classes and integers, never colours."""
     assert body(mark) == markup
 
 
@@ -128,21 +128,21 @@ def test_nothing_draws_nothing(mark: Mark) -> None:
 
 
 def test_panel_is_one_labelled_image() -> None:
-    """The svg element carries the view and an escaped name."""
+    """The svg element carries the view box and an escaped name."""
     text = panel_svg(Panel("main", 'x < "y" & z', View(0, 4, 0, 3, width=320), ()), "f")
     assert text.startswith('<svg class="plot" viewBox="0 0 3200 2400" role="img" ')
     assert ' aria-label="x &lt; &quot;y&quot; &amp; z" ' in text
 
 
 def test_a_ring_s_reach_is_in_world_units() -> None:
-    """On a panel of twice the width it is twice as wide; its radius in px is not."""
+    """On a panel twice as wide it doubles; a radius in px does not."""
     wide = View(0.0, 10.0, 0.0, 10.0, width=200.0)
     assert "a400 400 " in body(Ring([5, 5], "truth", reach=2), view=wide)
     assert "a90 90 " in body(Ring([5, 5], "truth", radius=9), view=wide)
 
 
 def test_points_of_different_weight_share_a_path_by_level() -> None:
-    """Opacity is one of six levels, faint first; a weight that rounds to nothing is not drawn."""
+    """Opacity has six levels, faint ones drawn first; a weight that rounds to zero is not drawn."""
     text = body(Points([[i, 0] for i in range(5)], "source", weight=[1.0, 0.5, 0.5, 0.01, 0.0]))
     assert text == (
         '<path class="dot m source w3" d="M100 1000h1m99 0h1"/><path class="dot m source w6" d="M0 1000h1"/>'
@@ -173,7 +173,7 @@ def test_no_negative_zero_and_ties_up() -> None:
     st.integers(0, 2**32 - 1),
 )
 def test_rounding_error_does_not_reach_the_bytes(halves: list[tuple[int, int]], seed: int) -> None:
-    """Points on exact rounding ties, off by 1e-14 either way, give the same markup."""
+    """Points on exact rounding ties, and 1e-14 to either side, give the same markup."""
     rng = np.random.default_rng(seed)
     exact = np.array(halves) / 20 / VIEW.scale  # multiples of half a tenth of a px
 
@@ -187,7 +187,7 @@ def test_rounding_error_does_not_reach_the_bytes(halves: list[tuple[int, int]], 
 
 
 def test_far_away_is_clamped_and_nan_is_refused() -> None:
-    """What overflows a screen is clamped to plain integers; a place that is no number is an error, not a corner."""
+    """Coordinates far off screen are clamped to plain integers; NaN is an error rather than a corner of the panel."""
     text = body(Points([[1e300, -np.inf], [0, 0]], "source"), Path([[-1e200, 0], [5, 1e9]], "ghost"))
     assert "e" not in re.sub(r"[a-z]+=|class|path|source|ghost|line", "", text)
     assert all(abs(int(v)) <= 20_000_001 for v in re.findall(r"-?\d+", text))
@@ -199,7 +199,7 @@ def test_far_away_is_clamped_and_nan_is_refused() -> None:
 
 
 def rims(text: str) -> list[list[list[int]]]:
-    """The points of each ellipse of a path, four cubic curves, each relative to where it begins."""
+    """The points of each ellipse in a path: four cubic curves, their points relative to where each curve begins."""
     every = []
     for ellipse in re.findall(r"M[^z]*z", text):
         begin, *rest = np.array([int(v) for v in re.findall(r"-?\d+", ellipse)]).reshape(-1, 2)
@@ -228,7 +228,7 @@ def test_ellipse_passes_through_its_standard_deviations(turn: float, a: float, b
 
 
 def test_flat_ellipses_are_drawn() -> None:
-    """A covariance without width, or without extent, is a line or a point and no error."""
+    """A covariance without width, or without extent, gives a line or a point rather than an error."""
     text = body(Ellipses([[5, 5], [5, 5]], [[[4, 0], [0, 0]], [[0, 0], [0, 0]]], "target"))
     first, second = rims(text)
     assert {y for _, y in first} == {500}
@@ -239,7 +239,7 @@ def test_flat_ellipses_are_drawn() -> None:
 
 
 def test_heat_runs_merge_and_nan_is_empty() -> None:
-    """Neighbours of one level in a row are one rectangle; row 0 is at the bottom."""
+    """Neighbours of the same level in a row become one rectangle; row 0 is at the bottom."""
     values = [[0.0, 0.0, 1.0, 1.0], [np.nan, 0.0, np.nan, np.nan]]
     text = body(Heat(values, (0, 4, 0, 2), 0.0, 1.0), view=View(0, 4, 0, 2, width=40))
     assert text == (
@@ -251,7 +251,8 @@ def test_heat_runs_merge_and_nan_is_empty() -> None:
 @settings(deadline=None)
 @given(st.lists(st.floats(-2, 3), min_size=6, max_size=6))
 def test_heat_levels_follow_the_values(values: list[float]) -> None:
-    """A cell's level is the share of 24 that its value has reached; outside low … high it is the first or the last."""
+    """A cell's level is how many of 24 equal steps its value has reached; values outside low … high get the first or
+    last."""
     grid = np.array(values).reshape(2, 3)
     text = body(Heat(grid, (0, 3, 0, 2), 0.0, 1.0), view=View(0, 3, 0, 2, width=3))
     result = np.full((2, 3), -1)
@@ -267,7 +268,8 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
 
 
 def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
-    """Three rows alike are one; an unlike row between ends it, and the same run further up is a new one."""
+    """Three equal rows are one rectangle; a different row between ends it, and the same run further up starts a new
+    one."""
     low, high = [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]
     text = body(Heat([low, low, high, low], (0, 3, 0, 4), 0.0, 1.0), view=View(0, 3, 0, 4, width=30))
     assert text == (
@@ -277,7 +279,7 @@ def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
 
 
 def test_a_value_on_the_edge_of_a_level_has_reached_it_whatever_rounding_says() -> None:
-    """Two processors' halves are one level."""
+    """One half as two processors compute it is a single level."""
     view = View(0, 2, 0, 1, width=20)
     assert body(Heat([[0.5, 0.5 - 1e-14]], (0, 2, 0, 1), 0.0, 1.0), view=view).count("<path") == 1
 
@@ -290,7 +292,7 @@ def test_flat_heat_is_the_lowest_level() -> None:
 
 
 def test_tiles_are_areas_of_their_roles_and_a_negative_kind_is_empty() -> None:
-    """One path a role, in the order of the roles; the truth and what is only shifted are not hatched."""
+    """One path per role, in the order of the roles; the truth and the merely shifted end are not hatched."""
     kinds = [[0, 0, 1], [0, 0, -1]]
     text = body(Tiles(kinds, (0, 3, 0, 2), ("truth", "end-shifted")), view=View(0, 3, 0, 2, width=30))
     assert text == (
@@ -300,7 +302,7 @@ def test_tiles_are_areas_of_their_roles_and_a_negative_kind_is_empty() -> None:
 
 
 def test_hatching_ends_where_its_area_does() -> None:
-    """A diagonal through two tiles is one line from corner to corner; what is left of an area has a line of its own."""
+    """A diagonal through two tiles is one line from corner to corner; a separate part of the area has its own line."""
     view = View(0, 3, 0, 3, width=30)
 
     def hatch(kinds: list[list[int]], role: Role) -> str:
@@ -314,7 +316,7 @@ def test_hatching_ends_where_its_area_does() -> None:
     assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200-200"
     assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300v-300"
     both = hatch([[0] * 3] * 3, "end-half")
-    assert both.lower().count("m") == 6  # every second diagonal of three by three tiles, both ways
+    assert both.lower().count("m") == 6  # every second diagonal of three by three tiles, in both directions
 
 
 # The grid
@@ -325,18 +327,18 @@ def test_hatching_ends_where_its_area_does() -> None:
     [(View(-6, 6, -4, 4, width=640), 13), (View(-60, 60, -40, 40, width=640), 25), (View(0, 1, 0, 1, width=20), 1)],
 )
 def test_grid_lines_are_at_whole_units_and_not_crowded(view: View, columns: int) -> None:
-    """At every unit where that leaves 24 px, else at every 2nd, 5th, 10th."""
+    """At every unit if that leaves 24 px between lines, else at every 2nd, 5th or 10th."""
     text = panel_svg(Panel("main", "", view, ()), "f")
     xs = [int(x) for x in re.findall(r"M(\d+) 0V", text)]
     assert len(xs) == columns
     assert all(b - a >= 240 for a, b in pairwise(xs))
 
 
-# Well formed, whatever is drawn
+# Well-formed whatever is drawn
 
 
 class _Strict(HTMLParser):
-    """Every tag that opens is closed in order; no style, no script, no event attribute."""
+    """Every opened tag is closed in order; no style, no script, no event attribute."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -358,7 +360,7 @@ class _Strict(HTMLParser):
 @settings(deadline=None)
 @given(st.text(max_size=40), st.sampled_from(ROLES), st.lists(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))))
 def test_markup_is_well_formed(text: str, role: Any, xy: list[tuple[float, float]]) -> None:
-    """Any text and any finite place give markup that closes what it opens and carries classes alone."""
+    """Any text and any finite place give markup that closes every tag it opens and has no attributes but classes."""
     points = np.array(xy, dtype=float).reshape(-1, 2)
     marks = (Label([1, 1], text, role), Group("g", (Points(points, role), Path(points, role))))
     reader = _Strict()
@@ -369,8 +371,8 @@ def test_markup_is_well_formed(text: str, role: Any, xy: list[tuple[float, float
 
 @given(st.lists(st.tuples(*[st.floats(0, 10) | st.sampled_from([2.0, 5.0])] * 4), min_size=1, max_size=12))
 def test_lines_lie_where_their_ends_are(ends: list[tuple[float, float, float, float]]) -> None:
-    """Written relative to one another, read back absolute: exactly the snapped ends, however many there are. Only a
-    line that does not begin where the one before ended is moved to."""
+    """Relative coordinates, read back as absolute ones, are exactly the snapped ends, however many lines there are. A
+    move is written only where a line does not begin at the end of the one before."""
     a, b = np.array(ends)[:, :2], np.array(ends)[:, 2:]
     (d,) = re.findall(r' d="([^"]*)"', body(Segments(a, b, "pair")))
     at, lines, moves = np.zeros(2, dtype=int), [], 0

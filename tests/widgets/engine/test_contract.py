@@ -1,4 +1,4 @@
-"""Records: what anybody may have written is read or refused with a reason, never half understood."""
+"""Records: whatever anyone may have written is accepted, or refused with a reason, never half understood."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOG = [["press", "solve"], ["drag", "source", 1.25, -0.5], ["drag", "turn", 0, 1
 
 
 def test_a_preset_is_its_defaults_and_changes() -> None:
-    """Every control value is written out, so that a later change of a default moves no old link."""
+    """Every control value is written out, so that a later change of a default changes no old link."""
     record = preset(WIDGET, "noisy", {"noise": 0.3})
     assert record.plain() == {
         "widget": "kabsch",
@@ -34,7 +34,7 @@ def test_a_preset_is_its_defaults_and_changes() -> None:
 
 
 def test_plain_and_back() -> None:
-    """A record survives JSON."""
+    """A record survives a round trip through JSON."""
     record = parsed(WIDGET, {**PLAIN, "seed": 53, "log": LOG})
     assert record.log == (Action("press", "solve"), Action("drag", "source", 1.25, -0.5), Action("drag", "turn", 0, 1))
     assert parsed(WIDGET, json.loads(json.dumps(record.plain()))) == record
@@ -110,7 +110,7 @@ ENTRY = st.lists(LIKELY | JSON, max_size=5)
     | JSON
 )
 def test_any_json_is_a_frame_or_a_reason(record: Any) -> None:
-    """No record, however hostile, raises anything but ValueError; what is accepted draws."""
+    """No record, however hostile, raises anything but ValueError; an accepted one is drawn."""
     try:
         answer = Host().render("f", record)["panels"][0]["svg"]
     except ValueError as error:
@@ -129,13 +129,13 @@ DEEP = nested(100_000)
 BAD = st.just(DEEP) | st.just({"x": DEEP}) | st.sampled_from(["\ud800", "a" * 10_000, 10**400, -(2**63), ()]) | JSON
 
 
-@pytest.mark.native  # the page's Python has no stack for so many levels, and ends; links are read by the page first
+@pytest.mark.native  # this deep, the page's Python overflows its stack and ends; the page checks links first
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(st.sampled_from(sorted(WIDGETS)), st.sampled_from(sorted(PLAIN)), BAD, st.data())
 def test_what_is_wrong_anywhere_in_a_record_is_a_short_reason(
     name: str, place: str, bad: Any, data: st.DataObject
 ) -> None:
-    """Of every figure: a field, a control, a log entry or a part of one that is none, however deep or long."""
+    """In every figure: an invalid field, control, log entry or part of one, however deep or long."""
     widget = WIDGETS[name]
     plain = preset(widget).plain()
     if place == "controls" and data.draw(st.booleans()):
@@ -167,7 +167,7 @@ def test_a_request_that_is_none_is_a_reason(ask: str, request_: str) -> None:
 
 
 def test_a_zero_has_no_sign() -> None:
-    """A negative zero compares equal to the other and turns half a turn elsewhere: a record knows one of them."""
+    """Negative zero equals zero, but would turn half a turn elsewhere; a record knows only one of them."""
     record = parsed(WIDGET, {**PLAIN, "controls": {"noise": -0.0}, "log": [["drag", "turn", -3.0, -0.0]]})
     assert "-0.0" not in json.dumps(record.plain())
     host = Host()
@@ -176,8 +176,8 @@ def test_a_zero_has_no_sign() -> None:
 
 
 def test_names_are_what_the_registry_says() -> None:
-    """Each widget is registered under its name; no button, handle, job or preset of it has another's name, no control
-    has a button's, and no two presets set the same."""
+    """Each widget is registered under its name. Its buttons, handles, jobs and presets share no name, no control is
+    named like a button, and no two presets have the same settings."""
     for name, widget in WIDGETS.items():
         assert widget.name == name
         assert "default" in widget.presets

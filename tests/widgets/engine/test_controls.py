@@ -1,4 +1,4 @@
-"""Controls accept what their specification says and explain what they refuse."""
+"""Controls accept the values that their specification allows and explain why they refuse others."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_defaults_and_specs() -> None:
 
 
 def test_a_slider_is_called_by_what_it_stands_for() -> None:
-    """Under an option without a name for it, and wherever no option is known, it has its own label."""
+    """If the option has no name for it, or no option is known, the slider has its own label."""
     named = slider(1, "Length", 0, 2, 1, named=("method", {"icp": "Gate", "cpd": "First σ"})).metadata["spec"]
     methods: tuple[dict[str, str], ...] = ({"method": "icp"}, {"method": "cpd"}, {"method": "ndt"}, {})
     assert [named.called(controls) for controls in methods] == ["Gate", "First σ", "Length", "Length"]
@@ -47,7 +47,7 @@ def test_given_values_replace_defaults() -> None:
 
 
 def test_an_option_brings_values_that_given_ones_override() -> None:
-    """Naming the scene alone gives its own noise; naming both gives what was named."""
+    """Naming only the scene brings that scene's noise; naming both keeps both."""
     assert validated(Some, {"scene": "noisy"}).noise == 0.2
     assert validated(Some, {"scene": "noisy", "noise": 0.5}).noise == 0.5
     assert validated(Some, {}).noise == 0.1

@@ -1,4 +1,4 @@
-"""Nothing grows with use: after many drags or picks more, Python holds as many blocks as before them."""
+"""Memory does not grow with use: after many more drags or picks, Python holds as many blocks as before."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from widgets.engine.contract import Widget, preset
 from widgets.engine.host import Host
 from widgets.engine.registry import WIDGETS
 
-pytestmark = pytest.mark.native  # counts what this Python's allocator has given out
+pytestmark = pytest.mark.native  # counts blocks handed out by this Python's allocator
 
-FIGURES = ("icp", "kabsch", "ndt-climb", "pose-loop", "ransac")  # quick, and their frames are of nearly one size
-ROUNDS, ACTIONS = 4, 30  # what fills up grows in the first rounds, what leaks in every one
-SPARE = 60  # blocks in a round, two for each action; a state that is kept has more
+FIGURES = ("icp", "kabsch", "ndt-climb", "pose-loop", "ransac")  # quick, with frames of nearly constant size
+ROUNDS, ACTIONS = 4, 30  # caches fill in the first rounds; a leak grows in every round
+SPARE = 60  # blocks per round, two for each action; a retained state takes more
 
 
 def logs(widget: Widget, numbers: Iterable[int]) -> list[list[Any]]:
-    """A log for each number, the first handle, or else a pick, at a place on a circle; and at last an empty one."""
+    """One log per number: a drag of the first handle, or else a click, at a place on a circle. An empty log comes
+    last."""
     aims = [*(["drag", handle] for handle in widget.handles), *(["click", panel] for panel in widget.clicks)]
     return [*([[*aims[0], 2 * cos(i), 2 * sin(i)]] for i in numbers), []]
 
 
 def growth(host: Host, widget: Widget) -> int:
-    """How many blocks more Python holds after a round of actions than before it, in the round that adds least."""
+    """How many more blocks Python holds after a round of actions than before, in the round that adds least."""
     plain, held = preset(widget).plain(), list[int]()
     for first in range(0, ROUNDS * ACTIONS, ACTIONS):
         for log in logs(widget, range(first, first + ACTIONS)):
@@ -43,13 +44,13 @@ def growth(host: Host, widget: Widget) -> int:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_many_actions_leave_nothing_behind(name: str) -> None:
-    """Neither with the host nor in what a figure remembers by itself."""
+    """Neither in the host nor in anything that a figure remembers by itself."""
     assert growth(Host(), WIDGETS[name]) < SPARE
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_states_that_are_kept_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those of a host that keeps them all."""
+    """With a host that retains every state."""
     states: list[Any] = []
     drawn = Host._drawn
 

@@ -1,4 +1,4 @@
-"""Replay: the same record is the same frame, however the host came there."""
+"""Replay: the same record gives the same frame, whatever the host did before."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def record(*log: list[Any], **controls: Any) -> dict[str, Any]:
 
 
 def fresh(plain: dict[str, Any]) -> str:
-    """The frame from a host that has seen nothing."""
+    """The frame from a fresh host."""
     return Host().frame(json.dumps({"figure": "fig-solve", "record": plain}))
 
 
@@ -45,7 +45,7 @@ STEP = st.tuples(st.sampled_from(["append", "replace", "back", "reset", "noise",
 @settings(max_examples=40, deadline=None)
 @given(st.lists(STEP, min_size=1, max_size=10))
 def test_a_host_with_a_past_draws_what_a_fresh_one_draws(steps: list[tuple[str, list[Any], float]]) -> None:
-    """After every append, replaced drag, back, reset, control change and new draw: byte for byte."""
+    """Byte for byte, after every append, replaced drag, step back, reset, control change and new draw."""
     host, log, noise, seed = Host(), [], 0.12, 40
     for kind, action, value in steps:
         if kind == "append":
@@ -65,7 +65,7 @@ def test_a_host_with_a_past_draws_what_a_fresh_one_draws(steps: list[tuple[str, 
 
 
 def _counting() -> tuple[Host, list[str]]:
-    """A host over the Kabsch widget that notes every start and act."""
+    """A host over the Kabsch widget, and the list in which it notes every start and act."""
     calls: list[str] = []
 
     def start(controls: Any, seed: int) -> Any:
@@ -80,7 +80,7 @@ def _counting() -> tuple[Host, list[str]]:
 
 
 def test_one_action_costs_one_act() -> None:
-    """An appended action, a replaced drag and a step back replay nothing that is already known."""
+    """An appended action, a replaced drag and a step back replay nothing whose state is cached."""
     host, calls = _counting()
     host.render("f", record(SOLVE, ["drag", "source", 0, 0]))
     assert calls == ["start", "act", "act"]
@@ -97,7 +97,7 @@ def test_one_action_costs_one_act() -> None:
 
 
 def test_figures_do_not_share_their_past() -> None:
-    """Two figures of one widget on one page are two replays, and their ids differ."""
+    """Two figures of the same widget on a page replay independently, and their ids differ."""
     host, calls = _counting()
     one, other = host.render("fig-a", record(SOLVE)), host.render("fig-b", record())
     assert calls.count("start") == 2
@@ -107,7 +107,7 @@ def test_figures_do_not_share_their_past() -> None:
 
 
 def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """While a scan is dragged, the room beside it is not turned into markup again; a new room is."""
+    """While a scan is dragged, the room beside it is not rendered again; a new room is."""
     drawn: list[str] = []
 
     def counted(panel: Panel, *rest: Any) -> str:
@@ -125,8 +125,8 @@ def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three panels of one view with one cloud, in one of them in a group: one path is made of it, and the next picture
-    makes none."""
+    """Three panels share a view and a cloud, one of them inside a group: the cloud is rendered once, and not again for
+    the next picture."""
     drawn: list[Mark] = []
 
     def counted(mark: Mark, view: View, prefix: str) -> str:
@@ -163,7 +163,7 @@ def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_failure_leaves_no_half_replayed_log() -> None:
-    """When an action raises, the next record is drawn from scratch and right."""
+    """After an action raises, the next record is replayed from scratch and drawn correctly."""
 
     def act(state: Any, action: Any) -> Any:
         if action.x == 3.0:
@@ -183,7 +183,7 @@ def test_an_unknown_widget_is_named() -> None:
 
 
 def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
-    """Places in four decimals, percentages in three, no negative zero: nothing that differs between processors."""
+    """Places have four decimals, percentages three, and no zero is negative: nothing differs between processors."""
     text = fresh(record(["drag", "source", -0.0, 0.0], ["drag", "turn", 1, 0]))
     frame = json.loads(text)
     assert "-0.0," not in text
@@ -195,13 +195,13 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
 
 
 def test_ties_and_zero_are_rounded_one_way() -> None:
-    """What two processors compute on either side of a tie, or of zero, is one number."""
+    """Values that two processors compute on either side of a tie, or of zero, give the same number."""
     assert str(_rounded(-2e-5, 4)) == "0.0"
     assert [str(_rounded(v, 4)) for v in (-1e-12, 0.00005 - 1e-14, 0.00005 + 1e-14)] == ["0.0", "0.0001", "0.0001"]
 
 
 def test_a_view_tells_window_size_and_padding() -> None:
-    """In the order in which the page takes it apart."""
+    """In the order in which the page unpacks it."""
     panel = Panel("p", "A chart", View(0, 1, -2, 3, width=100, height=50, pad=(4, 5, 6, 7)), ())
     assert _view(panel) == [0, 1, -2, 3, 100, 50, 4, 5, 6, 7]
 
@@ -216,7 +216,7 @@ def places(frame: dict[str, Any], panel: int = 0) -> np.ndarray[Any, Any]:
 
 @pytest.mark.parametrize("name", ["noisy", "outliers"])
 def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
-    """Turned by SVG's rotate(turn, about) and shifted, the points of the old drawing are those of the new."""
+    """The points of the old drawing, turned by SVG's rotate(turn, about) and shifted, are those of the new."""
     plain = preset(WIDGET, name).plain()
     before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [SOLVE]))
     (motion,) = after["motions"]
@@ -229,7 +229,7 @@ def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
 
 @pytest.mark.parametrize(("widget", "press"), [(ladder_map.WIDGET, "roll"), (three_residuals.WIDGET, "step")])
 def test_every_panel_has_its_own_motion(widget: Widget, press: str) -> None:
-    """Each leads from the old drawing of its panel to the new, and no two are the same."""
+    """Each motion leads from the old drawing of its panel to the new, and they differ between panels."""
     plain = preset(widget).plain()
     before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [["press", press]]))
     moved = {motion["group"]: motion for motion in after["motions"]}
@@ -245,13 +245,13 @@ def test_every_panel_has_its_own_motion(widget: Widget, press: str) -> None:
 
 
 def test_a_coarse_drawing_has_no_motion_yet() -> None:
-    """The ends are not known in it; the next finer one has all eight."""
+    """The final poses are not known at the coarsest level; the next finer drawing has all eight motions."""
     host, plain = Host(), {**preset(ladder_map.WIDGET).plain(), "log": [["press", "roll"]]}
     assert [len(host.render("f", plain, level)["motions"]) for level in range(3)] == [0, 8, 8]
 
 
 def test_descents_are_traced_where_they_have_just_begun_and_are_known() -> None:
-    """All 49 are computed with a finer map than the first; those that were there before are not in the group."""
+    """All 49 descents need a finer map than the first; those that were already drawn are not in the group."""
     host, plain = Host(), preset(landscape.WIDGET).plain()
     clicked = ["click", "map", 1.0, 1.0]
     last = landscape.BANDS
@@ -269,7 +269,7 @@ def test_descents_are_traced_where_they_have_just_begun_and_are_known() -> None:
 
 
 def test_motion_is_given_for_the_last_action_only() -> None:
-    """Solve moves; a drag after it, and the same record's redrawing, say what they are."""
+    """A solve moves the points, also when the same record is drawn again; a drag after it has no motion."""
     host = Host()
     assert host.render("f", record())["motions"] == []
     (motion,) = host.render("f", record(SOLVE))["motions"]
@@ -293,8 +293,8 @@ FINEST = ndt_score.WIDGET.details - 1
     )
 )
 def test_record_and_detail_determine_the_frame(asked: list[tuple[float, float, int | None]]) -> None:
-    """However coarse or fine the host has drawn before: at least as fine as asked for, and at the level that the frame
-    tells, byte for byte what a fresh host draws at that level."""
+    """However coarse or fine the host has drawn before, a frame is at least as fine as requested and, byte for byte,
+    what a fresh host draws at the level that the frame states."""
     host = Host()
     for rotation, x, detail in asked:
         controls = {**SCORE["controls"], "rotation": rotation}
@@ -305,7 +305,7 @@ def test_record_and_detail_determine_the_frame(asked: list[tuple[float, float, i
 
 
 def test_what_is_known_finely_is_not_drawn_coarsely_again() -> None:
-    """After the finest drawing a new climb on the same field comes at the finest level; a new field does not."""
+    """After the finest drawing, a new climb on the same field comes at the finest level; a new field starts coarse."""
     host = Host()
     host.render("f", SCORE)
     assert host.render("f", {**SCORE, "log": [["click", "map", 0.3, 0.3]]}, 0)["detail"] == FINEST
@@ -313,7 +313,7 @@ def test_what_is_known_finely_is_not_drawn_coarsely_again() -> None:
 
 
 def test_levels_differ_and_the_finest_is_the_default() -> None:
-    """Each level draws the field finer than the one before; without a level comes the finest."""
+    """Each level draws the field finer than the one before; without a level, the finest is drawn."""
     host = Host()
     frames = [host.render("f", SCORE, level) for level in range(FINEST + 1)]
     assert len({frame["panels"][0]["svg"] for frame in frames}) == FINEST + 1
@@ -329,8 +329,8 @@ def test_a_level_that_is_not_there_is_refused(detail: Any) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_a_frame_leaves_nothing_to_the_cycle_collector(name: str) -> None:
-    """A page's memory would grow by what the collector, which counts objects and not bytes, has not yet come to."""
-    gc.freeze()  # what was there before this host need not be looked through
+    """Garbage cycles would make a page's memory grow, since the collector counts objects rather than bytes."""
+    gc.freeze()  # objects from before this host need not be examined
     widget, host = WIDGETS[name], Host()
     kinds = [["drag", h] for h in widget.handles] + [["click", c] for c in widget.clicks]
     plains = [{**preset(widget).plain(), "log": [[*kinds[0], x, 1.0]] if kinds else []} for x in (0.5, 1.0, 1.5)]

@@ -1,4 +1,4 @@
-"""Jobs: slices that stay short, stop when nobody asks, and a table that is the same however it was sliced."""
+"""Jobs: slices stay short and stop when no longer requested, and the table is the same however the job was sliced."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def found(n: int) -> Result:
 
 
 def counting(controls: Any, seed: int) -> Iterator[Progress]:
-    """Ten pieces, a row every fifth."""
+    """Ten pieces, with a row after every fifth."""
     for k in range(1, 11):
         yield Progress(k / 10, f"piece {k}", found(k // 5) if k % 5 == 0 else None)
 
@@ -40,7 +40,7 @@ CONTROLS = preset(WIDGET).controls
 
 
 class Clock:
-    """Every look at it takes some time."""
+    """A clock that advances at every reading."""
 
     def __init__(self, step: float) -> None:
         self.time, self.step = 0.0, step
@@ -60,13 +60,14 @@ def all_slices(running: Running, job: Job = JOB) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize(("piece", "slices"), [(1e-6, 2), (0.9 * SLICE / 2, 6), (0.6 * SLICE, 10), (3 * SLICE, 10)])
 def test_a_slice_begins_no_piece_that_would_make_it_long(piece: float, slices: int) -> None:
-    """Short pieces share a slice, up to a result; two that are longer than a slice do not; nor does a long one."""
+    """Short pieces share a slice, up to a result; two pieces that together exceed a slice do not, nor does a long
+    one."""
     assert len(all_slices(Running(Clock(piece)))) == slices
 
 
 @pytest.mark.parametrize("piece", [1e-6, 0.6 * SLICE])
 def test_the_result_does_not_depend_on_the_slices(piece: float) -> None:
-    """Whatever the clock says, the last result is the same, and the part done grows to one."""
+    """Whatever the clock says, the last result is the same, and the fraction done grows to one."""
     slices = all_slices(Running(Clock(piece)))
     assert [s["result"] for s in slices if s["result"]][-1] == plain(found(2), "f-count")
     parts = [s["part"] for s in slices]
@@ -85,7 +86,7 @@ def test_what_was_stopped_or_done_does_not_go_on() -> None:
     all_slices(running)
     with pytest.raises(ValueError, match="not under way"):
         running.slice("f", JOB)
-    running.stop("f", JOB)  # and once more is no error
+    running.stop("f", JOB)  # stopping again is not an error
 
 
 def test_another_begin_begins_anew() -> None:
@@ -112,7 +113,7 @@ def test_a_job_that_fails_is_over() -> None:
 
 
 def test_what_a_machine_takes_is_left_out_of_a_build() -> None:
-    """The table that a page is built with has no times, neither as shown nor in its CSV; all else is equal."""
+    """The table in a built page has no times, neither as shown nor in its CSV; everything else is equal."""
     built, live = finished(JOB, CONTROLS, 40, "f-count"), plain(found(2), "f-count")
     assert [row["texts"] for row in built["rows"]] == [["0.33", "0", "–"], ["1.33", "1", "–"]]
     assert [row["texts"] for row in live["rows"]] == [["0.33", "0", "7"], ["1.33", "1", "7"]]
@@ -127,7 +128,7 @@ def test_what_a_machine_takes_is_left_out_of_a_build() -> None:
 
 
 def test_csv_is_read_back_in_full() -> None:
-    """Any reader of CSV gets the names, commas and quotes in them included, and every digit of the numbers."""
+    """Any CSV reader gets the names, including commas and quotes, and every digit of the numbers."""
     table = list(csv.reader(io.StringIO(plain(found(2), "f")["csv"])))
     assert table[0] == ["Solver", "Error (°)", "Count", "Wall time (ms)"]
     assert table[1][0] == 'one, "two"'
@@ -136,7 +137,7 @@ def test_csv_is_read_back_in_full() -> None:
 
 
 def test_the_host_runs_jobs_of_its_widgets() -> None:
-    """Begin, go on, stop, as JSON; what is no job, or no record, is named."""
+    """Begin, continue and stop, as JSON; an unknown job or an invalid record is named."""
     host = Host({"kabsch": replace(WIDGET, jobs=(JOB,))})
     record = preset(WIDGET).plain()
 

@@ -1,4 +1,4 @@
-"""Show me the Python: each figure's script runs in an interpreter of its own and prints the figure's numbers."""
+"""Show me the Python: each figure's script runs in its own interpreter and prints the figure's numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from widgets.engine.script import WIDTH, called, headed, literal
 pytestmark = pytest.mark.native  # starts interpreters
 
 ROOT = Path(__file__).resolve().parents[3]
-# Runs every script of a list, where nothing is there but the standard library, numpy and solvers.
+# Runs every script of a list where only the standard library, numpy and solvers can be imported.
 RUNNER = """
 import contextlib, io, json, pickle, sys
 
@@ -59,14 +59,14 @@ sys.stdout.write(json.dumps(printed))
 
 
 def any_value(spec: Spec, random: Random) -> Any:
-    """A value that a control accepts."""
+    """Return a random value that a control accepts."""
     if spec.kind == "slider":
         return spec.low + spec.step * random.randint(0, int((spec.high - spec.low) / spec.step + 1e-9))
     return random.choice(list(spec.options)) if spec.kind == "choice" else random.random() < 0.5
 
 
 def any_action(name: str, frame: Mapping[str, Any], random: Random) -> list[Any] | None:
-    """Something that a reader can do with what is shown: press, drag a handle, pick a place."""
+    """An action that a reader could take on this frame: press a button, drag a handle, or click or hover at a place."""
     widget = WIDGETS[name]
     presses = [b.name for b in widget.buttons if b.does == "press" and b.name not in frame["disabled"]]
     doable: list[list[Any]] = [["press", name] for name in presses]
@@ -82,7 +82,7 @@ def any_action(name: str, frame: Mapping[str, Any], random: Random) -> list[Any]
 
 def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
     """Frames of a figure, for each preset: untouched, after some actions, after some with other controls and seed, and
-    at the end of the longest run that its tape records."""
+    at the end of its tape's longest run."""
     widget = WIDGETS[name]
     for start in widget.presets:
         random = Random(f"{name} {start}")
@@ -93,7 +93,7 @@ def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
             plain = preset(widget, start, changes).plain()
             plain["seed"] += 13 * changed
             for _ in range(actions):
-                action = any_action(name, host.render("f", plain, 0), random)  # coarse: what can be done is the same
+                action = any_action(name, host.render("f", plain, 0), random)  # coarse: offers the same actions
                 if action is not None:
                     plain["log"].append(action)
             yield {**host.render("f", plain), "record": plain}
@@ -104,10 +104,10 @@ def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any], str]]]:
-    """Of every figure that is asked for: frames, and what their scripts print."""
+    """For every figure of this run: its frames, and what their scripts print."""
     host, names = Host(), figures(request)
     frames = [(name, frame) for name in names for frame in states(name, host)]
-    scripts = list({frame["python"]: None for _, frame in frames})  # some states have the same one
+    scripts = list({frame["python"]: None for _, frame in frames})  # some states share a script
     done = subprocess.run(
         [sys.executable, "-I", "-c", RUNNER, str(ROOT)],
         input=json.dumps(scripts),
@@ -125,7 +125,7 @@ def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any],
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
-    """On numpy and solvers alone, in every preset, after presses, drags and picks, with other controls and seeds."""
+    """With numpy and solvers alone, in every preset, after presses, drags and picks, with other controls and seeds."""
     for frame, text in runs[name]:
         printed = dict(line.split(" ", 1) for line in text.splitlines())
         shown = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
@@ -143,7 +143,7 @@ def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tup
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_a_script_is_fit_to_be_read(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
-    """It begins with what to install, has no lines that scroll far, and ends with a line's end."""
+    """It begins with what to install, has no lines over 120 columns, and ends with a newline."""
     for frame, _ in runs[name]:
         lines = frame["python"].split("\n")
         assert lines[0].startswith("# pip install registration_ladder-")
@@ -154,7 +154,7 @@ def test_a_script_is_fit_to_be_read(name: str, runs: dict[str, list[tuple[dict[s
 
 
 def test_calls_are_broken_where_they_are_long() -> None:
-    """One line where it fits; else every line within the width, the arguments whole and in order."""
+    """One line if it fits; otherwise every line is within the width, with the arguments whole and in order."""
     assert called("x = f", "1", 'a="b"') == ['x = f(1, a="b")']
     arguments = [f"name{k}=({k}, {k})" for k in range(20)]
     lines = called("    x = f", *arguments, after=".pose")
@@ -165,6 +165,6 @@ def test_calls_are_broken_where_they_are_long() -> None:
 
 
 def test_values_are_written_as_python() -> None:
-    """Infinity by numpy's name, text in double quotes; no script stays none."""
+    """Infinity by numpy's name, text in double quotes; an empty script stays empty."""
     assert [literal(v) for v in (np.inf, "huber", 0.5, (1.0,), None)] == ["np.inf", '"huber"', "0.5", "(1.0,)", "None"]
     assert headed("", "Title") == ""

@@ -1,4 +1,4 @@
-"""Slices: a long replay, or one long action, done piece by piece between other questions."""
+"""Slices: a long replay, or one long action, is done piece by piece between other requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from widgets.figures.kabsch import WIDGET
 
 
 class _Clock:
-    """Half a second passes with every start and act, and none otherwise."""
+    """A clock that advances by half a second at every start and act, and never otherwise."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -43,13 +43,14 @@ LONG = [["drag", "source", 0.5 * k, -0.25 * k] if k % 2 else SOLVE for k in rang
 
 
 def sliced(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
-    """A host's answer, which may be how far it has come."""
+    """A host's answer: a frame, or how far the replay is."""
     answer: dict[str, Any] = json.loads(host.frame(json.dumps({"figure": "f", "record": plain, "slices": True})))
     return answer
 
 
 def test_a_long_replay_is_answered_in_slices() -> None:
-    """Each does a piece and tells how far it is, none does one again, and the frame is that of a replay in one go."""
+    """Each slice does one piece and reports its progress, none repeats a piece, and the frame is that of a replay in
+    one go."""
     clock, plain = _Clock(), record(*LONG)
     host, answers, calls = clock.host(), [], []
     while not answers or "replayed" in answers[-1]:
@@ -58,11 +59,11 @@ def test_a_long_replay_is_answered_in_slices() -> None:
     assert answers[:-1] == [{"replayed": k, "of": 6} for k in range(6)]
     assert calls == [1, 2, 3, 4, 5, 6, 7]
     assert answers[-1] == Host().render("f", plain)
-    assert _Clock().host().render("f", plain) == answers[-1]  # not asked for slices: all at once
+    assert _Clock().host().render("f", plain) == answers[-1]  # without slices: all at once
 
 
 def test_quick_work_is_one_slice_and_one_slow_action_too() -> None:
-    """A request that has time for all of it, and every single action on what is known, are answered at once."""
+    """A request with time for the whole replay, and any single action on a cached state, are answered at once."""
     assert sliced(Host({"kabsch": WIDGET}, lambda: 0.0), record(*LONG)) == Host().render("f", record(*LONG))
     host, log = _Clock().host(), []
     for one in ([], *LONG):
@@ -71,8 +72,8 @@ def test_quick_work_is_one_slice_and_one_slow_action_too() -> None:
 
 
 def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
-    """After some slices of another record, one action more on the last frame still costs one; a newer record takes over
-    what was replayed of the older."""
+    """After some slices of another record, one more action on the last frame still costs one act; a newer record reuses
+    what was replayed of an older one."""
     clock = _Clock()
     host = clock.host()
     while "replayed" in sliced(host, record(*LONG)):
@@ -92,7 +93,8 @@ def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.integers(1, 4)), min_size=1, max_size=8))
 def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[int, bool, int]]) -> None:
-    """Replays begun, given up and taken up again, of records that share more or less: every frame byte for byte."""
+    """Replays of records that share more or less are begun, abandoned and resumed: every frame matches byte for
+    byte."""
     host = _Clock().host()
     for length, other, patience in asked:
         log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if other else LONG[:length]
@@ -104,8 +106,8 @@ def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[in
 
 
 def test_a_long_action_is_answered_in_slices() -> None:
-    """A widget that acts in pieces does one a slice here, none twice, and takes up where it was after another record
-    has been refused its turn; given up for another action, it begins anew. The frame is that of `act`."""
+    """A widget that acts in pieces does one per slice here and none twice; a request without slices continues after the
+    last piece; another action begins anew. The frame is that of `act`."""
     done: list[str] = []
 
     def pieces(state: Any, action: Action) -> Pieces:
@@ -118,7 +120,7 @@ def test_a_long_action_is_answered_in_slices() -> None:
     clock = _Clock()
     host = Host({"kabsch": replace(WIDGET, pieces=pieces)}, clock)
     assert sliced(host, record()) == Host().render("f", record())
-    # What a slice is measured by passes only after a first piece.
+    # The clock that limits a slice advances only after a first piece.
     answers = [sliced(host, record(SOLVE)) for _ in range(3)]
     assert answers == [{"replayed": 0, "of": 1}] * 3
     assert sliced(host, record(SOLVE)) == Host().render("f", record(SOLVE))
@@ -133,7 +135,7 @@ def test_a_long_action_is_answered_in_slices() -> None:
 
 
 def test_pieces_of_another_past_are_not_taken_up() -> None:
-    """The same press under way after other actions begins anew."""
+    """The same press, part-way done after other actions, begins anew."""
     clock = _Clock()
 
     def pieces(state: Any, action: Action) -> Pieces:

@@ -1,4 +1,4 @@
-"""The figure of the atlas: every tile is a run of the package's own, and is called what its end is."""
+"""The atlas figure: every tile is one of the package's own runs, and is classified by where that run ends."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def shown(state: State, level: int = 0) -> dict[str, str]:
 
 
 def test_levels_add_up_to_the_full_lattice() -> None:
-    """Each holds the one before it and as many starts more as all others do; the last one has all."""
+    """Each level holds the one before and adds equally many starts; the last has all."""
     levels = [basins.run_at(level) for level in range(-1, LEVELS)]
     assert not levels[0].any()
     assert levels[-1].all()
@@ -54,7 +54,8 @@ def test_levels_add_up_to_the_full_lattice() -> None:
 
 @pytest.mark.parametrize("level", range(LEVELS))
 def test_what_a_level_shows_is_known_by_then(level: int) -> None:
-    """A tile shows its own start's end or that of one at most three tiles off, and all show their own in the end."""
+    """A tile shows the end of its own start or of one at most two rows and columns away; all show their own in the
+    end."""
     rows, columns = basins.seen(level)
     known = basins.run_at(level)
     assert known[rows, columns].all()
@@ -78,7 +79,7 @@ def test_a_place_beside_the_map_is_taken_for_the_nearest_tile() -> None:
 
 
 def test_the_coarse_map_is_the_full_maps_own() -> None:
-    """Each tile of the coarse map shows the end that the full map has for the start it stands for."""
+    """Each tile of the coarse map shows the end that the full map has for the start that the tile stands for."""
     ask = basins.Ask("icp", 0.6, "clean", SEED, 0.02, 0.0)
     coarse, full = basins.Runs(ask).ends(0), basins.Runs(ask).ends(FINEST)
     rows, columns = basins.seen(0)
@@ -96,7 +97,7 @@ def test_how_fine_a_map_is_does_not_depend_on_what_another_has_drawn() -> None:
 
 @METHODS
 def test_a_tile_ends_as_a_single_run_from_its_start_does(method: str) -> None:
-    """Also where a gate refuses every pair."""
+    """This also holds where a gate refuses every pair."""
     state = run(method=method, gate=0.3)
     ends, scene = state.atlas.ends(0), state.atlas.scene
     options = {} if method == "ndt" else {"gate": 0.3}
@@ -117,7 +118,7 @@ def test_a_tile_ends_as_a_single_run_from_its_start_does(method: str) -> None:
     [
         (0.0, 0.0, Status.CONVERGED, basins.TRUTH),
         (-4.9, 0.19, Status.STALLED, basins.TRUTH),
-        (-4.9, 0.19, Status.CAPPED, basins.TRUTH),  # right is right, however the run stopped
+        (-4.9, 0.19, Status.CAPPED, basins.TRUTH),  # a correct end counts, however the run stopped
         (5.1, 0.0, Status.CONVERGED, SHIFTED),
         (0.0, 0.21, Status.CONVERGED, SHIFTED),
         (-16.0, 0.0, Status.CONVERGED, basins.TURNED),
@@ -146,7 +147,7 @@ def test_the_starts_beside_the_truth_reach_it(method: str) -> None:
 
 
 def test_a_gate_below_every_distance_leaves_no_fit() -> None:
-    """From far starts no pair lies within a hundredth of a unit: the run stops where it began."""
+    """From far starts no pair lies within 0.001 u: the run stops where it began."""
     ask = basins.Ask("icp", 1e-3, "clean", SEED, 0.02, 0.0)
     atlas = basins.Runs(ask)
     ends = atlas.ends(0)
@@ -165,12 +166,12 @@ def test_a_gate_deforms_the_map_and_ndt_has_none() -> None:
     assert run(method="ndt", gate=0.6).atlas.ask == run(method="ndt").atlas.ask
 
 
-# What is told
+# Readouts
 
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_the_shares_are_the_maps_own(level: int) -> None:
-    """Of the starts that were run so far, each counted once."""
+    """They count each start run so far once."""
     state = run(gate=0.4)
     text, ends = shown(state, level), state.atlas.ends(level)
     kinds = ends.kind[basins.run_at(level)]
@@ -188,7 +189,7 @@ def test_the_map_is_in_the_colours_of_the_ends() -> None:
 
 
 def test_it_opens_before_its_run_and_the_end_is_told_when_it_is_there() -> None:
-    """At the first start nothing has happened; step by step it comes to the very end that a press of the end shows."""
+    """At the first start nothing has happened; single steps lead to the same end that pressing "finish" shows."""
     state = run()
     assert state.tile == FIRST
     assert shown(state)["end"] == "–"
@@ -205,13 +206,13 @@ def test_it_opens_before_its_run_and_the_end_is_told_when_it_is_there() -> None:
 
 @pytest.mark.parametrize("kind", ["click", "hover"])
 def test_a_place_that_is_picked_or_pointed_at_shows_its_whole_run(kind: str) -> None:
-    """Its end is the one its tile is called by, and a step begins the run anew."""
+    """Its end is the one shown by its tile, and a step begins the run anew."""
     state = run(place(1, 33, kind))
     assert shown(state)["end"] == "the truth"
     assert state.pose.t == pytest.approx(state.atlas.ends(0).pose.t[1, 33], abs=1e-9)
     again = act(state, STEP)
     assert again.steps == 1
-    assert motion(state, again) is None  # from the end back to the start nothing moves
+    assert motion(state, again) is None  # the jump from the end back to the start is not animated
     assert act(again, FINISH).steps == state.steps
 
 
@@ -224,7 +225,7 @@ def test_the_gate_of_the_first_start_saves_it_and_a_narrow_one_does_not() -> Non
 
 
 def test_borders_lie_between_what_differs() -> None:
-    """One lone tile has four sides, in the map's own units; a row of three is one rectangle."""
+    """A lone tile has four sides, in the map's own units; a row of three is one rectangle."""
     inside = np.zeros((ROWS, COLUMNS), dtype=np.bool_)
     assert len(basins.around(inside)[0]) == 0
     inside[2, 3:6] = True

@@ -1,4 +1,4 @@
-"""The search's figure: what it colours as ruled out holds no pose that is better, its numbers are the solver's."""
+"""The figure of branch and bound: regions shown as ruled out hold no better pose, and the numbers are the solver's."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def after(steps: int, name: str = "default", **changes: Any) -> figure.State:
 
 
 def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
-    """With the place known: four steps leave less than a fifth of the circle, and no heading elsewhere has a value that
-    is lower than the ceiling by more than the gap."""
+    """With the position known, four steps leave less than a fifth of the circle, and no excluded heading has a value
+    lower than the ceiling by more than the gap."""
     state = after(4, "turns")
     gone = np.isinf(state.floors.headings)
     assert 0.8 < state.floors.share_gone < 1.0
@@ -40,8 +40,8 @@ def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
 
 
 def test_every_open_arc_has_a_tick_at_its_ends() -> None:
-    """So that halving is seen while all floors are nothing: one tick, then two, four and eight, at equal distances;
-    later where the arcs left begin and end."""
+    """So that halving is visible while all floors are zero: one tick, then two, four and eight, equally spaced; later,
+    ticks mark where the remaining arcs begin and end."""
     for steps, count in enumerate((1, 2, 4, 8)):
         ends = after(steps, "turns").floors.ends
         np.testing.assert_allclose(ends, np.arange(count) * 2.0 * np.pi / count - np.pi, atol=1e-12)
@@ -53,7 +53,8 @@ def test_every_open_arc_has_a_tick_at_its_ends() -> None:
 
 
 def test_the_ceiling_is_seen_to_fall() -> None:
-    """After a step that lowers it, its rim lies within the one before, by as much of the ring; else at the outside."""
+    """After a step that lowers the ceiling, its rim lies inside the previous one by the same fraction of the ring;
+    otherwise on the outer rim."""
     for steps in range(5):
         state = after(steps, "turns")
         now, before = state.course[-1][0], state.course[max(steps - 1, 0)][0]
@@ -68,7 +69,7 @@ def test_the_ceiling_is_seen_to_fall() -> None:
 
 
 def test_floors_of_the_raster_are_the_lowest_bounds() -> None:
-    """Against every box asked at every heading and place; boxes of all sizes of a root of no round size."""
+    """Compared with evaluating every box at every heading and place, for boxes of all sizes within an unround root."""
     rng = np.random.default_rng(1)
     root = Boxes(np.array([[0.0, 1.3, -0.4]]), np.array([[np.pi, 9.7]]), np.zeros(1))
     level, depth = rng.integers(0, 9, 300), rng.integers(0, 8, 300)
@@ -112,7 +113,7 @@ def test_steps_one_by_one_are_the_run_to_the_end() -> None:
 
 
 def test_thousands_of_boxes_have_a_comma() -> None:
-    """In the readouts, in the note and in words."""
+    """In the readouts, the note and the description."""
     state = after(14)
     values = {readout.name: readout.value for readout in figure.draw(state).readouts}
     left, examined = int(state.now.left[0]), int(state.now.examined[0])

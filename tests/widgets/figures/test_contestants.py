@@ -1,4 +1,4 @@
-"""The figure of the nine contestants: every link is what the contestant's own state says."""
+"""The figure of the nine contestants: every link follows from the contestant's own state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def frame(log: list[Any] | None = None, **controls: Any) -> dict[str, Any]:
 
 
 def test_there_are_nine_and_all_are_drawn() -> None:
-    """One panel, one readout and one caption for each contestant of the race, in the race's order."""
+    """One panel, readout and caption for each contestant of the race, in the race's order."""
     names = [c.method for c in CONTESTANTS]
     assert set(LINKS) == set(names) == set(CAPTIONS)
     shown = frame()
@@ -40,7 +40,8 @@ def test_there_are_nine_and_all_are_drawn() -> None:
 
 @pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 28.0])
 def test_icps_link_is_the_nearest_point(point: float) -> None:
-    """Its length is the least distance to a target point, and never more than the gate where it is used."""
+    """Its length is the distance to the nearest target point; beyond the gate the readout says "none within the
+    gate"."""
     one = state(point=point)
     x = one.pose.apply(one.scene.source)[round(point) - 1]
     apart = np.linalg.norm(one.scene.target - x, axis=1).min()
@@ -52,7 +53,7 @@ def test_icps_link_is_the_nearest_point(point: float) -> None:
 
 
 def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
-    """Across the wall the point is at most as far as the nearest point on it."""
+    """The point is never farther from the wall's line than from the nearest point on the wall."""
     for point in range(1, 27):
         result = linked(state(point=float(point)))
         if result["icp"].value[0].isdigit() and result["point-to-plane"].value[0].isdigit():
@@ -61,7 +62,7 @@ def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
 
 @pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])
 def test_soft_targets_lie_among_their_threads(method: str) -> None:
-    """The diamond is a mean of target points: inside their box."""
+    """The diamond is a mean of target points, so it lies inside their bounding box."""
     one = state()
     marks = linked(one)[method].marks
     (diamond,) = (m for m in marks if isinstance(m, Points))
@@ -72,7 +73,7 @@ def test_soft_targets_lie_among_their_threads(method: str) -> None:
 
 
 def test_ransac_ignores_the_pose() -> None:
-    """Wherever the source is put, the motion that it guesses takes the point to one place."""
+    """Wherever the source is placed, the motion found by RANSAC takes the point to the same place."""
 
     def goal(one: State) -> Any:
         return one.known[SEARCH].pose[0].apply(one.scene.source)
@@ -82,7 +83,7 @@ def test_ransac_ignores_the_pose() -> None:
 
 
 def test_mmd_links_nothing() -> None:
-    """No mark of its panel starts at the point: only waves, and they stay where they are."""
+    """No mark of its panel starts at the point: only waves, which stay where they are."""
     a, b = (frame([["drag", "source", x, 0.3]]) for x in (-1.0, 1.0))
     waves = [re.findall(r'class="line guide[^>]*>', f["panels"][6]["svg"]) for f in (a, b)]
     assert waves[0] == waves[1]
@@ -98,7 +99,7 @@ def test_every_control_changes_the_links() -> None:
 
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=lambda c: c.method)
 def test_what_is_kept_changes_no_answer(contestant: Contestant) -> None:
-    """Elsewhere, each contestant links the point as one that begins there on its own, to the last digit."""
+    """Caching changes nothing: each contestant links the moved point exactly as one that begins there does."""
     if contestant.method == SEARCH:
         return
     one = state((2.0, 1.0), turn=30.0)

@@ -14,7 +14,7 @@ X, Y = np.linspace(-1.0, 1.0, 81), np.linspace(-1.2, 1.2, 97)
 
 
 def test_the_contours_of_a_bowl_are_circles() -> None:
-    """Every end lies on the circle to second order of the lattice, and the pieces add up to its length."""
+    """Every end lies on the circle to second order in the lattice spacing, and the pieces add up to its length."""
     bowl = np.hypot(X[None, :], Y[:, None])
     for radius in (0.3, 0.85):
         a, b = contours(bowl, X, Y, [radius])
@@ -23,7 +23,7 @@ def test_the_contours_of_a_bowl_are_circles() -> None:
 
 
 def test_lines_are_closed_or_end_at_the_border(rng_field: Array) -> None:
-    """Each end that is not at the border is the end of exactly two pieces, also where lines nearly cross."""
+    """Each end not at the border belongs to exactly two pieces, even where lines nearly cross."""
     a, b = contours(rng_field, X, Y, [0.0, 0.4])
     ends, count = np.unique(np.round(np.concatenate([a, b]), 9), axis=0, return_counts=True)
     border = (np.abs(ends[:, 0]) > 1.0 - 1e-9) | (np.abs(ends[:, 1]) > 1.2 - 1e-9)
@@ -32,7 +32,8 @@ def test_lines_are_closed_or_end_at_the_border(rng_field: Array) -> None:
 
 
 def test_the_pieces_of_a_line_are_in_a_row(rng_field: Array) -> None:
-    """A line goes on until it is closed or at the border, higher ground to its right, and no other continues it."""
+    """The pieces of a line follow each other, with higher ground to the right, until it closes or meets the border; no
+    other line continues it."""
     bowl = np.hypot(X[None, :], Y[:, None])
     a, b = contours(bowl, X, Y, [0.3, 0.85])
     assert np.count_nonzero(np.any(b[:-1] != a[1:], axis=1)) == 1
@@ -50,7 +51,7 @@ def test_the_pieces_of_a_line_are_in_a_row(rng_field: Array) -> None:
 
 
 def bilinear(values: Array, points: Array) -> Array:
-    """The field at points, from the four nodes about each."""
+    """The field at points, interpolated from the four surrounding nodes."""
     i, j = np.searchsorted(Y, points[:, 1]) - 1, np.searchsorted(X, points[:, 0]) - 1
     u, v = (points[:, 0] - X[j]) / (X[1] - X[0]), (points[:, 1] - Y[i]) / (Y[1] - Y[0])
     low, high = ((1 - u) * values[k, j] + u * values[k, j + 1] for k in (i, i + 1))
@@ -59,7 +60,7 @@ def bilinear(values: Array, points: Array) -> Array:
 
 @pytest.fixture
 def rng_field() -> Array:
-    """Noise from node to node: saddles everywhere."""
+    """Independent noise at every node: saddles everywhere."""
     return np.asarray(np.random.default_rng(3).standard_normal((len(Y), len(X))))
 
 
@@ -69,7 +70,7 @@ def test_a_flat_field_has_no_contours() -> None:
 
 
 def test_minima_are_nodes_below_all_about_them() -> None:
-    """Two pits are two; a border's low is none, and neither is a valley's flat floor."""
+    """Two pits give two minima; neither the lowest value at a border nor a valley's flat floor counts."""
     field = np.minimum(np.hypot(X[None, :] - 0.5, Y[:, None]), np.hypot(X[None, :] + 0.4, Y[:, None] - 0.3) + 0.1)
     assert minima(field) == 2
     assert minima(np.broadcast_to(X, (9, 81))) == 0
@@ -83,8 +84,9 @@ def test_places_take_neighbours_together() -> None:
 
 
 def test_a_line_is_cut_at_the_window() -> None:
-    """Out and in again makes two parts, each to the border; a line outside, or a point, makes none. Of random walks no
-    node inside is lost, no piece has no length, and a part ends at the border or where the walk does."""
+    """A line that leaves the window and comes back makes two parts, each up to the border; a line outside, or a point,
+    makes none. Random walks lose no node inside the window, no piece has zero length, and parts end at the border or at
+    an end of the walk."""
     window = (-1.0, 1.0, -1.0, 1.0)
     way = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
     one, two = within(way, window)
@@ -92,7 +94,7 @@ def test_a_line_is_cut_at_the_window() -> None:
     np.testing.assert_allclose(two, [[1.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
     assert within(way + 3.0, window) == []
     assert within(way[:1], window) == []
-    assert within(np.array([[0.0, 2.0], [2.0, 0.0]]), window) == []  # it touches a corner
+    assert within(np.array([[0.0, 2.0], [2.0, 0.0]]), window) == []  # it only touches a corner
     (same,) = within(way * 0.4, window)
     np.testing.assert_allclose(same, way * 0.4)
     rng, met = np.random.default_rng(1), 0

@@ -29,7 +29,7 @@ def of(name: str, length: float | None = None, seed: int = 40, noise: float = 0.
 
 
 def fresh(name: str) -> Dial:
-    """A dial on which nothing has been computed."""
+    """A dial for which nothing has been computed."""
     return of(name)
 
 
@@ -48,7 +48,7 @@ def shown(name: str, *presses: str, **changes: Any) -> dict[str, str]:
 
 
 def test_the_ring_of_known_pairs_is_the_sum_of_squares() -> None:
-    """Written out, and as the cosine that the expansion of the squares gives."""
+    """The ring equals the sum written out, and the cosine that expanding the squares gives."""
     dial = of("pairs")
     p, q = dial.clouds.source, dial.clouds.target
     turned = [Pose.from_angle(turn).apply(p) for turn in headings()]
@@ -76,7 +76,7 @@ def test_a_ring_is_the_objective_with_which_the_method_begins(name: str) -> None
 
 
 def test_a_flow_has_no_objective() -> None:
-    """Its steps make nothing small: the residual that it reports rises as well as falls."""
+    """Its steps minimise nothing: the residual that it reports rises as well as falls."""
     dial = of("flow")
     assert not dial.ring.any()
     steps = np.diff(run(dial, 1.0).history.objective[1:])
@@ -90,7 +90,7 @@ def test_a_flow_has_no_objective() -> None:
 
 @pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("default", "It came to rest ")])
 def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> None:
-    """And what decides whether it is the truth is said, both numbers of it."""
+    """The note also gives both errors that decide whether the end is the truth."""
     frame = Host().render("f", {**preset(figure.WIDGET, name, {}).plain(), "log": [["press", "roll"]]})
     off = shown(name, "roll")
     assert frame["note"].startswith(words)
@@ -110,7 +110,8 @@ def test_a_slider_is_called_what_the_rung_calls_it() -> None:
 
 @pytest.mark.parametrize("name", RUNGS)
 def test_a_tick_marks_each_valley_that_is_counted(name: str) -> None:
-    """On the ring, at its surface, and in the chart; the coarse ring, which is not counted, has none."""
+    """On the ring, at its surface, and in the chart; the coarse ring has no ticks because its valleys are not
+    counted."""
     state = figure.start(preset(figure.WIDGET, "default" if name == "nearest" else name).controls, 40)
     full, count = figure.draw(state), len(valleys(state.dial.ring))
     assert {r.name: r.value for r in full.readouts}["valleys"] == ("–" if name == "flow" else str(count))
@@ -156,7 +157,7 @@ def test_four_pairs_in_ten_are_wrong_on_rung_2() -> None:
 
 @pytest.mark.parametrize("name", LOCAL)
 def test_every_start_is_a_run_of_its_own(name: str) -> None:
-    """The slices are the runs one by one, however many are asked for, and in whatever order."""
+    """The slices give the same ends as single runs, however many are requested and in whatever order."""
     dial, again = fresh(name), fresh(name)
     all_of_them = dial.arrivals()
     assert len(all_of_them) == len(starts())
@@ -182,7 +183,8 @@ def test_valleys_are_counted_round_the_circle() -> None:
 
 @pytest.mark.parametrize("turn", [-179.0, -90.0, 0.0, 33.0, 180.0])
 def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
-    """The truth is at the top; a positive turn is anticlockwise, as on the scan; the keys turn it by what they say."""
+    """The truth is at the top; a positive turn is anticlockwise, as on the scan; a key turns the robot by its stated
+    angle."""
     state = figure.start(figure.Controls(), 40)
     x, y = place(np.radians(turn), 5.0).tolist()
     dragged = figure.act(state, Action("drag", "turn", x, y))
@@ -196,7 +198,7 @@ def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
 
 
 def test_a_turn_of_the_robot_leaves_the_ring() -> None:
-    """While it is dragged its own run is all that is computed."""
+    """While the robot is dragged, only its own run is computed."""
     state = figure.start(figure.Controls(), 40)
     assert figure.act(state, Action("drag", "turn", 1.0, 2.0)).dial is state.dial
 
@@ -223,7 +225,7 @@ def test_the_band_grows_slice_by_slice_and_the_count_waits_for_all() -> None:
 
 
 def test_known_pairs_have_one_valley_and_guessed_ones_several() -> None:
-    """Over ten draws: what the first rung's dial shows is not one draw's luck."""
+    """Over ten draws: what the first rung's dial shows does not depend on one lucky draw."""
     for seed in range(40, 50):
         one, other = made("pairs", seed, 0.02, 1.0), made("nearest", seed, 0.02, 6.0)
         assert len(valleys(one.ring)) == 1 < len(valleys(other.ring))
@@ -238,7 +240,7 @@ def test_shorter_waves_make_more_valleys() -> None:
 
 
 def test_the_map_is_eight_dials_of_one_heading() -> None:
-    """What the map tells is what the dials tell, one by one."""
+    """The map's readouts equal those of the single dials."""
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
     frame = ladder_map.draw(state)
     assert [panel.name for panel in frame.panels] == list(RUNGS)
@@ -259,7 +261,8 @@ def test_the_map_tells_ends_before_full_rings() -> None:
 
 
 def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:
-    """So that these balls are as many as the map counts: the flow's stands at the top, but its robot beside."""
+    """So there are as many truth-coloured balls as the map counts: the flow's ball is at the top, but its robot is
+    displaced."""
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
     frame = ladder_map.draw(state)
     balls = [
@@ -276,7 +279,7 @@ def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:
 
 
 def test_no_ball_or_ring_of_the_map_is_cut() -> None:
-    """Half a turn off, where the rings are widest and the panels end."""
+    """Half a turn off, where the rings are widest and reach the panel's edge."""
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(180.0), 40), Action("press", "roll"))
     for panel in ladder_map.draw(state).panels:
         for mark in panel.marks:
@@ -292,14 +295,14 @@ def test_an_objective_of_thousands_has_a_comma() -> None:
 
 @pytest.mark.parametrize("turn", [-180.0, 180.0])
 def test_half_a_turn_stands_clear_of_the_words_at_the_axis(turn: float) -> None:
-    """The ball of either sign is at the right end of the unrolled ring: at the left it would cover "high"."""
+    """With either sign, the ball is at the right end of the unrolled ring: at the left it would cover "high"."""
     _, chart = figure.draw(state_after(figure.WIDGET, turn=turn)).panels
     (ball,) = (mark for mark in chart.marks if isinstance(mark, Points))
     assert np.reshape(ball.xy, -1)[0] == pytest.approx(180.0)
 
 
 def test_the_first_heading_and_the_lowest_place_are_written_apart() -> None:
-    """Both stand at the chart's lower left corner."""
+    """Both labels are at the chart's lower left corner."""
     state = figure.start(preset(figure.WIDGET, "pairs").controls, 40)
     panel = next(panel for panel in figure.draw(state).panels if panel.name == "unrolled")
     heights = {

@@ -1,4 +1,4 @@
-"""The figure of the drive: its table is what the solvers find, and its controls do what they say."""
+"""The figure of the drive: its table holds the solvers' results, and its controls do what they say."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def at_the_end(**controls: object) -> State:
 
 @pytest.mark.native
 def test_the_table_is_what_the_solvers_find() -> None:
-    """Computed anew from the scans: every pose to half a centimetre, with the same loops.
+    """Recomputed from the scans, every pose agrees to half a centimetre, with the same loops.
 
-    To write the file anew: python -c "from widgets.parts import drive_solved; drive_solved.write()".
+    To write the file again: python -c "from widgets.parts import drive_solved; drive_solved.write()".
     """
     kept, result = table.table(), table.read(drive_solved.made())
     assert np.array_equal(kept.later, result.later)
@@ -69,7 +69,7 @@ def test_the_wrong_loop_bends_what_no_kernel_holds() -> None:
 
 
 def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
-    """Among closed poses alone, and only once both of its scans have been made."""
+    """Only among closed poses, and only once both of its scans have been made."""
 
     def roles(state: State) -> set[str]:
         return {mark.role for mark in draw(state).panels[0].marks if hasattr(mark, "role")}
@@ -82,7 +82,7 @@ def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
 
 @pytest.mark.parametrize("kernel", table.KERNELS)
 def test_the_wrong_loop_is_found_with_every_kernel(kernel: str) -> None:
-    """Its scans have a ring each, of two sizes, and it has its name, also where it has no length to be seen by."""
+    """Each of its scans has a ring, in two sizes, and the loop is labelled even where it has no visible length."""
     state = at_the_end(poses="closed", wrong=True, kernel=kernel)
     marks = draw(state).panels[0].marks
     rings = {mark.radius: np.asarray(mark.xy) for mark in marks if isinstance(mark, Ring)}
@@ -103,7 +103,7 @@ def test_each_scan_of_the_wrong_loop_is_ringed_once_it_has_been_made() -> None:
 
 
 def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
-    """So that a step of the player turns only new scans into markup."""
+    """So a step of the player renders only new scans."""
     state = at_the_end()
     assert draw(state).panels[0].marks[0] is draw(act(state, STEP)).panels[0].marks[0]
     assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
@@ -112,13 +112,13 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
 @pytest.mark.parametrize("controls", [{"wrong": True}, {"kernel": "cauchy"}])
 @pytest.mark.parametrize(("poses", "told"), [("odometry", True), ("matched", True), ("closed", False)])
 def test_what_has_no_effect_says_so(controls: dict[str, object], poses: str, told: bool) -> None:
-    """Loops bend the closed poses only."""
+    """Loops affect only the closed poses."""
     assert ("only on closed poses" in draw(at_the_end(poses=poses, **controls)).note) == told
 
 
 @pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
 def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
-    """As soon as there is one: odometry leaves them metres long."""
+    """They appear as soon as there is one loop; odometry leaves them metres long."""
     assert not len(np.asarray(loops(start(preset(WIDGET, "default", {"poses": poses}).controls, 40)).a))
     state = at_the_end(poses=poses)
     mark = loops(state)
@@ -129,7 +129,7 @@ def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
 
 
 def test_the_map_has_a_bar_of_ten_metres() -> None:
-    """A metre of the bar is a metre of the map."""
+    """A metre on the bar is a metre on the map."""
     bar, _, label = draw(at_the_end()).panels[0].marks[-3:]
     assert isinstance(bar, Segments)
     assert isinstance(label, Label)
@@ -139,8 +139,8 @@ def test_the_map_has_a_bar_of_ten_metres() -> None:
 
 @pytest.mark.native
 def test_the_whole_map_is_light_enough_to_play() -> None:
-    """The last frame is below 80 kB of markup, and each step to it adds less than 12 kB; half of them are drawn and
-    written in 25 ms."""
+    """The last frame is below 80 kB of markup, and each step adds less than 12 kB; the median step is drawn and
+    rendered in under 25 ms."""
     state = start(preset(WIDGET, "closed").controls, 40)
     before: set[str] = set()
     took = []

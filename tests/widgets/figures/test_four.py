@@ -1,5 +1,5 @@
-"""The walkthrough: its stages are those of one solver step, all panels keep in step, and every control does what it
-names."""
+"""The walkthrough: its stages are those of one solver step, all panels stay in step, and every control does what it
+says."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def told(state: State) -> list[str]:
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_jump_shows_what_walking_there_shows(scene: str) -> None:
-    """Each stage reached directly, forwards or back, has the captions and numbers of the same stage reached by Next."""
+    """Each stage reached directly, forwards or backwards, has the same captions and numbers as when it is reached by
+    Next."""
     walked = [run(*[NEXT] * k, scene=scene) for k in range(2 * STAGES)]
     for k in range(1, STAGES + 1):
         for jumped, there in (
@@ -59,13 +60,13 @@ def test_a_jump_shows_what_walking_there_shows(scene: str) -> None:
 
 
 def test_an_iteration_is_five_stages() -> None:
-    """Next iteration keeps the stage, and stands where five times Next leads."""
+    """Next iteration keeps the stage and leads to the same state as five presses of Next."""
     for k in range(1, STAGES + 1):
         assert told(run(stage(k), ITERATE)) == told(run(*[NEXT] * (k - 1 + STAGES)))
 
 
 def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> None:
-    """Each panel names its own stage of that number; at the fifth the others show what they showed at the fourth."""
+    """Each panel names its own stage of that number; at the fifth, the others still show their fourth."""
     for k in range(1, STAGES + 1):
         for name, panel in panels(run(stage(k))).items():
             stages = PARTS[name].STAGES
@@ -76,14 +77,14 @@ def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> Non
             assert one.errors() == other.errors()
             drawn = [
                 len(PARTS[look.track.name].shown(look).marks) for look in (one, other)
-            ]  # the very same kinds of marks
+            ]  # the same number of marks
             assert drawn[0] == drawn[1]
     assert shown(fourth) == shown(fifth)
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
-    """register, with the same options and as many steps, from the cloud as it lies: the readouts' numbers."""
+    """The readouts agree with `register`, given the same options and number of steps, from the cloud as it lies."""
     state = run(ITERATE, ITERATE, stage(4), scene=scene, turn=45.0)
     text, walk = shown(state), state.walk
     moved = walk.start.apply(walk.scene.source)
@@ -103,7 +104,8 @@ def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
 
 
 def test_cpds_stages_lead_to_its_next_pose() -> None:
-    """What the third and fourth stage name, put together, is the pose that the step itself comes to."""
+    """The rotation, translation and scale of the third and fourth stages, put together, give the pose that the step
+    itself reaches."""
     for actions in ((stage(4),), (ITERATE, stage(4)), (ITERATE, ITERATE, stage(4))):
         look = run(*actions, scene="clutter").walk.looks()[0]
         step = cpd.stages(look.before)
@@ -113,7 +115,7 @@ def test_cpds_stages_lead_to_its_next_pose() -> None:
 
 
 def test_beside_the_bars_stand_the_clouds_that_they_were_made_of() -> None:
-    """The stage before in small: the same points, the same poses."""
+    """The previous stage at reduced size: the same points, the same poses."""
     state = run(stage(2))
     look = next(look for look in state.walk.looks() if look.track.name == "mmd")
     for index in (2, 3):
@@ -124,7 +126,7 @@ def test_beside_the_bars_stand_the_clouds_that_they_were_made_of() -> None:
 
 
 def test_the_bars_are_the_96_means_and_their_difference() -> None:
-    """Two rows of 96 bars, and one of 96 whose squared lengths add up to the objective."""
+    """Two rows of 96 bars, then one of 96 whose squared lengths, divided by 48, add up to the objective."""
 
     def bars(panel: Panel) -> list[Segments]:
         return [mark for mark in panel.marks if isinstance(mark, Segments)]
@@ -139,7 +141,8 @@ def test_the_bars_are_the_96_means_and_their_difference() -> None:
 
 
 def test_the_filter_spreads_and_keeps_the_mass() -> None:
-    """The blurred density covers more of the panel than the density, and no cell is above the scale's end."""
+    """The blurred density covers over 1.5 times as much of the panel as the unblurred one, and no cell exceeds the
+    scale's end."""
     covered = []
     for k in (1, 2):
         (heat,) = (mark for mark in panels(run(ITERATE, stage(k)))["filterreg"].marks if isinstance(mark, Heat))
@@ -151,14 +154,14 @@ def test_the_filter_spreads_and_keeps_the_mass() -> None:
 
 
 def test_only_cpd_finds_the_smaller_clouds_size() -> None:
-    """With the scale switch CPD ends within 2 % of 1/0.85; the other three stay 15 % off."""
+    """With the scale switch, CPD ends within 2 % of 1/0.85; the other three stay 15 % off."""
     text = shown(run(FINISH, smaller=True))
     assert abs(float(text["cpd_scale"])) < 2.0
     assert [text[f"{name}_scale"] for name in ("filterreg", "mmd", "flow")] == ["-15.0"] * 3
 
 
 def test_the_projection_switch_changes_the_flow_alone() -> None:
-    """After two iterations the flow's numbers differ, the others' do not."""
+    """After two iterations the flow's numbers differ; the others' do not."""
     on, off = (shown(run(ITERATE, ITERATE, stage(4), turn=100.0, project=flag)) for flag in (True, False))
     changed = {name for name in on if on[name] != off[name]}
     assert changed
@@ -166,7 +169,7 @@ def test_the_projection_switch_changes_the_flow_alone() -> None:
 
 
 def test_the_end_certifies_nothing() -> None:
-    """From half a turn all four stop, and the note counts those that are right: not all."""
+    """From half a turn all four stop, and the note counts fewer than four as right."""
     state = run(FINISH, turn=180.0)
     picture = draw(state)
     assert "Stopping certifies nothing" in picture.note
@@ -176,7 +179,7 @@ def test_the_end_certifies_nothing() -> None:
 
 
 def test_captions_keep_to_one_line_on_a_wide_page() -> None:
-    """No caption's line is longer than 84 characters in any stage of the first three iterations and at the end."""
+    """No line of a caption exceeds 84 characters, in any stage of the first three iterations or at the end."""
     for scene in SCENES:
         state = run(scene=scene, smaller=True)
         for _ in range(3 * STAGES):
@@ -197,7 +200,8 @@ ACTIONS = st.one_of(
 @settings(max_examples=15, deadline=None)
 @given(st.lists(ACTIONS, max_size=6), st.sampled_from(SCENES), st.booleans())
 def test_whatever_a_reader_does_there_is_a_picture(actions: list[Action], scene: str, smaller: bool) -> None:
-    """Any presses and drags: four panels, finite numbers, a stage from 1 to 5, handles only before anything moves."""
+    """Any presses and drags give four panels, finite errors, a stage from 1 to 5, and handles only before anything
+    moves."""
     state = run(*actions, scene=scene, smaller=smaller)
     picture = draw(state)
     assert len(picture.panels) == 4
@@ -207,7 +211,7 @@ def test_whatever_a_reader_does_there_is_a_picture(actions: list[Action], scene:
 
 
 def test_the_readouts_of_a_method_stand_together() -> None:
-    """Whatever a page pours them into, those of one follow those of another."""
+    """However a page arranges them, the readouts of each method follow one another."""
     names = [readout.name.split("_") for readout in draw(run()).readouts]
     assert [method for method, _ in names[::4]] == list(PARTS)
     assert all(method == names[k - k % 4][0] for k, (method, _) in enumerate(names))

@@ -1,5 +1,5 @@
-"""The figure of nearest points: what falls and what may rise, both halves of a step, and controls that do what they
-name."""
+"""The figure of nearest points: which quantities fall and which may rise, both halves of a step, and controls that do
+what they say."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def shown(state: State) -> dict[str, str]:
 
 
 def test_the_chart_goes_as_far_as_its_words_say() -> None:
-    """Eight steps at first, then more; the dot of the last step stands where the words put it."""
+    """Eight steps at first, then more; the dot of the last step agrees with the tick labels."""
     for actions, span in (((), 8), ((STEP,) * 8, 8), ((STEP,) * 9, 16), ((FINISH,), 40)):
         state = run(*actions, start="far", turn=-110.0, offset=1.43)
         panel = next(panel for panel in draw(state).panels if panel.name == "rms")
@@ -52,7 +52,7 @@ def test_the_chart_goes_as_far_as_its_words_say() -> None:
     ],
 )
 def test_the_chart_of_the_rms_holds_all_of_it(actions: tuple[Action, ...], controls: dict[str, Any]) -> None:
-    """The last value and that at the truth stand where the numbers beside the axis say, however large they are."""
+    """The last RMS and that at the truth agree with the tick labels beside the axis, however large they are."""
     state = run(*actions, **controls)
     (panel,) = (panel for panel in draw(state).panels if panel.name == "rms")
     words = [mark for mark in panel.marks if isinstance(mark, Label) and mark.anchor == "end" and mark.dx == -6]
@@ -67,7 +67,7 @@ def test_the_chart_of_the_rms_holds_all_of_it(actions: tuple[Action, ...], contr
 
 @pytest.mark.parametrize("name", WIDGET.presets)
 def test_a_drag_changes_the_start_and_not_the_pairs_at_the_truth(name: str) -> None:
-    """They are those of a run that is begun at the new start, and so is where it ends."""
+    """They equal those of a run begun at the new start, and the next step leads to the same pose."""
     dragged = run(Action("drag", "source", 0.8, -0.6), name=name).run
     anew = begun(dragged.rule, dragged.scene, dragged.began, STEPS)
     assert np.abs(dragged.began.t - run(name=name).run.began.t).max() > 0.01
@@ -89,7 +89,7 @@ def test_a_drag_changes_the_start_and_not_the_pairs_at_the_truth(name: str) -> N
 def test_what_is_said_never_to_rise_never_rises(
     scene: str, turn: float, offset: float, objective: str, gate: float, trim: float, seed: int
 ) -> None:
-    """Whatever the controls: where the figure promises that the objective or the RMS falls, every step of it does."""
+    """With any controls, where the figure promises that the objective or the RMS never rises, no step raises it."""
     state = run(FINISH, seed=seed, scene=scene, turn=turn, offset=offset, objective=objective, gate=gate, trim=trim)
     course = state.run.course
     if state.run.rule.objective_falls:
@@ -116,7 +116,7 @@ def test_both_halves_of_a_step(name: str, controls: dict[str, Any]) -> None:
 
 
 def test_the_gated_preset_rises() -> None:
-    """The preset that shows a rising RMS shows it: in the readout, in the note of such a step, as diamonds."""
+    """The preset for a rising RMS does show it: in the readout, in the note of such a step, and as diamonds."""
     state = run(FINISH, name="gated")
     assert len(state.run.rises) >= 5
     first = state.run.rises[0]
@@ -131,7 +131,7 @@ def test_the_gated_preset_rises() -> None:
 
 
 def test_a_gate_and_a_cap_take_the_same_steps_and_promise_different_things() -> None:
-    """Gated and capped runs go through the same poses; only the cap's objective can be shown not to rise."""
+    """Gated and capped runs pass through the same poses; only the cap's objective is guaranteed not to rise."""
     gated = run(*[STEP] * 12, turn=45.0, offset=1.43, gate=0.6)
     capped = run(*[STEP] * 12, turn=45.0, offset=1.43, objective="capped", gate=0.6)
     np.testing.assert_allclose(gated.run.pose.matrix, capped.run.pose.matrix, atol=1e-12)
@@ -142,7 +142,7 @@ def test_a_gate_and_a_cap_take_the_same_steps_and_promise_different_things() -> 
 
 
 def test_trimming_alone_is_the_fixed_count() -> None:
-    """With the gate open a trimmed fraction is a fixed number of pairs: the same steps, the same promise."""
+    """With the gate open, a trimmed fraction is a fixed number of pairs: the same steps, the same promise."""
     plain, count = (run(*[STEP] * 8, objective=o, gate=OPEN, trim=20.0) for o in ("plain", "count"))
     np.testing.assert_array_equal(plain.run.pose.matrix, count.run.pose.matrix)
     assert shown(plain)["falls"] == shown(count)["falls"] == "RMS and objective"
@@ -150,7 +150,7 @@ def test_trimming_alone_is_the_fixed_count() -> None:
 
 
 def test_the_wrong_fits_are_convincing() -> None:
-    """The presets of wrong fits stop by themselves, far off, at an RMS near that at the truth or below it."""
+    """The presets of wrong fits converge far from the truth, at an RMS near or below that at the truth."""
     wall = run(FINISH, name="overlap").run
     assert wall.status.label == "converged"
     assert wall.course[-1].rms < float(wall.truth.rms[0])
@@ -182,7 +182,7 @@ def test_the_wrong_fits_are_convincing() -> None:
     ],
 )
 def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any, given_: dict[str, Any]) -> None:
-    """Before any step already: the map and at least one readout are others."""
+    """Even before any step, the map and at least one readout change."""
     plain, changed = (preset(WIDGET, "default", {**given_, **more}).plain() for more in ({}, {control: value}))
     one, other = (Host().render("f", record) for record in (plain, changed))
     assert one["panels"][0]["svg"] != other["panels"][0]["svg"]
@@ -191,14 +191,14 @@ def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any,
 
 
 def test_a_knob_that_plays_no_part_is_named() -> None:
-    """The gate under a fixed count and the trimming under a cap change nothing but the note that says so."""
+    """The gate under a fixed count, and trimming under a cap, change only the note that says so."""
     assert "has no effect" in draw(run(objective="count", gate=0.5)).note
     assert "has no effect" in draw(run(objective="capped", trim=30.0)).note
     assert draw(run(objective="count")).note == draw(run()).note == ""
 
 
 def test_every_pair_is_one_of_three_kinds() -> None:
-    """Used, beyond the gate and trimmed lines together are one a source point, and the words count them."""
+    """Lines for used, out-of-gate and trimmed pairs add up to one per source point, and the texts count them."""
     state = run(gate=0.5, trim=30.0, turn=30.0, offset=1.0)
     n = len(state.run.scene.source)
     layers = {m.role: len(np.asarray(m.a)) for m in draw(state).panels[0].marks if hasattr(m, "a")}
@@ -211,7 +211,7 @@ def test_every_pair_is_one_of_three_kinds() -> None:
 
 
 def test_the_motion_is_the_move() -> None:
-    """Turned about the old origin, then shifted, the old points are the new points; jumps are not animated."""
+    """Turned about the old origin, then shifted, the old points become the new points; jumps are not animated."""
     before, after = run(STEP), run(STEP, STEP)
     moved = motion(before, after)
     assert moved is not None
@@ -239,7 +239,8 @@ def test_the_motion_is_the_move() -> None:
     st.floats(0, 50),
 )
 def test_hostile_actions(actions: list[Action], gate: float, overlap: float, outliers: float) -> None:
-    """Any order of steps and drags, also to where no pair is left: a picture, finite words, handles in the window."""
+    """Steps and drags in any order, even to where no pair is left, give a picture, finite numbers, and handles in the
+    window."""
     state = run(*actions, gate=gate, overlap=overlap, outliers=outliers)
     picture = draw(state)
     for handle in picture.handles:
@@ -254,7 +255,7 @@ def test_hostile_actions(actions: list[Action], gate: float, overlap: float, out
 
 
 def test_no_pair_left_is_said() -> None:
-    """A gate that lets nothing through: no RMS is told, the run stops at once, with the reason."""
+    """If the gate rejects every pair, no RMS is shown, and the run stops at once with the reason."""
     state = run(name="overlap", turn=0.0, offset=1.2, scene="clean", overlap=30.0)
     assert shown(state)["used"] == "0 of 132"
     assert shown(state)["rms"] == "–"
@@ -262,7 +263,7 @@ def test_no_pair_left_is_said() -> None:
 
 
 def test_a_drag_begins_anew() -> None:
-    """Put elsewhere, the source has taken no step, and the outline of the start is that of the new place."""
+    """A dragged source has taken no step, and the outline of its start is at the new place."""
     state = run(STEP, STEP, Action("drag", "source", 1.0, -0.5))
     assert state.run.steps == 0
     np.testing.assert_allclose(state.run.began.t, (1.0, -0.5))

@@ -34,7 +34,7 @@ def drag(name: str, x: float, y: float) -> Action:
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-4, 4)] * 4), min_size=2, max_size=8))
 def test_every_start_gives_the_same_solution(scene: str, starts: list[tuple[float, float, float, float]]) -> None:
-    """From anywhere, at any angle, Solve finds one pose, to rounding; the figure says by how much they differ."""
+    """From any place and angle, Solve finds the same pose up to rounding; the figure states the largest difference."""
     actions = [a for x, y, u, v in starts for a in (drag("source", x, y), drag("turn", u, v), SOLVE)]
     state = run(*actions, scene=scene)
     places = np.array([pose.apply(state.scene.source) for pose in state.solutions])
@@ -46,7 +46,7 @@ def test_every_start_gives_the_same_solution(scene: str, starts: list[tuple[floa
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_solution_is_the_minimum(scene: str) -> None:
-    """No small turn or shift of the solution lowers the residual, and neither does the truth."""
+    """No small turn or shift of the solution lowers the residual; nor is the truth's residual lower."""
     state = run(SOLVE, scene=scene)
     p, q = state.scene.source, state.scene.target
     least = rms(state.pose, p, q)
@@ -65,8 +65,8 @@ def test_clean_pairs_are_solved_exactly() -> None:
 
 
 def test_the_reflect_scene_really_reflects() -> None:
-    """The switch decides between a reflection and the best rotation, which fits a little worse. So it is in the first
-    draw and in nearly all of 25; in the others the noise leans too little, and the figure says det = +1."""
+    """The switch decides between a reflection and the best rotation, which fits a little worse. This holds in the first
+    draw and at least 22 of 25; in the others the noise leans too little, and the figure says det = +1."""
     reflected = 0
     for seed in range(SEED, SEED + 25 * 13, 13):
         kept, free = run(SOLVE, scene="reflect", seed=seed), run(SOLVE, scene="reflect", seed=seed, correct=False)
@@ -81,7 +81,8 @@ def test_the_reflect_scene_really_reflects() -> None:
 
 
 def test_without_noise_the_correction_changes_nothing() -> None:
-    """The reflection comes from the noise: a bowed mast without any has determinant +1, and the switch is idle."""
+    """The reflection is caused by the noise: a bowed mast without noise has determinant +1, and the switch does
+    nothing."""
     for scene in SCENES[:3]:
         on, off = run(SOLVE, scene=scene), run(SOLVE, scene=scene, correct=False)
         assert on.free.determinant == 1
@@ -90,7 +91,7 @@ def test_without_noise_the_correction_changes_nothing() -> None:
 
 
 def test_a_reflection_has_no_rotation_error_and_no_motion() -> None:
-    """What is not a rotation gets no angle, and nothing is animated."""
+    """An improper transform gets no angle, and nothing is animated."""
     plain = preset(WIDGET, "reflect", {"correct": False}).plain()
     frame = Host().render("f", {**plain, "log": [["press", "solve"]]})
     shown = {r["name"]: r["value"] for r in frame["readouts"]}
@@ -101,7 +102,7 @@ def test_a_reflection_has_no_rotation_error_and_no_motion() -> None:
 
 
 def test_the_unconstrained_optimum_is_shown_as_a_dashed_ghost() -> None:
-    """Only after Solve, only where it is a reflection, only while the source is kept to rotations."""
+    """Only after Solve, only if it is a reflection, and only while the source is kept to rotations."""
 
     def dashed(log: list[Any], **controls: Any) -> bool:
         frame = Host().render("f", {**preset(WIDGET, "reflect", controls).plain(), "log": log})
@@ -114,7 +115,7 @@ def test_the_unconstrained_optimum_is_shown_as_a_dashed_ghost() -> None:
 
 
 def test_a_drag_unmirrors_the_source() -> None:
-    """A reader's hand makes rigid motions only, also from a reflected answer."""
+    """A reader's drag is always a rigid motion, even after a reflected solution."""
     state = run(SOLVE, drag("source", 0, 0), scene="reflect", correct=False)
     assert np.linalg.det(state.pose.R) == pytest.approx(1)
     assert run(SOLVE, drag("turn", 0, 0), scene="reflect", correct=False).solved is False
@@ -123,7 +124,7 @@ def test_a_drag_unmirrors_the_source() -> None:
 @settings(deadline=None)
 @given(st.sampled_from(["clean", "noisy", "reflect"]), st.floats(0.02, 0.6), st.floats(0.02, 0.6))
 def test_the_noise_slider_stretches_one_draw(scene: str, one: float, other: float) -> None:
-    """Twice the noise is every target point's offset doubled."""
+    """Doubling the noise doubles every target point's offset."""
 
     def offsets(noise: float) -> np.ndarray[Any, Any]:
         s = run(scene=scene, noise=noise).scene
@@ -133,7 +134,7 @@ def test_the_noise_slider_stretches_one_draw(scene: str, one: float, other: floa
 
 
 def test_the_wrong_pairs_slider_adds_one_at_a_time() -> None:
-    """k wrong pairs are k, drawn as k crosses, and one more leaves the others as they are."""
+    """With k wrong pairs, k crosses are drawn, and one more leaves the others as they are."""
     before = run(wrong=0.0).scene
     for k in range(1, 7):
         scene = run(wrong=float(k)).scene
@@ -148,7 +149,7 @@ def test_the_wrong_pairs_slider_adds_one_at_a_time() -> None:
 
 
 def test_a_scene_brings_its_own_noise_and_wrong_pairs() -> None:
-    """Naming a scene is enough; naming a number beside it counts."""
+    """Naming a scene is enough; a number given beside it takes precedence."""
     results = {scene: preset(WIDGET, scene if scene != "clean" else "default").controls for scene in SCENES}
     assert [results[s].noise for s in SCENES] == [0.0, 0.12, 0.0, 0.12]
     assert [results[s].wrong for s in SCENES] == [0.0, 0.0, 3.0, 0.0]
@@ -156,7 +157,7 @@ def test_a_scene_brings_its_own_noise_and_wrong_pairs() -> None:
 
 
 def test_solving_twice_is_solving_once() -> None:
-    """Solve is off until the source has been moved; a record that presses it all the same changes nothing."""
+    """Solve is disabled until the source has been moved; a record that presses it anyway changes nothing."""
     once = run(SOLVE)
     assert act(once, SOLVE) is once
     assert Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "solve"]]})["disabled"] == ["solve"]
@@ -177,7 +178,7 @@ def test_the_last_starts_stay_as_ghosts() -> None:
 @settings(deadline=None)
 @given(st.floats(-99, 99), st.floats(-99, 99))
 def test_the_source_stays_in_reach(x: float, y: float) -> None:
-    """Wherever it is dragged, both handles stay inside the window, and two fingertips apart."""
+    """Wherever the source is dragged, both handles stay inside the window and at least two fingertips apart."""
     plain = preset(WIDGET).plain()
     for log in ([["drag", "source", x, y]], [["drag", "source", x, y], ["drag", "turn", -x, y]]):
         places = [handle["world"] for handle in Host().render("f", {**plain, "log": log})["handles"]]
@@ -188,7 +189,7 @@ def test_the_source_stays_in_reach(x: float, y: float) -> None:
 
 
 def test_a_turn_towards_the_anchor_itself_turns_nothing() -> None:
-    """There is no direction from a place to itself."""
+    """There is no direction from a point to itself."""
     before = run(drag("source", 1.25, -0.5))
     after = act(before, drag("turn", 1.25, -0.5))
     np.testing.assert_allclose(after.pose.matrix, before.pose.matrix, atol=1e-12)
@@ -196,7 +197,7 @@ def test_a_turn_towards_the_anchor_itself_turns_nothing() -> None:
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_motion_leads_from_start_to_solution(scene: str) -> None:
-    """Turned about the old centroid, then shifted, the old points are the new points."""
+    """Turned about the old centroid, then shifted, the old points become the new points."""
     before, after = run(scene=scene), run(SOLVE, scene=scene)
     moved = motion(before, after)
     assert moved is not None
@@ -208,7 +209,7 @@ def test_the_motion_leads_from_start_to_solution(scene: str) -> None:
 
 
 def test_the_words_carry_the_numbers() -> None:
-    """The description gives a reader who sees no picture the same numbers as the readouts."""
+    """The description gives a reader who cannot see the picture the same numbers as the readouts."""
     frame = Host().render("f", {**preset(WIDGET, "outliers").plain(), "log": [["press", "solve"]]})
     shown = {r["name"]: r["value"] for r in frame["readouts"]}
     for name in ("rms_before", "rms", "rms_truth", "rotation_error", "translation_error"):

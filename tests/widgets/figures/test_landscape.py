@@ -1,4 +1,4 @@
-"""The figure of the landscape: terrain of the solvers' own objectives, and descents that are theirs."""
+"""The figure of the landscape: terrain and descents of the solvers' own objectives."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def shown(state: State, detail: int = BANDS) -> dict[str, str]:
 @pytest.mark.parametrize("length", [0.2, 0.5, 1.5, 3.0])
 @OBJECTIVES
 def test_the_colours_span_the_map(objective: str, length: float) -> None:
-    """At every length the highest value on the coarse map is beyond a third of the scale, and not above it; no two
-    numbers beside the scale are the same."""
+    """At every length, the highest value on the coarse map lies above a third of the scale and not above its end; no
+    two numbers beside the scale are equal."""
     state = run(objective=objective, length=length)
     terrain = state.terrain
     assert terrain.top / 3 < terrain.field.values(0).max() <= terrain.top
@@ -45,7 +45,7 @@ def test_the_colours_span_the_map(objective: str, length: float) -> None:
 
 @OBJECTIVES
 def test_descents_descend_on_the_terrain_that_is_drawn(objective: str) -> None:
-    """Every run's objective is the field's at its places, and never rises."""
+    """The objective along every run is the field's value at its places, and never rises."""
     state = run(SOW, objective=objective)
     (descent,) = state.runs
     assert len(descent.starts) == SIDE**2
@@ -59,7 +59,7 @@ def test_descents_descend_on_the_terrain_that_is_drawn(objective: str) -> None:
 
 @OBJECTIVES
 def test_deep_is_low_on_the_map_and_on_its_scale(objective: str) -> None:
-    """The lowest tile is in the deepest colour, and the scale's deepest end is at its lowest number."""
+    """The lowest tile has the strongest colour, and the strongest end of the scale is at its lowest number."""
     picture = draw(run(objective=objective))
     field, bar = (mark for mark in picture.panels[0].marks if isinstance(mark, Heat))
     values = run(objective=objective).terrain.field.values(BANDS)
@@ -69,7 +69,7 @@ def test_deep_is_low_on_the_map_and_on_its_scale(objective: str) -> None:
 
 
 def test_counts_are_of_what_is_drawn() -> None:
-    """Starts that reach the truth are the rings, the others the crosses."""
+    """Rings mark the starts that reach the truth, crosses the others."""
     state = run(SOW)
     reached, of = shown(state)["reached"].split(" of ")
     ends = state.runs[0].ends
@@ -81,7 +81,7 @@ def test_counts_are_of_what_is_drawn() -> None:
 
 
 def test_the_source_beside_the_map_is_seen_whole() -> None:
-    """At any shift of the map; what the panel shows is told before a descent and after it."""
+    """At any shift on the map. The panel's caption differs before and after a descent."""
     state = run()
     (room,) = (panel for panel in draw(state).panels if panel.name == "room")
     assert room.caption.startswith("No descent yet")
@@ -92,7 +92,7 @@ def test_the_source_beside_the_map_is_seen_whole() -> None:
 
 
 def test_starts_stay_until_cleared_and_frequencies_until_redrawn() -> None:
-    """Picks add up; *Clear* forgets them and no more; *Resample* moves the terrain and keeps the starts."""
+    """Clicked starts accumulate; *Clear* removes only them; *Resample* changes the terrain and keeps the starts."""
     state = run(click(1.0, 1.0), SOW, click(-1.0, 0.5))
     assert state.count == SIDE**2 + 2
     assert act(state, CLEAR).count == 0
@@ -106,7 +106,7 @@ def test_starts_stay_until_cleared_and_frequencies_until_redrawn() -> None:
 
 
 def test_more_frequencies_extend_the_draw() -> None:
-    """The first of many are the few."""
+    """The first of many frequencies are the few."""
     few, many = run(count=8.0).terrain.mmd.frequencies, run(count=64.0).terrain.mmd.frequencies
     np.testing.assert_array_equal(many[:8], few)
 
@@ -117,7 +117,7 @@ def test_more_frequencies_extend_the_draw() -> None:
     [("length", 1.6), ("count", 8.0), ("cap", 0.4), ("setting", "striped"), ("noise", 0.2), ("outliers", 30.0)],
 )
 def test_every_control_changes_the_figure(objective: str, name: str, value: float | str) -> None:
-    """What does not move the chosen objective moves the other one's line in the cut."""
+    """A control that does not affect the chosen objective moves the other one's line in the cut."""
     before, after = (
         Host().render("f", preset(WIDGET, "default", {"objective": objective, **given}).plain())
         for given in ({}, {name: value})
@@ -130,7 +130,7 @@ def test_every_control_changes_the_figure(objective: str, name: str, value: floa
 
 @OBJECTIVES
 def test_the_coarse_answer_waits_for_nothing(objective: str) -> None:
-    """While many starts are drawn, the coarse map shows them without their runs; a few run at once."""
+    """With many starts, the coarse map shows them without their runs; a few run at once."""
     many = run(SOW, objective=objective)
     assert shown(many, 0)["reached"] == "…"
     assert "path" not in many.runs[0].__dict__
@@ -141,7 +141,7 @@ def test_the_coarse_answer_waits_for_nothing(objective: str) -> None:
 
 
 def test_there_is_an_end_to_sowing() -> None:
-    """No more starts than can be drawn: the button goes off, and a pick beyond the last changes nothing."""
+    """No more starts than can be drawn: the button is disabled, and a click beyond the last changes nothing."""
     state = run(*[click(0.01 * k, 0.02) for k in range(MOST + 5)])
     assert state.count == MOST
     assert "sow" in draw(state, 0).disabled
@@ -150,7 +150,8 @@ def test_there_is_an_end_to_sowing() -> None:
 
 @OBJECTIVES
 def test_no_start_is_counted_twice(objective: str) -> None:
-    """Launched again the lattice changes nothing, nor does a place of it that is picked; cleared, it is launched."""
+    """Launching the lattice again changes nothing, nor does a click on one of its places; once cleared, it can be
+    launched again."""
     state = run(SOW, objective=objective)
     assert act(state, SOW) is state
     assert act(state, click(0.0, 0.0)) is state
@@ -163,7 +164,7 @@ def test_no_start_is_counted_twice(objective: str) -> None:
 @settings(deadline=None, max_examples=15)
 @given(st.lists(st.tuples(st.floats(-99, 99), st.floats(-99, 99)), min_size=1, max_size=4), st.floats(0.2, 3.0))
 def test_nothing_a_reader_picks_breaks_it(objective: str, picks: list[tuple[float, float]], scale: float) -> None:
-    """A place outside the window is taken at its border; every number is a number."""
+    """A place outside the window is moved to its border; no number is NaN."""
     plain = preset(WIDGET, "default", {"objective": objective, "length": scale, "cap": scale}).plain()
     frame = Host().render("f", {**plain, "log": [["click", "map", x, y] for x, y in picks]}, 0)
     assert "nan" not in "".join(p["svg"] for p in frame["panels"]) + frame["description"]

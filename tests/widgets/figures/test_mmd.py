@@ -1,5 +1,4 @@
-"""The figure of compared distributions: waves, means and estimates are those of the solver, and controls do what they
-name."""
+"""The figure of compared distributions: waves, means and estimates are the solver's, and controls do what they say."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ def shown(state: State) -> dict[str, str]:
 @settings(max_examples=40, deadline=None)
 @given(st.floats(-9, 9), st.floats(-9, 9))
 def test_crests_stand_at_phase_zero_inside_the_window(x: float, y: float) -> None:
-    """Both ends of every line lie on the window's border or in it, at whole turns of the wave, across its direction."""
+    """Both ends of every line lie inside the window or on its border, where the phase is a whole number of turns."""
     if np.hypot(x, y) < 1e-3:
         return
     frequency = np.array([x, y])
@@ -45,7 +44,7 @@ def test_crests_stand_at_phase_zero_inside_the_window(x: float, y: float) -> Non
 
 
 def test_the_estimate_is_the_solvers_and_the_exact_value_the_packages() -> None:
-    """The number that the figure makes from its waves is ‖r‖² of the stepper, and the other is MMD² itself."""
+    """The estimate made from the figure's waves is the stepper's ‖r‖², and the exact value is MMD² itself."""
     for state in (run(), run(STEP, STEP), run(FINISH, name="schedule"), run(RESAMPLE, FINISH, count=10)):
         text = shown(state)
         assert float(text["estimate"]) == pytest.approx(float(state.batch.objective()[0]), abs=6e-5)
@@ -66,7 +65,7 @@ def test_the_arrows_are_the_means_of_the_phases() -> None:
 
 
 def test_other_waves_on_the_same_room() -> None:
-    """Drawing the waves again changes them and the estimate, and neither the clouds nor the exact value."""
+    """Resampling changes the waves and the estimate, but neither the clouds nor the exact value."""
     before, after = run(STEP), run(STEP, RESAMPLE)
     assert (before.scene.source == after.scene.source).all()
     assert np.abs(before.unit - after.unit).max() > 0.1
@@ -77,7 +76,7 @@ def test_other_waves_on_the_same_room() -> None:
 
 
 def test_a_schedule_runs_through_its_length_scales() -> None:
-    """ℓ falls from stage to stage, and is the slider's where it is fixed."""
+    """ℓ falls from stage to stage; without a schedule it is the slider's."""
     state, seen = run(name="schedule"), []
     while not state.batch.done:
         seen.append(state.length)
@@ -107,7 +106,7 @@ def test_every_control_changes_what_it_names(control: str, value: Any, readout: 
 
 
 def test_with_missing_overlap_a_run_leaves_the_truth_for_a_smaller_exact_discrepancy() -> None:
-    """Started at the truth with 60 % of the room in the target: the end is elsewhere, and its exact MMD² is lower."""
+    """Started at the truth with 60 % of the room in the target, the run ends elsewhere, at a lower exact MMD²."""
     begun, ended = shown(run(name="overlap")), shown(run(FINISH, name="overlap"))
     assert float(begun["rotation_error"]) == 0.0
     assert float(ended["rotation_error"]) > 5.0
@@ -116,7 +115,7 @@ def test_with_missing_overlap_a_run_leaves_the_truth_for_a_smaller_exact_discrep
 
 
 def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth() -> None:
-    """Its dashed lines stand at the two readouts, in their colours, and the solid one passes through the estimate."""
+    """Its dashed lines are at the two readouts, in their colours, and the solid one passes through the estimate."""
     state = run(STEP)
     panel, text = next(panel for panel in draw(state).panels if panel.name == "estimate"), shown(state)
     lines = {mark.role: np.asarray(mark.xy) for mark in panel.marks if isinstance(mark, Path) and mark.thick}
@@ -127,7 +126,7 @@ def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth()
 
 
 def test_a_wave_beyond_those_used_is_the_last_of_them() -> None:
-    """The slider reaches further than D may: the figure says what it shows instead."""
+    """The slider may exceed D; the figure then says which wave it shows instead."""
     state = run(count=4, wave=30)
     assert shown(state)["wave"] == shown(run(count=4, wave=4))["wave"]
     assert "Only 4 waves" in draw(state).note
@@ -159,7 +158,7 @@ def test_a_step_moves_the_source_and_a_drag_begins_anew() -> None:
     st.integers(0, 999),
 )
 def test_any_actions_in_any_order(actions: list[Action], scene: str, length: float, half: int, seed: int) -> None:
-    """No exception, no NaN, never more than the allowed steps."""
+    """No exception, no NaN, never more steps than allowed."""
     state = run(*actions, seed=seed, scene=scene, length=length, count=2.0 * half)
     picture = draw(state)
     assert len(state.course) <= STEPS + 1

@@ -1,4 +1,4 @@
-"""The figure of the climb: two runs of one solver from one start, their marks true to the steps they stand for."""
+"""The figure of the climb: two runs of one solver from one start, with marks that agree with its steps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def finished(**controls: Any) -> State:
 
 @pytest.mark.parametrize("controls", [{}, {"four": False, "cell": 1.2}, {"max_turn": 0.04, "max_shift": 0.1}])
 def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
-    """Step by step or all at once, at one cell size or from coarse to fine, dragged or not: the poses of `register`."""
+    """Stepwise or all at once, at one cell size or from coarse to fine, dragged or not: the poses are those of
+    `register`."""
     drag = Action("drag", "turn", 4.0, 1.5)
     for state in (finished(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
         check(state)
@@ -60,7 +61,7 @@ def test_marks_say_what_the_steps_did() -> None:
 
 
 def test_the_score_rises_within_a_level_and_jumps_between_levels() -> None:
-    """Between two levels the objective is another one, marked where the cells change."""
+    """Each level has its own objective, so jumps are marked where the cells change."""
     climb = finished().fine
     scores = [-float(state.objective[0]) for state in climb.states]
     assert len(climb.rises) == len(COARSER) - 1
@@ -70,7 +71,7 @@ def test_the_score_rises_within_a_level_and_jumps_between_levels() -> None:
 
 
 def test_the_scores_beside_each_other_are_of_the_same_cells() -> None:
-    """The truth and both poses are scored on cells of size h, also while the second run is on coarser ones."""
+    """The truth and both poses are scored on cells of size h, even while the second run uses coarser ones."""
     shown = {r.name: r.value for r in draw(run()).readouts}
     assert shown["score_one"] == shown["score_fine"]
     state = finished()
@@ -79,7 +80,7 @@ def test_the_scores_beside_each_other_are_of_the_same_cells() -> None:
 
 
 def test_a_score_can_exceed_that_of_the_truth() -> None:
-    """The preset named so: a pose off the truth scores higher than the truth."""
+    """In the preset "exceeds", a pose away from the truth scores higher than the truth."""
     state = finished(name="exceeds")
     assert state.fine.relative[-1] > 1.1
     shown = {r.name: float(r.value) for r in draw(state).readouts if r.name.startswith(("score", "rotation_f"))}
@@ -93,13 +94,13 @@ def test_a_score_can_exceed_that_of_the_truth() -> None:
      ("four", False)],
 )  # fmt: skip
 def test_every_control_changes_the_climb(name: str, value: float | bool) -> None:
-    """Each slider and the switch change where or how far three steps lead."""
+    """Each slider and the switch change where three steps lead."""
     before, after = (run(*[STEP] * 3, **given).fine for given in ({}, {name: value}))
     assert np.abs(before.pose.matrix - after.pose.matrix).max() > 1e-6
 
 
 def test_a_drag_starts_both_anew() -> None:
-    """Wherever the runs stand, moving the start takes both back to it."""
+    """Whenever the start is moved, both runs return to it."""
     state = run(STEP, STEP, Action("drag", "source", 1.0, 0.5))
     for climb in state.runs.values():
         assert climb.steps == 0
@@ -108,7 +109,7 @@ def test_a_drag_starts_both_anew() -> None:
 
 
 def test_run_ends_and_stays_ended() -> None:
-    """When both have stopped, the buttons are off and another step changes nothing."""
+    """When both have stopped, the buttons are disabled and another step changes nothing."""
     state = finished()
     assert draw(state).disabled == {"step", "run"}
     assert act(state, STEP).fine is state.fine

@@ -1,4 +1,5 @@
-"""The grid of Gaussians: cells by hover and by button, discarded cells with their reasons, numbers that agree."""
+"""The grid of Gaussians: cells chosen by hover and by button, discarded cells with their reasons, consistent
+numbers."""
 
 from __future__ import annotations
 
@@ -18,14 +19,14 @@ RANGES = {"noise": (0.0, 0.2), "size": (0.3, 2.5), "nudge_x": (-0.75, 0.75), "nu
 
 
 def shown(*log: Any, host: Host | None = None, **controls: Any) -> tuple[dict[str, str], dict[str, Any]]:
-    """The readouts by name, and the frame; of a host that has seen nothing, unless one is given."""
+    """The readouts by name, and the frame, from a fresh host unless one is given."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": list(log)}
     frame = (host or Host()).render("f", plain)
     return {r["name"]: r["value"] for r in frame["readouts"]}, frame
 
 
 def test_it_opens_on_a_corner_that_one_gaussian_blurs() -> None:
-    """The first cell holds both arms of a corner: its small eigenvalue is at least ten times the noise variance."""
+    """The first cell holds both arms of a corner: its small eigenvalue exceeds ten times the noise variance."""
     text, _ = shown()
     assert text["cell"] == "kept"
     assert float(text["low"]) > 10 * 0.03**2
@@ -33,7 +34,8 @@ def test_it_opens_on_a_corner_that_one_gaussian_blurs() -> None:
 
 
 def test_pointing_chooses_the_cell_that_is_there() -> None:
-    """Two places in one cell are one picture; a place in another is another; only the last hover counts."""
+    """Two places in one cell give the same picture, a place in another cell a different one; only the last hover
+    counts."""
     _, one = shown(["hover", "main", -4.6, 1.2])
     _, same = shown(["hover", "main", -4.9, 1.9])
     _, other = shown(["hover", "main", 0.5, 1.4])
@@ -45,7 +47,7 @@ def test_pointing_chooses_the_cell_that_is_there() -> None:
 
 @pytest.mark.parametrize("controls", [{}, {"size": 0.4}, {"size": 2.0}, {"noise": 0.0}, {"nudge_x": 0.35}])
 def test_next_goes_through_every_cell_that_holds_a_point(controls: dict[str, float]) -> None:
-    """As many presses as there are such cells come back to the first; their points are all points, none twice."""
+    """As many presses as there are such cells lead back to the first; together they hold every point once."""
     first, _ = shown(**controls)
     cells = int(first["kept"]) + int(first["discarded"])
     host = Host()
@@ -60,7 +62,7 @@ def test_next_goes_through_every_cell_that_holds_a_point(controls: dict[str, flo
 
 
 def test_discarded_cells_say_why() -> None:
-    """The stuck beam's cell has points enough and no spread; another has too few; an empty one holds none."""
+    """The stuck beam's cell has enough points but no spread; another has too few; an empty one has none."""
     text, frame = shown(["hover", "main", -2.5, 0.4])
     assert text["cell"] == "discarded"
     assert text["count"] == str(STUCK)
@@ -73,7 +75,7 @@ def test_discarded_cells_say_why() -> None:
 
 
 def test_the_stuck_beam_adds_its_returns_and_nothing_that_is_kept() -> None:
-    """Switched off, five points and one discarded cell go; the kept cells stay."""
+    """Switched off, its five points and one discarded cell disappear; the kept cells stay."""
     on, off = shown()[0], shown(stuck=False)[0]
     assert on["kept"] == off["kept"]
     assert int(on["discarded"]) == int(off["discarded"]) + 1
@@ -106,7 +108,8 @@ def test_smaller_cells_keep_less_of_the_scan() -> None:
     st.integers(0, 2**31 - 1),
 )
 def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], log: list[Any], seed: int) -> None:
-    """Any grid, any cell, any draw: kept and discarded cells and their points are whole, and every readout is one."""
+    """For any grid, cell and draw, the counts of cells and points are whole numbers that add up, and nothing drawn is
+    NaN."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": log, "seed": seed}
     frame = Host().render("f", plain)
     readouts = {r["name"]: r["value"] for r in frame["readouts"]}
@@ -118,6 +121,6 @@ def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], l
 
 
 def test_one_point_is_a_point() -> None:
-    """A cell that holds a single point says so in the singular."""
+    """A cell with a single point says so in the singular."""
     text = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
     assert "holds 1 point and is discarded" in text

@@ -1,4 +1,4 @@
-"""The score map: what each control does to it, where climbs go, and what each level of detail shows."""
+"""The score map: how each control changes it, where climbs lead, and what each level of detail shows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 0.6)
 
 
 def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The readouts by name, numbers as such, and the frame."""
+    """The readouts by name, as numbers where they are, and the frame."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": list(log), "seed": seed}
     frame = Host().render("f", plain)
     values = {r["name"]: r["value"].replace("−", "-") for r in frame["readouts"]}
@@ -27,7 +27,7 @@ def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], d
 
 
 def test_it_opens_before_its_climb() -> None:
-    """Nothing is climbed yet and the scan lies where the climb will begin; once climbed, there is nothing left to."""
+    """Nothing has been climbed and the scan lies where the climb will begin; after a climb, the button is disabled."""
     text, frame = shown()
     assert text["steps"] == "0 · 0"
     assert text["score"] == text["begin"]
@@ -38,7 +38,8 @@ def test_it_opens_before_its_climb() -> None:
 
 
 def test_its_first_climb_arrives() -> None:
-    """The first climb takes steps, has a try rejected and ends beside the truth, with a higher score than there."""
+    """The first climb takes steps, has a trial step rejected, and ends beside the truth with a higher score than
+    there."""
     text, frame = shown(CLIMB)
     taken, rejected = (int(v) for v in text["steps"].split(" · "))
     assert taken > 3
@@ -51,7 +52,8 @@ def test_its_first_climb_arrives() -> None:
 
 
 def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
-    """From nine places: the score reached is at least that at the start; the truth's own climb begins at its score."""
+    """From nine places: the score reached is at least that at the start; a climb from the truth begins at the truth's
+    score."""
     for x in (-1.2, 0.1, 0.9):
         for y in (-0.9, 0.2, 1.1):
             text, _ = shown(["click", "map", x, y])
@@ -62,7 +64,7 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
 
 @pytest.mark.parametrize(("x", "y"), [(1.5, 1.5), (-1.5, -1.5), (-1.5, 1.5), (1.5, -1.5)])
 def test_a_climb_that_leaves_the_map_is_cut_at_its_border(x: float, y: float) -> None:
-    """Right of the map is the scale of colours; where the climb ended off the map, the note says so."""
+    """The colour scale is to the right of the map; if the climb ended off the map, the note says so."""
     state = WIDGET.act(WIDGET.start(preset(WIDGET).controls, 40), Action("click", "map", x, y))
     drawn = draw(state)
     marks = [mark for mark in drawn.panels[0].marks if getattr(mark, "role", "") in ("source", "outlier")]
@@ -79,8 +81,8 @@ def test_some_climb_leaves_the_map() -> None:
 
 
 def test_a_rotation_lowers_the_whole_map() -> None:
-    """At 15° the readout of the rotation stays 15 whatever is climbed, the score at the truth is the same and out of
-    reach, and the map's summit has moved."""
+    """At 15°, climbs leave the rotation readout at 15, the truth's score is unchanged and out of reach, and the map's
+    summit has moved."""
     level, turned = shown(CLIMB)[0], shown(CLIMB, rotation=15.0)[0]
     assert turned["turn"] == 15
     assert turned["truth"] == level["truth"]
@@ -97,7 +99,7 @@ def test_the_map_says_at_which_rotation_it_is() -> None:
 
 
 def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
-    """0.4 at the true rotation, 0.2 or less at 15°: the bar's own numbers."""
+    """The bar's own numbers end at 0.4 at the true rotation and at 0.2 or less at 15°."""
 
     def top(frame: dict[str, Any]) -> float:
         bar = frame["panels"][0]["svg"].split("shift in y, u</text>")[1].split("score</text>")[0]
@@ -108,7 +110,8 @@ def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
 
 
 def test_coarse_levels_have_fewer_tiles() -> None:
-    """The coarsest picture is the lightest, and every level has the same readouts but the place of the highest tile."""
+    """The coarsest picture is the lightest, and readouts are the same at every level, except the place of the highest
+    tile."""
     plain, host = preset(WIDGET).plain(), Host()
     frames = [host.render("f", plain, level) for level in range(WIDGET.details)]
     sizes = [len(frame["panels"][0]["svg"]) for frame in frames]
@@ -135,7 +138,7 @@ def test_coarse_levels_have_fewer_tiles() -> None:
 def test_whatever_a_reader_does_scores_stay_scores(
     controls: dict[str, float], grids: str, log: list[Any], seed: int
 ) -> None:
-    """Any setting, any start, any draw: scores between 0 and 1, reached not below the start's, picture without NaN."""
+    """For any setting, start and draw: scores between 0 and 1, never below the start's, and a picture without NaN."""
     text, frame = shown(*log, seed=seed, grids=grids, **controls)
     assert 0 <= text["begin"] <= text["score"] <= 1
     assert 0 <= text["truth"] <= 1

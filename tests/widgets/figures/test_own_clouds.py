@@ -1,4 +1,5 @@
-"""A reader's own clouds, natively: given, thinned, sliced, run by every method, in any unit; and what is taken away."""
+"""A reader's own clouds in native Python: loaded, thinned, sliced, run by every method in any unit, and removed
+again."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ def readouts(frame: dict[str, Any]) -> dict[str, str]:
 
 
 def pair(host: Host, scale: float = 1.0, corner: np.ndarray | float = 0.0) -> tuple[str, str, Pose]:
-    """A room and itself, turned by 8° about its middle, as two files; and the true pose."""
+    """The keys of two files, a room and the same room turned by 8° about its middle, and the true pose."""
     scene = room("clean", seed=66)
     target = scale * scene.target + corner
     turn, middle = Pose.from_angle(np.radians(8.0)), target.mean(axis=0)
@@ -58,7 +59,7 @@ def test_every_method_that_finds_its_own_pairs_is_offered() -> None:
 
 @pytest.mark.parametrize("method", [name for name in OWN if not name.startswith("flow")])
 def test_a_method_does_the_same_in_millimetres_and_on_a_national_grid(method: str) -> None:
-    """Small units and large coordinates: from 8° off, the turn is found to 3° by each, and no number is lost."""
+    """With small units or large coordinates, each method finds a turn of 8° to within 3°, without numerical loss."""
     host = Host()
     for scale, corner in ((0.001, 0.0), (100.0, FAR)):
         source, target, _ = pair(host, scale, corner)
@@ -80,7 +81,8 @@ def test_the_learned_flows_run_a_step_on_few_points() -> None:
 
 
 def test_given_clouds_are_thinned_sliced_and_told() -> None:
-    """To the points asked for, the same as `thinned`; a slice by the height of both; an empty one says so."""
+    """Clouds are thinned to the requested number of points exactly as `thinned` does, and sliced by their common
+    height; an empty slice says so."""
     host, random = Host(), np.random.default_rng(3)
     low, high = random.uniform([0, 0, 0], [6, 4, 1], (900, 3)), random.uniform([0, 0, 1], [6, 4, 3], (700, 3))
     report = give(host, "low.csv", text(low))
@@ -100,7 +102,7 @@ def test_given_clouds_are_thinned_sliced_and_told() -> None:
 
 
 def test_one_cloud_or_none_is_a_state_too() -> None:
-    """What a link's state is where its files are not: it asks for them, and holds once they are given."""
+    """A link whose files are missing asks for them, and shows its state once they are given."""
     host = Host()
     assert host.render("f", record())["note"] == "Choose or draw a source and a target first."
     away = Host()
@@ -120,15 +122,15 @@ def test_no_value_has_no_unit() -> None:
 
 @pytest.mark.parametrize("value", [0.0, 3.02e-4, 0.002, 9.9994, 73.276, 374.879, 5210.44, 99999.6, 1.23e7])
 def test_the_numbers_beside_the_chart_fit_its_padding(value: float) -> None:
-    """Six characters or so, of each sign; three of them tell a value from its neighbours."""
+    """At most six characters plus a sign, with enough digits to tell a value from one half as large again."""
     assert len(tick(value)) <= 6
     assert len(tick(-value)) <= 7
     assert tick(value) != tick(1.5 * value) or value == 0.0
 
 
 def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:
-    """From the wheels scan 100 ends on 96 where the drive's graph has it, from nothing elsewhere; a scan on itself is
-    at home. Other clouds have no such reference."""
+    """Started from the wheels, scan 100 ends on scan 96 where the drive's graph has it; started as it lies, elsewhere;
+    a scan on itself has no error. Other clouds have no such reference."""
     host = Host()
 
     def end(log: tuple[str, ...] = ("ten",) * 3, **controls: Any) -> dict[str, str]:
@@ -147,7 +149,7 @@ def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:
 
 @pytest.mark.parametrize("method", OWN)
 def test_a_method_begins_on_real_scans_with_what_it_brings(method: str) -> None:
-    """Scan 200 is dense: no cell or width that follows from its spacing is too small for the room around it."""
+    """Scan 200 is dense: no cell or width that follows from its spacing may be too small for the room around it."""
     controls = {"scan": 200.0, "onto": 40.0, "method": method, **OWN[method].brings()}
     plain = {**preset(WIDGET, "drive", controls).plain(), "log": [["press", "step"]]}
     frame = Host().render("f", plain)
@@ -155,7 +157,7 @@ def test_a_method_begins_on_real_scans_with_what_it_brings(method: str) -> None:
 
 
 def test_choosing_real_scans_brings_their_start_and_their_method() -> None:
-    """What a link leaves out of the settings is what the chain of the drive's scans is made with."""
+    """Settings that a link omits are those with which the chain of the drive's scans is made."""
     brought = preset(WIDGET, "default", {"clouds": "drive"}).plain()["controls"]
     assert (brought["start"], brought["method"], brought["length"]) == ("wheels", "point-to-plane", 4.0)
     assert preset(WIDGET, "default", {"clouds": "drive", "start": "as"}).plain()["controls"]["start"] == "as"
@@ -200,7 +202,8 @@ PLACES = {
 @pytest.mark.parametrize("length", [0.5, 40.0])
 @pytest.mark.parametrize("method", OWN)
 def test_whatever_the_clouds_the_figure_draws(method: str, length: float) -> None:
-    """Points, places and lines, near each other and worlds apart, at either end of the length: a run and its signs."""
+    """Points, coincident points and lines, close together and far apart, at either end of the length slider: each gives
+    a run and a status."""
     host = Host()
     keys = [give(host, name, text(np.array(points)))["key"] for name, points in PLACES.items()]
     for source, target in [*zip(keys, keys, strict=True), *zip(keys, [*keys[1:], keys[0]], strict=True)]:
@@ -211,7 +214,7 @@ def test_whatever_the_clouds_the_figure_draws(method: str, length: float) -> Non
 
 
 def test_rows_in_another_order_have_another_fingerprint() -> None:
-    """Also where bytes trade places at any distance."""
+    """This also holds when rows are swapped at any distance."""
     host, rows = Host(), [f"{k:06.3f},{2 * k:06.3f}" for k in range(130)]
     keys = {give(host, "a", "\n".join(rows).encode())["key"]}
     for k in range(1, 130):
@@ -223,7 +226,7 @@ def test_rows_in_another_order_have_another_fingerprint() -> None:
 
 @pytest.mark.native
 def test_the_script_of_drawn_clouds_stands_alone() -> None:
-    """Its points are written in it; it prints what the figure shows. The handles start it anywhere."""
+    """It contains its points and prints what the figure shows, whatever start the handles give."""
     host = Host()
     points = np.round(room("clean", seed=40).source, 4)
     source = give(host, "", b"x,y\n" + text(points))["key"]
@@ -243,7 +246,7 @@ def test_the_script_of_drawn_clouds_stands_alone() -> None:
 
 
 def test_scans_of_the_drive_are_in_metres() -> None:
-    """They are known to be; of other clouds the unit is not, and is written u."""
+    """Their unit is known; that of other clouds is not, and is written u."""
     for name, unit in (("drive", "m"), ("default", "u")):
         frame = Host().render("f", preset(WIDGET, name).plain())
         assert re.search(rf">\d+ {unit}</text>", frame["panels"][0]["svg"])

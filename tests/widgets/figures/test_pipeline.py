@@ -1,4 +1,4 @@
-"""The figure of the stages: each does what it says, each can be left out, and the verdict follows from its signs."""
+"""The figure of the stages: each does what it says, each can be left out, and the verdict follows from the signs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def stages(state: State) -> list[str]:
 
 
 def test_the_stages_follow_one_another() -> None:
-    """One press, one stage; the last press moves nothing and decides; then there is nothing left to press."""
+    """Each press runs one stage; the last moves nothing and decides, and then the buttons are disabled."""
     steps = [run(*[NEXT] * k) for k in range(5)]
     assert [stages(state)[-1] for state in steps] == ["start", "propose", "refine", "refine", "refine"]
     assert [state.verdict for state in steps] == [False, False, False, True, True]
@@ -62,13 +62,14 @@ def test_what_is_left_out_does_not_run(controls: dict[str, Any], left: list[str]
 
 
 def test_the_proposal_does_not_know_the_prediction() -> None:
-    """Two predictions, one proposal."""
+    """Two predictions give the same proposal."""
     one, other = run(NEXT, turn=20.0), run(NEXT, turn=-170.0, offset=3.0)
     np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
 
 
 def test_where_nothing_is_explained_there_is_no_residual() -> None:
-    """Flung out of the picture no source point has a target point near it: no mean is told, and none is met by it."""
+    """A source dragged out of the picture has no target point near it: no RMS or conditioning is shown, and the
+    conditioning does not count as met."""
     state = run(Action("drag", "source", -6.4, -4.6))
     report = shown(state)
     assert (report["share"], report["rms"], report["conditioning"]) == ("0", "–", "–")
@@ -78,7 +79,7 @@ def test_where_nothing_is_explained_there_is_no_residual() -> None:
 
 
 def test_a_conditioning_near_zero_keeps_a_digit() -> None:
-    """On a corridor the cross is not at the scale's end, and the number beside it is not 0.000."""
+    """In a corridor the cross is not at the end of the scale, and the number beside it is not 0.000."""
     (sign,) = (sign for sign in run(FINISH, scene="corridor").judgement.signs if sign.name == "conditioning")
     assert sign.at is not None
     assert sign.at > 0.0
@@ -86,7 +87,8 @@ def test_a_conditioning_near_zero_keeps_a_digit() -> None:
 
 
 def test_a_small_budget_makes_a_worse_proposal() -> None:
-    """Over six draws, one step of hypotheses leaves the source much farther from its place than seventy do."""
+    """Over six draws, one step of hypotheses leaves the source more than three times as far from its place as seventy
+    do."""
 
     def off(steps: float) -> float:
         results = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
@@ -104,7 +106,7 @@ def test_a_small_budget_makes_a_worse_proposal() -> None:
     ],
 )
 def test_each_sign_can_refuse(controls: dict[str, Any], sign: str) -> None:
-    """What is asked too much of fails by its own name, which the note tells."""
+    """A sign whose demand is too strict fails, and the note names it."""
     state = run(FINISH, **controls)
     assert sign in state.judgement.failed
     assert not state.accepted
@@ -113,13 +115,13 @@ def test_each_sign_can_refuse(controls: dict[str, Any], sign: str) -> None:
 
 @pytest.mark.parametrize("sign", ["two halves", "residual"])
 def test_a_wrong_fit_can_fail_by_other_signs_too(sign: str) -> None:
-    """From far, without a proposal: over six draws each of these refuses some wrong pose."""
+    """From far away, without a proposal: over six draws, each of these signs refuses some wrong pose."""
     results = [run(FINISH, name="local", seed=40 + 13 * k) for k in range(6)]
     assert any(sign in state.judgement.failed and not right(state.scene, state.pose) for state in results)
 
 
 def test_a_stop_flag_accepts_what_the_signs_refuse() -> None:
-    """Without a proposal ICP converges on a wrong pose: its flag accepts it, the signs do not."""
+    """Without a proposal ICP converges on a wrong pose: its stop flag accepts it, the signs do not."""
     flag, signs = (run(FINISH, name="local", accept=by) for by in ("flag", "signs"))
     assert not right(flag.scene, flag.pose)
     assert flag.accepted
@@ -128,7 +130,7 @@ def test_a_stop_flag_accepts_what_the_signs_refuse() -> None:
 
 
 def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
-    """Half a turn off in the hall all other signs are met; the prediction alone refuses it."""
+    """Half a turn off in the hall, all other signs are met; only the prediction refuses the pose."""
     blind, asked = run(FINISH, name="hall"), run(FINISH, name="hall", trust=60.0)
     assert not right(blind.scene, blind.pose)
     assert blind.accepted
@@ -136,7 +138,8 @@ def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
 
 
 def test_a_door_tells_the_ends_of_the_hall_apart() -> None:
-    """Half a turn off, its door lies at the other end; at the truth it lies on the true one; rooms have none."""
+    """At a pose half a turn off, the source's door is at the other end; at the truth it is on the true one. Rooms have
+    no door."""
     scene = run(name="hall").scene
     wrong = run(FINISH, name="hall")
 
@@ -152,7 +155,7 @@ def test_a_door_tells_the_ends_of_the_hall_apart() -> None:
 
 
 def test_a_drag_starts_anew_from_there() -> None:
-    """A drag after the verdict makes a new prediction, and forgets the stages."""
+    """A drag after the verdict makes a new prediction and discards the stages."""
     state = run(FINISH, Action("drag", "source", 1.0, -0.5))
     assert stages(state) == ["start"]
     assert not state.verdict

@@ -1,4 +1,4 @@
-"""The figure of four poses: what solving does to the loop's error, a false edge with and without a kernel, drags."""
+"""The figure of four poses: how solving spreads the loop's error, a false edge with and without a kernel, drags."""
 
 from __future__ import annotations
 
@@ -52,7 +52,8 @@ def test_odometry_fits_itself_and_the_loop_takes_all(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_solving_shares_the_error_and_closes_the_loop(seed: int) -> None:
-    """In every draw the sum falls to less than a third, no edge keeps what the loop had, and the gap all but goes."""
+    """In every draw the sum falls to less than a third, no edge keeps a quarter of the loop's initial error, and the
+    gap almost closes."""
     before = start(Controls(), seed)
     after = act(before, SOLVE)
     assert after.run.status is Status.CONVERGED
@@ -71,8 +72,8 @@ def test_without_drift_there_is_nothing_to_share() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_false_edge_bends_the_map_and_a_kernel_lets_go_of_it(seed: int) -> None:
-    """In 25 draws: without a kernel the poses end further from the true ones than without the false edge, by half a
-    unit or more; with DCS within 0.1 u of where they are without it, with Cauchy within 0.2 u."""
+    """In 25 draws: without a kernel the poses end at least 0.5 u farther from the true ones than without the false
+    edge; with DCS within 0.1 u of where they are without it, with Cauchy within 0.2 u."""
     right = apart(act(start(Controls(), seed), SOLVE))
     ends = {kernel: act(start(Controls(kernel, false=True), seed), SOLVE) for kernel in KERNELS}
     assert apart(ends["none"]) > right + 0.5
@@ -96,7 +97,7 @@ def test_steps_come_to_where_solve_goes() -> None:
 @settings(deadline=None, max_examples=30)
 @given(st.sampled_from(POSES), st.floats(-7.0, 7.0), st.floats(-5.0, 5.0))
 def test_a_dragged_pose_goes_where_it_is_put_and_solving_takes_it_back(name: str, x: float, y: float) -> None:
-    """The springs alone say where a pose belongs: from any place the same poses come back."""
+    """Only the springs decide where a pose belongs: from any place, solving gives the same poses again."""
     solved = act(start(Controls(), SEED), SOLVE)
     pulled = act(solved, Action("drag", name, x, y))
     assert pulled.run.steps == 0
@@ -108,7 +109,7 @@ def test_a_dragged_pose_goes_where_it_is_put_and_solving_takes_it_back(name: str
 
 
 def test_moving_the_loops_measurement_moves_the_map() -> None:
-    """Where the edge puts pose 1 is what is dragged; its χ² there is that of the measured pose."""
+    """The handle is where the edge puts pose 1; χ² shown for it is that of the dragged measurement."""
     solved = act(start(Controls(), SEED), SOLVE)
     pulled = act(solved, Action("drag", "loop", -3.6, -2.7))
     put = pulled.run.poses[LOOP].apply(pulled.edges.relative.t[LOOP][None])[0]
@@ -121,7 +122,7 @@ def test_moving_the_loops_measurement_moves_the_map() -> None:
 @settings(deadline=None, max_examples=40)
 @given(st.data())
 def test_handles_never_cover_each_other(data: st.DataObject) -> None:
-    """Whatever is dragged and solved, each stays in the window and in its quarter."""
+    """Whatever is dragged and solved, every handle stays in the window and in its own quarter."""
     kernel, false = data.draw(st.sampled_from(KERNELS)), data.draw(st.booleans())
     state = start(Controls(kernel, false, 2.0), data.draw(st.integers(0, 99)))
     for _ in range(data.draw(st.integers(0, 4))):
@@ -137,7 +138,7 @@ def test_handles_never_cover_each_other(data: st.DataObject) -> None:
 
 
 def test_the_readouts_of_the_chapter() -> None:
-    """What the placement of the figure asks and promises."""
+    """The readouts that the chapter's prediction and text rely on."""
     opened, solved = shown(), shown(["press", "solve"])
     assert opened["largest"] == opened["objective"] == "23.3"
     assert float(solved["objective"]) < 2.0
@@ -148,9 +149,8 @@ def test_the_readouts_of_the_chapter() -> None:
 
 
 def test_no_handle_covers_a_number() -> None:
-    """On a phone, where a knob covers 25 nominal px about its middle: wherever handles stand, at the start, after a
-    solve, or at the ends of what they reach, each pose's number and the loop's name are beside them, and in the panel.
-    """
+    """On a phone a knob covers 25 nominal px about its middle. At the start, after a solve, and with the handles at the
+    limits of their reach, each pose's number and the loop's name are beside the knobs and inside the panel."""
     states = [start(Controls(), SEED)]
     states += [act(start(Controls(false=false), SEED), SOLVE) for false in (False, True)]
     for x, y in ((LEAST[0], LEAST[0]), (MOST[0], MOST[1]), (3.0, 3.0)):
@@ -170,14 +170,14 @@ def test_no_handle_covers_a_number() -> None:
             assert (at < np.array(VIEW.size) - 8.0).all(), name
 
 
-PHONE = 350 / 640  # px a nominal one
+PHONE = 350 / 640  # px per nominal px
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("false", [False, True])
 @pytest.mark.parametrize("actions", [(), (STEP,), (SOLVE,)])
 def test_no_error_lies_over_another_on_a_phone(actions: tuple[Action, ...], false: bool, kernel: str) -> None:
-    """Their boxes, with letters of 11 px, about 5.2 px wide."""
+    """Checked by bounding boxes, with 11 px letters about 5.2 px wide."""
     state = start(Controls(kernel=kernel, false=false), SEED)
     for action in actions:
         state = act(state, action)

@@ -1,4 +1,4 @@
-"""The race's figure and benchmark: the solvers' own runs, panels that stay, one start for all, the solvers' table."""
+"""The race's figure and benchmark: the solvers' own runs, stable panels, one start for all, the solvers' table."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def after(steps: int, state: State) -> State:
 
 
 def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The picture is one at all levels; the first step begins those that are left, and goes where it always did."""
+    """The picture is the same at all levels; the first step begins the remaining contestants and leads to the same
+    poses as ever."""
     begun = list[str]()
     begin = Contestant.begin
 
@@ -64,7 +65,7 @@ def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pyt
 
 @pytest.mark.parametrize("seed", [40, 53])
 def test_every_run_is_the_solver_s_own(seed: int) -> None:
-    """After twelve steps each contestant stands where `solvers.stepper` takes it, from the same clouds and start."""
+    """After twelve steps each contestant is where `solvers.stepper` takes it from the same clouds and start."""
     state = after(12, start(Controls(), seed))
     problem, _ = race_problem(Race(noise=0.11, outliers=0.2), [seed])
     for run, contestant in zip(state.runs, CONTESTANTS, strict=True):
@@ -78,7 +79,7 @@ def test_every_run_is_the_solver_s_own(seed: int) -> None:
 
 
 def test_a_finished_contestant_s_panel_is_the_same_object() -> None:
-    """What has stopped is drawn no more, while the others go on; and stepping what is done changes nothing."""
+    """A stopped contestant is not drawn again while the others go on; stepping a finished race changes nothing."""
     state = after(11, start(Controls(), 40))
     later = act(state, STEP)
     assert any(run.done for run in state.runs)
@@ -93,7 +94,7 @@ def test_a_finished_contestant_s_panel_is_the_same_object() -> None:
 
 
 def test_to_the_end_is_all_its_steps() -> None:
-    """The button takes the steps that pressing Step until nothing moves takes, and the frames are equal bytes."""
+    """The button takes as many steps as pressing Step until nothing moves, and the frames are byte-identical."""
     end = act(start(Controls(), 40), FINISH)
     plain = preset(WIDGET).plain()
     one = Host().render("f", {**plain, "log": [["press", "finish"]]})
@@ -104,7 +105,7 @@ def test_to_the_end_is_all_its_steps() -> None:
 
 
 def test_one_start_for_all() -> None:
-    """A drag of the start puts all nine there, with no step taken; its grips are in all nine panels."""
+    """Dragging the start moves all nine there, with no step taken; its handles are in all nine panels."""
     state = act(after(5, start(Controls(), 40)), Action("drag", "source", -1.0, 0.5))
     assert state.steps == 0
     for run in state.runs:
@@ -122,8 +123,8 @@ def test_ransac_alone_ignores_the_start() -> None:
 
 
 def test_captions_say_what_a_panel_is_not() -> None:
-    """RANSAC ignores the start, soft targets are not CPD, hypotheses are not PMBM, BP is not a tracker; and how each
-    stands."""
+    """RANSAC ignores the start, soft targets are not CPD, hypotheses are not PMBM, BP is not a tracker; each caption
+    also gives the errors and status."""
     state = act(start(Controls(), 40), FINISH)
     captions = {panel.name: panel.caption.split("\n") for panel in draw(state).panels if panel.caption}
     assert len(captions) == 9
@@ -140,7 +141,7 @@ def test_captions_say_what_a_panel_is_not() -> None:
 
 
 def test_lines_differ_without_colour() -> None:
-    """No two of any nine that run together share both family and dash, and each says its name in the chart."""
+    """No two of any nine that run together share both colour family and dash, and each is named in the chart."""
     for ninth in ("hypothesis-mixture", *(c.method for c in EXTRAS)):
         entries = field(ninth)
         assert len({(e.role, e.dashed, e.dotted) for e in entries}) == 9
@@ -150,7 +151,7 @@ def test_lines_differ_without_colour() -> None:
 
 @pytest.mark.parametrize("extra", EXTRAS, ids=[c.method for c in EXTRAS])
 def test_an_extra_takes_the_last_panel(extra: Any) -> None:
-    """It races with its own options, and the other eight are what they were."""
+    """It races with its own options, and the other eight are unchanged."""
     usual, other = (after(3, start(Controls(ninth=name), 40)) for name in ("hypothesis-mixture", extra.method))
     assert [run.method for run in other.runs] == [*(c.method for c in CONTESTANTS[:8]), extra.method]
     for a, b in zip(usual.runs[:8], other.runs[:8], strict=True):
@@ -167,7 +168,7 @@ def test_an_extra_takes_the_last_panel(extra: Any) -> None:
      ("density", 2.0), ("ninth", "gmmreg")],
 )  # fmt: skip
 def test_every_control_changes_the_race(name: str, value: Any) -> None:
-    """Other clouds, another start or another contestant: the frame after three steps says something else."""
+    """With other clouds, another start or another contestant, the panels and description after three steps differ."""
     presses = [["press", "step"]] * 3
     usual = Host().render("f", {**preset(WIDGET).plain(), "log": presses})
     other = Host().render("f", {**preset(WIDGET, "default", {name: value}).plain(), "log": presses})
@@ -181,7 +182,7 @@ def test_every_control_changes_the_race(name: str, value: Any) -> None:
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.floats(-50, 400), min_size=9, max_size=9))
 def test_names_keep_apart_and_in_order(heights: list[float]) -> None:
-    """A line apart, within the chart's window, the higher line's name higher."""
+    """Names are at least one line apart, within the chart's window, and in the order of their lines."""
     spread = apart(heights)
     places = sorted(spread)
     assert min(b - a for a, b in pairwise(places)) >= LINE - 1e-9
@@ -194,7 +195,7 @@ def test_names_keep_apart_and_in_order(heights: list[float]) -> None:
 
 
 def test_a_click_follows_the_nearest_line_or_name() -> None:
-    """On a line, and on its name, it is that one; once more lets it go; the others are faint meanwhile."""
+    """A click on a line, or on its name, follows that contestant and fades the others; a second click releases it."""
     state = act(start(Controls(), 40), FINISH)
     for run in state.runs:
         line = course(run)
@@ -248,7 +249,7 @@ ACTION = st.one_of(
     ),
 )
 def test_whatever_is_done_is_drawn(log: list[Any], controls: dict[str, Any]) -> None:
-    """Any settings and any actions give a frame without NaN and with numbers in every caption."""
+    """Any settings and actions give a frame without NaN and with numbers in every caption."""
     frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log})
     text = json.dumps(frame)
     assert not re.search(r"\bnan\b|\binf\b|NaN|Infinity", text)
@@ -264,7 +265,7 @@ def run() -> list[Progress]:
 
 
 def test_the_table_is_the_solvers_benchmark(run: list[Progress]) -> None:
-    """The same medians and counts, contestant by contestant, as `solvers.benchmark` at the same settings."""
+    """Contestant by contestant, the same medians and counts as `solvers.benchmark` at the same settings."""
     result = run[-1].result
     assert result is not None
     expected = benchmark(Race(noise=0.11, outliers=0.2))
@@ -276,7 +277,7 @@ def test_the_table_is_the_solvers_benchmark(run: list[Progress]) -> None:
 
 
 def test_the_benchmark_tells_how_far_it_is(run: list[Progress]) -> None:
-    """The part done grows from nothing to one, and a row is there as soon as its contestant is done."""
+    """The fraction done grows from zero to one, and a row appears as soon as its contestant is done."""
     parts = [progress.part for progress in run]
     assert parts == sorted(parts)
     assert parts[0] == 0
@@ -301,7 +302,7 @@ def test_every_seed_is_a_dot(run: list[Progress]) -> None:
 @pytest.mark.native
 @pytest.mark.parametrize("ninth", ["hypothesis-mixture", "kiss-threshold-icp"])
 def test_the_python_that_is_offered_finds_the_same(ninth: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """The snippet runs on the solvers alone and prints the table's numbers."""
+    """The script runs with the solvers alone and prints the table's numbers."""
     controls = Controls(setting="clean", noise=0.02, outliers=0.0, turn=20.0, ninth=ninth)
     last = _last(work(controls, 40))
     assert last.result is not None
@@ -319,7 +320,7 @@ def _last(progress: Iterator[Progress]) -> Progress:
 
 
 def test_nothing_runs_before_the_first_step() -> None:
-    """Each panel says that it has not started; the number of those that run says so too."""
+    """The readout of running contestants shows a dash before the first step and nine after it."""
     state = start(Controls(), 40)
     running = [
         next(readout.value for readout in draw(each).readouts if readout.name == "running")

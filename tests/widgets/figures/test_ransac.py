@@ -35,7 +35,8 @@ frame = partial(frame_after, WIDGET)
 @pytest.mark.parametrize("seed", [SEED, SEED + 13, SEED + 26])
 @pytest.mark.parametrize("scene", ["occluded", "repeated"])
 def test_each_step_is_one_step_of_the_solver(scene: str, seed: int) -> None:
-    """The figure makes its trials in a block; the solver, at one trial a step, passes through the same states."""
+    """The figure computes its trials in one block; the solver, at one trial per step, passes through the same
+    states."""
     state = run(scene=scene, seed=seed)
     pairs = state.scene.source[None], state.target[None], np.ones((1, 40))
     options = RansacOptions(0.25, 0.99, MOST, 1, SEPARATION)
@@ -53,7 +54,8 @@ def test_each_step_is_one_step_of_the_solver(scene: str, seed: int) -> None:
 
 
 def test_steps_after_the_end_change_nothing() -> None:
-    """Step and To the end are off when the consensus is stable; a record that presses them shows the same numbers."""
+    """Step and To the end are disabled once the consensus is stable; a record that presses them shows the same
+    numbers."""
     end = frame(["press", "finish"])
     assert set(end["disabled"]) == {"step", "finish"}
     for log in ([["press", "finish"], ["press", "step"]], [["press", "step"]] * 40):
@@ -62,7 +64,7 @@ def test_steps_after_the_end_change_nothing() -> None:
 
 
 def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
-    """What the figure is there to show, over 25 draws: the consensus is near the truth, the fit of all pairs is not."""
+    """The point of the figure, over 25 draws: the consensus is near the truth, the fit of all pairs is not."""
     for seed in range(SEED, SEED + 25 * 13, 13):
         values = readouts(frame(["press", "finish"], seed=seed))
         assert float(values["rotation_error"]) < 3
@@ -71,7 +73,8 @@ def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
 
 
 def test_every_control_changes_what_it_names() -> None:
-    """ε the circles and the consensus, confidence the budget and its curve, noise and the wrong fraction the ghost."""
+    """ε changes the circles and the consensus, confidence the budget and its curve, noise and the wrong fraction the
+    ghost."""
     before = frame(["press", "finish"])
     for change, named in (
         ({"epsilon": 0.05}, ("count", "share", "budget", "trials", "capped_sum", "lost")),
@@ -88,7 +91,7 @@ def test_every_control_changes_what_it_names() -> None:
 
 
 def test_one_trial_is_told_as_one() -> None:
-    """Where all pairs are right the budget is one; its name in the chart stands above the curve."""
+    """If all pairs are right the budget is one trial; its label in the chart is above the curve."""
     right = draw(run(FINISH, outliers=0.0, noise=0.0))
     assert "asks for 1 trial at" in right.description
     (panel,) = (panel for panel in right.panels if panel.name == "budget")
@@ -101,7 +104,8 @@ def test_one_trial_is_told_as_one() -> None:
 
 
 def test_a_step_lights_its_two_pairs_and_says_its_count() -> None:
-    """Two accent lines, a dashed outline, and in the note the rows (from one) and the count of this trial."""
+    """Two accent lines and a dashed outline are drawn, and the note gives the rows (from one) and the count of this
+    trial."""
     state = run(STEP, STEP, STEP)
     now = state.run.now
     marks = draw(state).panels[0].marks
@@ -116,7 +120,7 @@ def test_a_step_lights_its_two_pairs_and_says_its_count() -> None:
 
 
 def test_the_points_of_each_view_have_its_role() -> None:
-    """The dots at the left are the source's, all forty; the squares at the right are the target's."""
+    """The dots at the left are all forty source points; the squares at the right are the target's."""
     (panel,) = [panel for panel in draw(run()).panels if panel.name == "main"]
     points = [mark for mark in panel.marks if isinstance(mark, Points) and len(mark.xy)]
     left = [mark for mark in points if (mark.xy[:, 0] < 0.0).all()]
@@ -125,7 +129,8 @@ def test_the_points_of_each_view_have_its_role() -> None:
 
 
 def test_lines_split_by_the_best_pose() -> None:
-    """Before a consensus all forty are alike; after it the solid ones are its inliers and the dashed ones the rest."""
+    """Before a consensus all forty look alike; after it, the solid ones are its inliers and the dashed ones the
+    rest."""
     (all_of_them,) = [m for m in draw(run()).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]
     assert len(np.asarray(all_of_them.a)) == 40
     state = run(FINISH)
@@ -139,8 +144,8 @@ def test_lines_split_by_the_best_pose() -> None:
 
 
 def test_what_the_threshold_gets_wrong_is_ringed() -> None:
-    """A ring for each wrong pair that is counted and each right one that is not, as many as the readouts say; partners
-    outside ε are hollow."""
+    """A ring marks each wrong pair that is counted and each right one that is not, as many as the readouts say;
+    partners outside ε are hollow."""
     for controls in ({"scene": "repeated", "outliers": 0.6}, {"epsilon": 1.6, "outliers": 0.8}, {"epsilon": 0.04}, {}):
         state = run(FINISH, **controls)
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
@@ -154,7 +159,8 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
 
 
 def test_a_trial_is_seen_without_the_errors_of_the_pose() -> None:
-    """While its two lines are lit, no ring tells right from wrong: what the best pose gets wrong is told at the end."""
+    """While a trial's two lines are lit, no ring tells right pairs from wrong; those of the best pose appear at the
+    end."""
     marks = draw(run(STEP)).panels[0].marks
     rings = {m.role for m in marks if isinstance(m, Points) and m.shape == "ring"}
     assert rings == {"ghost", "target", "accent"}
@@ -163,7 +169,7 @@ def test_a_trial_is_seen_without_the_errors_of_the_pose() -> None:
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-8, 8), st.floats(-4, 4))
 def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float) -> None:
-    """The ghost's centroid moves by δ/40, wherever the partner is put; the place stays inside the panel."""
+    """The ghost's centroid moves by δ/40, wherever the partner is put; the partner stays inside the panel."""
     before, after = run(FINISH), run(FINISH, Action("drag", "partner", x, y))
     delta = after.target[PULLED] - before.target[PULLED]
     assert np.all((after.target[PULLED] + RIGHT >= LOW) & (after.target[PULLED] + RIGHT <= HIGH))
@@ -176,7 +182,7 @@ def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float)
 
 
 def test_a_far_partner_does_not_move_the_consensus() -> None:
-    """Pulled beyond ε to either side, it is left out, and the consensus pose is the same to the last digit shown."""
+    """Pulled beyond ε in any direction it is left out, and the consensus pose is the same to the last digit shown."""
     places = [(-4.0, 0.0), (2.0, -2.5), (6.9, -2.8)]
     ends = [readouts(frame(["drag", "partner", *place], ["press", "finish"])) for place in places]
     assert len({(e["rotation_error"], e["translation_error"], e["count"]) for e in ends}) == 1
@@ -187,7 +193,7 @@ def test_a_far_partner_does_not_move_the_consensus() -> None:
 
 
 def test_the_note_says_when_a_refit_loses_inliers() -> None:
-    """Some draw shows it; the capped sum falls all the same."""
+    """Some draw shows it; the capped sum never rises even so."""
     fell = 0
     for seed in range(SEED, SEED + 13 * 25, 13):
         state = run(FINISH, epsilon=0.1, seed=seed)
@@ -201,7 +207,7 @@ def test_the_note_says_when_a_refit_loses_inliers() -> None:
 
 
 def test_the_cap_is_said() -> None:
-    """Where the formula asks for more than the cap, the note and the words say that the run was capped."""
+    """If the formula calls for more trials than the cap, the note and the description say that the run was capped."""
     framed = frame(["press", "finish"], epsilon=0.02, noise=0.3)
     state = run(FINISH, epsilon=0.02, noise=0.3)
     assert state.run.now.status[0] == Status.CAPPED
@@ -211,7 +217,7 @@ def test_the_cap_is_said() -> None:
 
 
 def test_the_curve_is_the_formula() -> None:
-    """Rounded up to whole trials the drawn curve is `trials`; the mark stands at the run's estimate and budget."""
+    """Rounded up to whole trials, the drawn curve is `trials`; the mark is at the run's estimate and budget."""
     for p in (0.5, 0.9, 0.99, 0.999):
         np.testing.assert_array_equal(np.ceil(curve(p, 2) * (1 - 1e-12)), trials(SHARES, p, 2))
     for share in (0.05, 0.4, 0.9, 1.0):
@@ -223,7 +229,7 @@ def test_the_curve_is_the_formula() -> None:
 
 
 def test_the_ghost_is_the_fit_of_all_pairs() -> None:
-    """In every state, tried or not, the grey outline is `fit_rigid` of all forty."""
+    """In every state, before or after trials, the grey outline is `fit_rigid` of all forty pairs."""
     for state in (run(), run(STEP), run(FINISH), run(FINISH, Action("drag", "partner", 0, 0))):
         fit = fit_rigid(state.scene.source, state.target).pose
         np.testing.assert_allclose(state.run.now.ghost[0].matrix, fit.matrix, atol=1e-12)
@@ -232,7 +238,7 @@ def test_the_ghost_is_the_fit_of_all_pairs() -> None:
 
 
 def test_a_state_is_computed_once() -> None:
-    """Frame, words and snippet of one state share one run."""
+    """The frame, description and script of one state share one run."""
     state = run(FINISH)
     assert state.run is state.run
     assert replace(state, steps=1).run is not state.run
@@ -263,7 +269,7 @@ def test_a_state_is_computed_once() -> None:
 def test_whatever_a_reader_does_the_numbers_are_numbers(
     controls: dict[str, Any], log: list[list[Any]], seed: int
 ) -> None:
-    """Any controls, presses, pulls and seed: finite readouts, counts within forty, trials within budget and cap."""
+    """Any controls, presses, pulls and seed: finite readouts, counts from 2 to 40, trials within the cap."""
     framed = frame(*log, seed=seed, **controls)
     result = readouts(framed)
     assert not any(word in " ".join(result.values()) + framed["description"] for word in ("nan", "inf"))

@@ -1,4 +1,5 @@
-"""The figure of the soft family: shares that add up, circles that are σ, what may rise, and controls that count."""
+"""The figure of the soft family: shares that add up, circles that show σ, what may rise, and controls that take
+effect."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def frame(log: list[Any] | None = None, name: str = "default", **controls: Any) 
 @pytest.mark.parametrize("method", ["cpd-rigid", "cpd-similarity", "filterreg"])
 @pytest.mark.parametrize("sigma", [0.04, 0.5, 2.0])
 def test_shares_and_clutter_add_up_to_one(method: str, sigma: float) -> None:
-    """Every observation gives away exactly one: over the other cloud's components and to the clutter."""
+    """The shares of every observation, over the other cloud's components and the clutter, add up to one."""
     state = run(STEP, method=method, sigma=sigma, width="held")
     result = links(method, state.run.now)
     observations = result.shares if method == "filterreg" else result.shares.T
@@ -43,7 +44,7 @@ def test_shares_and_clutter_add_up_to_one(method: str, sigma: float) -> None:
 
 
 def test_filterregs_shares_are_what_its_exact_sums_say() -> None:
-    """The matrix that the figure draws has the solver's weights as its row sums and its targets as its means."""
+    """The rows of the figure's matrix sum to the solver's weights, and their weighted means are its targets."""
     state = run(STEP, STEP, method="filterreg").run.now
     P = filterreg_shares(state)
     np.testing.assert_allclose(P.sum(axis=1), state.weights[0], rtol=1e-10)
@@ -52,7 +53,7 @@ def test_filterregs_shares_are_what_its_exact_sums_say() -> None:
 
 @pytest.mark.parametrize("method", ["cpd-rigid", "filterreg"])
 def test_a_smaller_sigma_hardens_the_assignment_and_moves_nothing(method: str) -> None:
-    """By hand: the pose stays, and a point has fewer effective partners, down to one."""
+    """With σ set by hand, a smaller σ leaves the pose and reduces a point's effective partners, down to one."""
     states = [run(method=method, width="held", sigma=s) for s in (2.0, 1.0, 0.5, 0.2, 0.04)]
     partners = [links(method, s.run.now).partners for s in states]
     assert all(a > b for a, b in pairwise(partners))
@@ -61,7 +62,7 @@ def test_a_smaller_sigma_hardens_the_assignment_and_moves_nothing(method: str) -
 
 
 def test_without_clutter_the_hardest_assignment_is_the_nearest_point() -> None:
-    """σ → 0 and w = 0: every fixed point goes whole to its nearest moving point, however far that lies."""
+    """With σ → 0 and w = 0, each fixed point is assigned wholly to its nearest moving point, however far away."""
     state = run(width="held", sigma=0.04, clutter=0.0)
     P = links("cpd-rigid", state.run.now).shares
     moved = state.run.pose.apply(state.run.scene.source)
@@ -71,7 +72,7 @@ def test_without_clutter_the_hardest_assignment_is_the_nearest_point() -> None:
 
 
 def test_with_clutter_the_hardest_assignment_lets_go() -> None:
-    """σ → 0 and w > 0: what has no component within a few σ goes to the clutter."""
+    """With σ → 0 and w > 0, a point without a component within a few σ goes to the clutter."""
     state = run(width="held", sigma=0.04)
     result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
@@ -83,7 +84,7 @@ def test_with_clutter_the_hardest_assignment_lets_go() -> None:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_what_is_promised_is_kept(method: str, width: str) -> None:
-    """Where the figure says that the objective is certain not to rise it does not, from a near and a far start."""
+    """From a near and a far start, the objective never rises where the figure promises that it cannot."""
     for turn, sigma, seed in ((-40.0, 1.1, SEED), (150.0, 0.4, SEED + 13)):
         state = run(FINISH, method=method, width=width, turn=turn, sigma=sigma, seed=seed)
         if state.run.rule.promise != "none":
@@ -92,13 +93,13 @@ def test_what_is_promised_is_kept(method: str, width: str) -> None:
 
 
 def rises(method: str, **controls: Any) -> int:
-    """At how many steps of a run to the end the negative log-likelihood rises."""
+    """The number of steps, over a whole run, at which the negative log-likelihood rises."""
     return len(run(FINISH, method=method, **controls).run.rises)
 
 
 def test_a_schedule_makes_the_likelihood_fall(why: Why) -> None:
-    """σ by schedule, CPD and FilterReg: the negative log-likelihood rises at some steps, and diamonds mark them. With σ
-    estimated it rises at none."""
+    """With σ on a schedule, the negative log-likelihood of CPD and FilterReg rises at some steps, marked by diamonds.
+    With σ estimated it rises at none."""
     methods, widths = ("cpd-rigid", "filterreg"), ("scheduled", "estimated")
     counts = [" · ".join(str(rises(method, width=width)) for method in methods) for width in widths]
     why(
@@ -115,7 +116,7 @@ def test_a_schedule_makes_the_likelihood_fall(why: Why) -> None:
 
 
 def test_an_approximate_filter_loses_the_promise(why: Why) -> None:
-    """With σ estimated and the lattice in place of exact sums the negative log-likelihood rises somewhere."""
+    """With σ estimated and the lattice in place of exact sums, the negative log-likelihood rises at some step."""
     lattice, exact = (rises("filterreg", filter=sums) for sums in ("lattice", "exact"))
     why("the sums", {"on the lattice": f"the curve rises at {lattice} steps", "exact": f"at {exact}"})
     assert lattice > 0
@@ -123,7 +124,7 @@ def test_an_approximate_filter_loses_the_promise(why: Why) -> None:
 
 
 def test_estimated_sigma_need_not_fall(why: Why) -> None:
-    """From a first σ of 0.3 u it grows first, from the figure's own it does not."""
+    """From a first σ of 0.3 u the estimate grows first; from the figure's default it does not."""
     course, usual = run(FINISH, sigma=0.3).run.course, run(FINISH).run.course
     why(
         "the first σ",
@@ -138,8 +139,8 @@ def test_estimated_sigma_need_not_fall(why: Why) -> None:
 
 
 def test_similarity_collapses_where_the_rigid_form_keeps_its_size(why: Why) -> None:
-    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form, lost
-    as well, stays at 1."""
+    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form, lost as well,
+    stays at 1."""
     shrunk = run(FINISH, name="similarity").run.course[-1]
     rigid = run(FINISH, name="similarity", method="cpd-rigid").run.course[-1]
     why("the scale", {"free": f"{shrunk.scale:.2f} of its size", "fixed": f"{rigid.scale:.2f}"})
@@ -150,14 +151,14 @@ def test_similarity_collapses_where_the_rigid_form_keeps_its_size(why: Why) -> N
 
 
 def test_clutter_needs_a_clutter_term() -> None:
-    """Many clutter points: without w the pose is far off, with it near."""
+    """With many clutter points, the pose is far off without w and near with it."""
     off, near = (run(FINISH, clutter=w, junk=10.0).run.course[-1] for w in (0.0, 0.1))
     assert off.rotation > 5.0 * near.rotation
     assert near.rotation < 5.0
 
 
 def test_the_two_conventions_differ() -> None:
-    """V = 64 u² against 34 fixed points: 1/N is the denser clutter, and takes more."""
+    """With V = 64 u² and 34 fixed points, 1/N is the denser clutter and takes more."""
     area, count = (frame(density=d)["readouts"] for d in ("area", "count"))
     given_area, given_count = (
         next(float(r["value"]) for r in readouts if r["name"] == "clutter") for readouts in (area, count)
@@ -166,7 +167,7 @@ def test_the_two_conventions_differ() -> None:
 
 
 def test_threads_have_six_weights_each_half_of_the_next() -> None:
-    """A thread's weight is its share's power of two, and nothing below 1/64 is drawn."""
+    """A thread's weight is the power of two of its share, and no share below 1/64 is drawn."""
     state = run(sigma=0.6)
     result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
@@ -180,16 +181,16 @@ def test_threads_have_six_weights_each_half_of_the_next() -> None:
 
 @pytest.mark.parametrize("sigma", [0.3, 1.1, 2.0])
 def test_wide_overlaps_do_not_hide_the_clouds(sigma: float) -> None:
-    """At a point the threads' parts add up to one at most, and as σ is small each is its overlap."""
+    """The shares of the threads at a point add up to one at most; for small σ each equals its overlap."""
     state = run(method="gmmreg", sigma=sigma)
     result = links("gmmreg", state.run.now)
     drawn = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, result)
     strong = np.unique(np.asarray(drawn.a)[np.asarray(drawn.weight) > 5.5 / 6], axis=0, return_counts=True)[1]
-    assert strong.max(initial=0) <= 2  # above a half each
+    assert strong.max(initial=0) <= 2  # each more than a half
 
 
 def test_a_run_that_cannot_begin_says_why() -> None:
-    """Before any step the buttons are off; the note tells what for."""
+    """Before any step the buttons are disabled, and the note gives the reason."""
     controls = {"method": "filterreg", "width": "scheduled", "filter": "lattice", "sigma": 0.04, "clutter": 0.9}
     shown = frame(**controls, turn=-180.0, offset=0.0, noise=0.0, junk=4.0)
     assert "step" in shown["disabled"]
@@ -198,7 +199,7 @@ def test_a_run_that_cannot_begin_says_why() -> None:
 
 @pytest.mark.parametrize("sigma", [0.3, 1.0])
 def test_circles_are_sigma_wide(sigma: float) -> None:
-    """Their radius in the drawing is σ times the panel's scale, one for each component."""
+    """Their radius in the drawing is σ times the panel's scale, with one circle per component."""
     state = run(width="held", sigma=sigma)
     svg = frame(width="held", sigma=sigma)["panels"][0]["svg"]
     (path,) = re.findall(r'<path class="shape ring source[^"]*" d="([^"]*)"', svg)
@@ -214,7 +215,7 @@ def test_the_chart_window_stays_while_its_meaning_changes() -> None:
 
 
 def test_what_plays_no_part_is_said() -> None:
-    """GMMReg has no clutter, FilterReg no w of zero, CPD no filter: the figure tells when one is asked for."""
+    """GMMReg has no clutter, FilterReg no w of zero, CPD no filter: the note says so if one is set."""
     assert "no clutter term" in frame(method="gmmreg")["note"]
     assert "10⁻⁶" in frame(method="filterreg", clutter=0.0)["note"]
     assert "not used" in frame(filter="grid")["note"]
@@ -229,7 +230,7 @@ def test_back_is_a_prefix_and_a_drag_begins_anew() -> None:
 
 
 def test_a_change_of_scale_is_no_motion() -> None:
-    """A step of the similarity is shown at once, a rigid one as the motion that it is."""
+    """A step of the similarity is shown at once; a rigid step is animated."""
     a = run(name="similarity")
     assert motion(a, act(a, STEP)) is None
     b = run()
@@ -249,7 +250,7 @@ def test_a_change_of_scale_is_no_motion() -> None:
 def test_hostile_settings_draw(
     method: str, width: str, kind: str, sigma: float, w: float, junk: float, to: tuple[float, float]
 ) -> None:
-    """Any setting, from anywhere, to the end: finite text, a stop, and never more steps than there may be."""
+    """With any setting and start, a run to the end gives finite text, a status, and no more steps than allowed."""
     log = [["drag", "source", *to], ["press", "step"], ["press", "finish"]]
     shown = frame(log, method=method, width=width, filter=kind, sigma=sigma, clutter=w, junk=junk, noise=0.0)
     assert not re.search(r"nan|inf", "".join(r["value"] for r in shown["readouts"]) + shown["note"])
@@ -259,8 +260,8 @@ def test_hostile_settings_draw(
 
 
 def test_the_objective_s_axis_goes_as_high_as_the_objective() -> None:
-    """With all sliders at their least and the source far off it begins at 17 nats: no line lies on the window's edge
-    that belongs above it. With no noise and no junk it ends below two. The usual run keeps its axis from 2.5 to 4.5."""
+    """With all sliders at their minimum and the source far off, the objective begins at 17 nats and no line is clipped
+    at the window's edge. Without noise and junk it ends below two. The usual run keeps its axis from 2.5 to 4.5."""
     least = {"sigma": 0.04, "clutter": 0.0, "turn": -180.0, "offset": 0.0, "noise": 0.0, "junk": 0.0}
     far = frame([["drag", "source", 3.5, 2.0], ["press", "step"]], "filterreg", **least)
     panel = far["panels"][1]["svg"]

@@ -1,4 +1,4 @@
-"""The mug: the view changes nothing of the run, the free turn nothing of the residual; what is near is drawn last."""
+"""The mug: the view does not affect the run, the free turn does not affect the residual; near points are drawn last."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ run = partial(state_after, WIDGET)
 @settings(max_examples=30, deadline=None)
 @given(PLACES)
 def test_an_eye_is_a_rotation_and_its_levels_rise_towards_it(place: tuple[float, float]) -> None:
-    """Wherever the knob is: right, up and towards are a right-handed frame, and nearer points have no lower level."""
+    """Wherever the knob is, right, up and towards the eye form a right-handed frame, and nearer points never have a
+    lower level."""
     eye = Eye().at(*place)
     np.testing.assert_allclose(eye.axes @ eye.axes.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(eye.axes) == pytest.approx(1.0)
@@ -43,7 +44,7 @@ def test_an_eye_is_a_rotation_and_its_levels_rise_towards_it(place: tuple[float,
 
 
 def test_a_drag_takes_the_front_of_the_scene_along() -> None:
-    """A little to the right and down: what is in front of the middle goes to the right and down."""
+    """Dragged a little right or down, the front of the scene moves right or down."""
     eye = Eye()
     front = eye.axes[2][None]
     (x, y), (u, v) = (Eye().at(*place).seen(front)[0] for place in ((eye.x + 0.1, eye.y), (eye.x, eye.y - 0.1)))
@@ -56,7 +57,7 @@ def test_a_drag_takes_the_front_of_the_scene_along() -> None:
 @settings(max_examples=20, deadline=None)
 @given(PLACES)
 def test_sides_are_seen_edge_on(place: tuple[float, float]) -> None:
-    """At both azimuths the wall's normal is across the direction to the eye, however the mug is turned."""
+    """At both azimuths the wall's normal is perpendicular to the direction of the eye, however the mug is turned."""
     eye, turn = Eye().at(*place), mug_start(70.0).R
     for side in eye.sides(turn):
         assert abs(turn @ [np.cos(side), np.sin(side), 0.0] @ eye.axes[2]) < 1e-12
@@ -64,7 +65,7 @@ def test_sides_are_seen_edge_on(place: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("task", ["line", "four", "icp", "plane"])
 def test_turning_the_view_leaves_the_run_alone(task: str) -> None:
-    """Views between the steps: the same poses and residuals as without them, and nothing is computed anew."""
+    """With views between the steps, poses and residuals are the same as without, and nothing is recomputed."""
     look = [Action("drag", "view", x, -1.5) for x in (0.4, -1.0, 2.0)]
     looked = run(look[0], STEP, look[1], STEP, look[2], task=task)
     still = run(STEP, STEP, task=task)
@@ -75,7 +76,8 @@ def test_turning_the_view_leaves_the_run_alone(task: str) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 def test_the_free_turn_moves_the_mug_and_not_the_residual(noise: float) -> None:
-    """Three pairs in a line: every angle has the residuals of the first, the mug is carried more than a unit away."""
+    """With three collinear pairs, every angle has the residuals of the first, while the mug moves more than a unit
+    away."""
     ends = [run(FINISH, noise=noise, spin=spin) for spin in (0.0, 60.0, -90.0, 180.0)]
     left = [residuals(end.run.pose, end.run.scene.source, end.run.scene.target) for end in ends]
     for other in left[1:]:
@@ -94,7 +96,7 @@ def test_four_pairs_are_solved_in_one_step() -> None:
 
 @pytest.mark.parametrize("task", UNKNOWN)
 def test_unknown_pairs_run_the_solvers(task: str) -> None:
-    """The figure's end is `register`'s, to the last bit."""
+    """The figure ends at the pose of `register`, bit for bit."""
     state = run(FINISH, task=task, noise=0.02)
     scene = state.run.scene
     result = register(
@@ -105,7 +107,7 @@ def test_unknown_pairs_run_the_solvers(task: str) -> None:
 
 
 def test_without_a_handle_the_turn_about_the_axis_is_free() -> None:
-    """Point to plane says so, and leaves the mug turned; with the handle it comes within 2° of its place."""
+    """Point to plane reports it and leaves the mug turned; with the handle, the mug comes within 2° of its place."""
     bare, whole = (run(FINISH, task="plane", noise=0.02, handle=handle) for handle in (False, True))
     assert (bare.run.free, whole.run.free) == (1, 0)
     assert bare.run.rotation > 10.0
@@ -114,7 +116,7 @@ def test_without_a_handle_the_turn_about_the_axis_is_free() -> None:
 
 
 def test_marks_go_from_far_to_near() -> None:
-    """The points' layers: each is nearer than the one before it, and drawn stronger."""
+    """Each layer of points is nearer than the one before, and drawn stronger."""
     state = run(task="plane")
     layers = [mark for mark in draw(state).panels[0].marks if isinstance(mark, Points) and mark.role == "target"]
     assert len(layers) == LEVELS

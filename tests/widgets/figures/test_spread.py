@@ -1,4 +1,4 @@
-"""The figure of redrawn scans: its draws are the study's, its ellipses lie about the truth, its scale is told."""
+"""The figure of redrawn scans: its draws are the study's, its ellipses surround the truth, its scale is stated."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
 
 @pytest.mark.parametrize("name", ["default", "corridor", "hall"])
 def test_the_end_wall_is_pulled_by_a_handle_that_sets_the_slider(name: str) -> None:
-    """The handle lies on the end wall on the right, whatever was drawn. An arrow is a step of the slider, none leads
-    beyond its ends, and all draws are kept."""
+    """The handle is on the right end wall, whatever was drawn. An arrow key moves the slider by one step, never beyond
+    its ends, and all draws are kept."""
     slider, host = specs(Controls)["wall"], Host()
     low, high = slider.low, slider.high
     for wall in (low, 3.0, high):
@@ -95,8 +95,8 @@ def test_what_is_expected_lies_about_the_true_position() -> None:
 
 @pytest.mark.parametrize("wall", [2.6, 6.0])
 def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
-    """The bars lie along the panel's axes, as long as their labels say; every dot of the true cluster lies in the
-    window, and the ellipses take most of its height where both scales are one."""
+    """The bars lie along the panel's axes and are as long as their labels say; every dot of the true cluster is in the
+    window, and the ellipses take most of its height where both scales are equal."""
     state = act(start(Controls(wall=wall), SEED), ALL)
     picture = draw(state)
     (close,) = (panel for panel in picture.panels if panel.name == "close")
@@ -124,7 +124,8 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     ],
 )
 def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: bool) -> None:
-    """Where nothing of the closed forms' ellipses can be drawn, the caption says so; their σ is then in whole units."""
+    """If the closed forms' ellipses lie entirely outside the panel, the caption says so; their σ is then in whole
+    units."""
     picture = draw(start(Controls(**controls), SEED))  # type: ignore[arg-type]
     (panel,) = (panel for panel in picture.panels if panel.name == "close")
     paths = [mark for mark in panel.marks if isinstance(mark, Path)]
@@ -138,7 +139,7 @@ def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: b
 
 
 def test_the_scale_about_the_true_position_is_told() -> None:
-    """The same both ways for a wall that is seen, less along the corridor whose end is not."""
+    """The same in both directions if the end wall is seen; smaller along the corridor if it is not."""
     for wall, text in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times up and 3 across")):
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")

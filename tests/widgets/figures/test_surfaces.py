@@ -1,4 +1,4 @@
-"""The figure of residuals and weights: what its strokes mean, what each control changes, what a wall leaves free."""
+"""The figure of residuals and weights: how strokes are drawn, what each control changes, what a wall leaves free."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def shown(log: list[Any], **controls: Any) -> dict[str, str]:
 @RESIDUAL
 @pytest.mark.parametrize("weight", list(WEIGHTS))
 def test_a_stroke_is_the_pairs_pull(residual: str, weight: str) -> None:
-    """The pull of a pair is the length of its term in the gradient of the step: together they are that gradient."""
+    """A pair's pull is the length of its term in the gradient of the step; the terms add up to that gradient."""
     one = run(residual=residual, weight=weight, outliers=20.0, start="near").run
     left = np.einsum("mij,mj->mi", one.precision, one.moved - one.partners)
     w = one.pairing.weights[0]
@@ -74,7 +74,7 @@ def test_a_stroke_is_the_residual_itself() -> None:
 
 @RESIDUAL
 def test_a_drag_begins_as_a_start_there_would(residual: str) -> None:
-    """Normals and covariances are kept over a drag; the run is the one that a fresh start at that pose gives."""
+    """Normals and covariances are reused after a drag; the run equals that of a fresh start at the dragged pose."""
     dragged = run(STEP, Action("drag", "source", 1.0, -0.5), residual=residual).run
     fresh = begun(dragged.ask, dragged.scene, dragged.began)
     for one, other in ((dragged, fresh), (dragged.finish(), fresh.finish())):
@@ -83,7 +83,8 @@ def test_a_drag_begins_as_a_start_there_would(residual: str) -> None:
 
 
 def test_each_residual_shows_its_own_model() -> None:
-    """Ticks in plane mode, ellipses of both clouds in GICP mode, neither in point mode; the source's turn with it."""
+    """Ticks in plane mode, ellipses of both clouds in GICP mode, neither in point mode; the source's ellipses turn with
+    it."""
     kinds = {name: [type(m) for m in surfaces(run(residual=name).run)] for name in RESIDUALS}
     assert kinds == {"point": [], "plane": [Ticks], "gicp": [Ellipses]}
     for turn in (0.0, 90.0):
@@ -112,7 +113,8 @@ def test_every_button_and_control_changes_what_it_names(residual: str) -> None:
 
 
 def test_a_wall_is_found_and_the_slide_left() -> None:
-    """Plane: across and turn found, along left as it was, said in the readouts. Point and GICP call nothing free."""
+    """Point to plane finds the offset across the wall and the turn, leaves the offset along it, and reports the slide
+    as free. Point and GICP report nothing free."""
     for scene in ("wall", "corridor"):
         begun_at = shown([], scene=scene, start="near")
         end = shown([["press", "finish"]], scene=scene, start="near")
@@ -130,7 +132,8 @@ def test_a_wall_is_found_and_the_slide_left() -> None:
 
 
 def test_the_weak_arrow_runs_along_the_wall() -> None:
-    """On one wall and in a corridor the arrow is a slide along them, both ways, longer where it is free."""
+    """On one wall and in a corridor the arrow is a slide along them, in both directions and longer because it is
+    free."""
     for scene in ("wall", "corridor"):
         one = run(FINISH, scene=scene, start="near").run
         path, *tips = weak_direction(one)
@@ -142,7 +145,7 @@ def test_the_weak_arrow_runs_along_the_wall() -> None:
 
 
 def test_the_weak_arrow_of_a_turn_is_an_arc_of_it() -> None:
-    """Where the weak motion turns, the arrow's places all lie as far from its fixed point."""
+    """If the weak motion includes a turn, all points of the arrow are equally far from its fixed point."""
     one = run(residual="gicp").run
     system = one.system
     v, a = system.directions[0, :2, 0], system.directions[0, 2, 0]
@@ -153,7 +156,8 @@ def test_the_weak_arrow_of_a_turn_is_an_arc_of_it() -> None:
 
 
 def test_where_all_motions_are_held_alike_no_arrow_is_drawn() -> None:
-    """Unweighted point pairs hold slides and turn exactly alike: a direction would be rounding's, so there is none."""
+    """Unweighted point pairs constrain slides and turn equally: any direction would come from rounding, so none is
+    drawn."""
     one = run(FINISH, residual="point").run
     np.testing.assert_allclose(one.system.eigenvalues, 1.0, atol=1e-9)
     assert weak_direction(one) == ()
@@ -161,7 +165,7 @@ def test_where_all_motions_are_held_alike_no_arrow_is_drawn() -> None:
 
 
 def test_the_point_system_is_that_of_identity_precisions() -> None:
-    """In point mode the condition number is that of the Gauss-Newton system whose precisions are all the identity."""
+    """In point mode the system equals the Gauss-Newton system in which every precision is the identity."""
     one = run(residual="point").run
     J = gauss_newton.jacobian(one.pairing.moved - one.system.centre[:, None], one.system.radius)[0]
     H = np.einsum("mij,mik->jk", J, J) / len(J)
@@ -169,7 +173,7 @@ def test_the_point_system_is_that_of_identity_precisions() -> None:
 
 
 def test_the_scale_is_the_one_that_the_weights_are_made_with() -> None:
-    """s is 1.4826 times the median distance of the pairs left by the trimming."""
+    """s is 1.4826 times the median distance of the pairs left after trimming."""
     for weight in WEIGHTS:
         one = run(weight=weight, trim=30.0).run
         distances = np.sort(one.pairing.distances[0])[: round(0.7 * len(one.moved))]
@@ -178,7 +182,7 @@ def test_the_scale_is_the_one_that_the_weights_are_made_with() -> None:
 
 @pytest.mark.parametrize("weight", list(WEIGHTS))
 def test_every_pair_is_in_the_rug_once(weight: str) -> None:
-    """Strokes and the count beyond the edge are all pairs; trimmed and rejected ones are grey."""
+    """Strokes and the count beyond the edge add up to all pairs; trimmed and rejected ones are grey."""
     one = run(weight=weight, outliers=30.0, trim=10.0, start="near").run
     panel = weight_chart(one)
     rug = [m for m in panel.marks if isinstance(m, Segments) and m.role in ("source", "outlier", "ghost")]
@@ -202,7 +206,7 @@ def test_outliers_are_crosses_and_unused_pairs_rings() -> None:
 
 
 def test_residual_and_weight_replay_the_same_presses() -> None:
-    """The end of one residual and of another, from one start: the page keeps the log for these two controls."""
+    """Each residual runs to its end from the same start: the page keeps the log when these two controls change."""
     plain = preset(WIDGET).plain()
     host = Host()
     for residual in RESIDUALS:
@@ -213,14 +217,14 @@ def test_residual_and_weight_replay_the_same_presses() -> None:
 
 
 def test_without_noise_the_rms_is_a_number() -> None:
-    """A wall without noise, most of whose residuals are zero, under a weight that discards: this RMS was once a NaN."""
+    """A wall without noise, with most residuals zero, under a weight that discards pairs: this RMS was once NaN."""
     log = [["drag", "turn", 0.0, 0.0], ["press", "finish"]]
     text = shown(log, scene="wall", weight="tukey", noise=0.0, outliers=3.0, trim=7.0)
     assert float(text["rms"]) >= 0.0
 
 
 def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:
-    """A wall looks the same from behind: from 170° the fit is as good, the pose half a turn off."""
+    """A wall looks the same from behind: from 170° the fit is as good, but the pose is half a turn off."""
     one: Run = begun(Ask("plane", "none", 0.0), scene_of("wall", SEED, 0.02, 0.0), room_start(170.0, 0.3)).finish()
     assert one.course[-1].rms < 0.05
     assert one.course[-1].rotation > 170.0
@@ -228,5 +232,5 @@ def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:
 
 
 def test_a_condition_number_of_thousands_has_a_comma() -> None:
-    """1,361, as the chapter tells it."""
+    """1,361, as the chapter writes it."""
     assert re.fullmatch(r"\d,\d{3}", shown([["press", "finish"]], scene="wall", start="near")["condition"])

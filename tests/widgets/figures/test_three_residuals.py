@@ -1,4 +1,4 @@
-"""The figure of three residuals: one start, one scene, as many steps, whichever panel is taken hold of."""
+"""The figure of three residuals: one start, one scene and equally many steps, whichever panel is dragged."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def shown(log: list[Any], **controls: Any) -> dict[str, str]:
 
 @pytest.mark.parametrize("name", list(NAMES))
 def test_a_drag_in_any_panel_begins_all_three(name: str) -> None:
-    """Wherever the cloud is taken hold of, all three start there, and step 0 is the same for all."""
+    """Whichever panel's cloud is dragged, all three start there, with the same error at step 0."""
     for handle in ("source", "turn"):
         state = run(STEP, STEP, Action("drag", f"{name}-{handle}", 1.5, -1.0))
         poses = [one.pose.matrix for one in state.runs.values()]
@@ -38,7 +38,7 @@ def test_a_drag_in_any_panel_begins_all_three(name: str) -> None:
 
 
 def test_they_step_together_and_each_stops_by_itself() -> None:
-    """After k presses each has taken k steps, or fewer where it has stopped; the buttons go off when all have."""
+    """After k presses each has taken k steps, or fewer if it has stopped; the buttons are disabled when all have."""
     state = run()
     for k in range(1, 45):
         before, state = state, act(state, STEP)
@@ -59,7 +59,7 @@ def test_they_step_together_and_each_stops_by_itself() -> None:
 
 @pytest.mark.parametrize("name", list(NAMES))
 def test_it_is_the_single_figures_run(name: str) -> None:
-    """What a panel ends at is what the figure of one residual ends at, from the same controls."""
+    """Each panel ends at the pose of the single-residual figure with the same controls."""
     controls = {"outliers": 20.0, "weight": "tukey", "start": "near"}
     single = surfaces.start(preset(surfaces.WIDGET, "default", {**controls, "residual": name}).controls, SEED)
     np.testing.assert_array_equal(

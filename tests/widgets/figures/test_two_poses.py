@@ -1,4 +1,4 @@
-"""The figure of two scans: the reader's hand is the optimiser, the answer is the robot's motion."""
+"""The figure of two scans: the reader aligns them by hand, and the answer is the robot's motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:
 
 
 def test_the_answer_is_where_the_robot_stood() -> None:
-    """Shown, the errors are zero, the source's robot is where it stood and faced as seen from the target's."""
+    """Once it is shown, the errors are zero and the source's robot has the position and heading that it had, seen from
+    the target's."""
     state = act(start(Controls(), SEED), ANSWER)
     scans = state.scans
     np.testing.assert_allclose(scans.target_pose.apply(state.pose.t[None])[0], scans.source_pose.t, atol=1e-12)
@@ -41,7 +42,8 @@ def test_the_answer_is_where_the_robot_stood() -> None:
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 25 * 13, 13))
 def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
-    """In every draw the truth brings the source nearer to the target, if not to zero: each sees its own corners."""
+    """In every draw the truth brings the source nearer to the target, though not to zero: each scan has its own
+    corners."""
     before = start(Controls(), seed)
     assert 0.0 < nearest(act(before, ANSWER)) < 0.6 * nearest(before)
 
@@ -49,7 +51,7 @@ def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
 @settings(deadline=None)
 @given(st.floats(-4.4, 4.4), st.floats(-2.9, 2.9), st.floats(-3, 3))
 def test_the_hand_puts_the_robot_where_it_says(x: float, y: float, angle: float) -> None:
-    """One drag places the robot, the other turns it there; the answer is then taken back by a drag."""
+    """One drag places the robot, the other turns it in place; a drag after the answer takes the answer back."""
     state = act(start(Controls(), SEED), Action("drag", "source", x, y))
     state = act(state, Action("drag", "turn", x + np.cos(angle), y + np.sin(angle)))
     np.testing.assert_allclose(state.pose.t, [x, y], atol=1e-12)
@@ -74,7 +76,7 @@ def test_the_motion_leads_to_the_answer() -> None:
 
 
 def test_only_what_was_moved_was_moved_by_hand() -> None:
-    """The answer to a reader who touched nothing tells of the start."""
+    """The answer after no drag mentions the start instead."""
     notes = [
         Host().render("f", {**PLAIN, "log": [*moves, ["press", "answer"]]})["note"]
         for moves in ([], [["drag", "source", 2, 1]])
@@ -84,22 +86,22 @@ def test_only_what_was_moved_was_moved_by_hand() -> None:
 
 
 def near(degrees: float, x: float, y: float) -> list[list[object]]:
-    """The drags that put the source so far from the truth."""
+    """The drags that put the source this far from the truth."""
     truth = start(Controls(), SEED).scans.truth
     (a, b), angle = np.add(truth.t, (x, y)), float(truth.angle) + np.radians(degrees)
     return [["drag", "source", a, b], ["drag", "turn", a + 3.2 * np.cos(angle), b + 3.2 * np.sin(angle)]]
 
 
 def test_a_hand_that_has_found_it_is_told_so() -> None:
-    """Within 3° and 0.1 u, and not outside."""
+    """Within 3° and 0.1 u, and not beyond."""
     places = (2.5, 0.0, 0.05), (3.5, 0.0, 0.0), (0.0, 0.2, 0.0)
     notes = [Host().render("f", {**PLAIN, "log": near(*off)})["note"] for off in places]
     assert notes == ["Aligned: 2.5° and 0.05 u from the truth.", "", ""]
 
 
 def test_icp_goes_on_from_the_hand_s_place() -> None:
-    """Where the same method of the package stops from there: at the truth from 20° and 0.5 u off, elsewhere from the
-    start. It can be asked once, and the answer afterwards."""
+    """It ends where the package's method stops from that pose: at the truth from 20° and 0.5 u off, elsewhere from the
+    start. It can be pressed once, and the answer after it."""
     truth = start(Controls(), SEED).scans.truth
     for log, note in ((near(20.0, 0.5, 0.0), "began 20.0° and 0.50 u from the truth and stopped 0."),
                       ([], "stopped in the wrong place, 4")):  # fmt: skip
@@ -119,7 +121,8 @@ def test_icp_goes_on_from_the_hand_s_place() -> None:
 
 
 def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
-    """A solution may lie where no hand can put a cloud: the handle then lies outside rather than on the other."""
+    """A solution may be where no drag can put the cloud: the turning handle then lies outside rather than on the other
+    one."""
     for x, apart in ((0.0, PLACING.reach), (7.5, PLACING.least)):
         grip = PLACING.grip(np.array([x, 0.0]), 0.0)
         assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(apart)

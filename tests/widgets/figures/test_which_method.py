@@ -1,4 +1,4 @@
-"""What is advised is there, hangs together, and is worth it: on 25 scenes for every answer, against the truth."""
+"""The advice names existing methods, is consistent, and holds against the truth: on 25 scenes for every answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from solvers import METHODS
 from widgets.figures.which_method.rules import OTHERS, PATHS, QUESTIONS, RUNGS, TAKES, Answers, advise, every
 from widgets.figures.which_method.trial import NOISE, TREES, grove, kept, run
 
-# Answers on what plays no part where pairs are given are tried once.
+# Where pairs are given, answers that then play no part are tried only once.
 TRIED = [a for a in every() if a.pairs == "none" or a == Answers(a.pairs)]
 Why = Callable[[str, Mapping[str, str]], None]
 
@@ -29,7 +29,7 @@ def alone(name: str, answers: Answers) -> int:
 
 
 def unfit(answers: Answers) -> list[str]:
-    """The crossed-out rungs that can be run: those for pairs need some."""
+    """The crossed-out rungs that can be run; those that use pairs need some."""
     paired = () if answers.pairs != "none" else ("kabsch", "ransac")
     return [name for name in advise(answers).of("not") if name not in paired]
 
@@ -55,7 +55,7 @@ def test_every_method_that_is_named_exists() -> None:
 
 
 def test_every_row_of_the_tables_is_the_first_to_fit_somewhere() -> None:
-    """No row is hidden by those above it."""
+    """No row is entirely covered by those above it."""
     for rows in (PATHS, *OTHERS.values()):
         fits = [{a for a in every() if all(getattr(a, q) == x for q, x in when.items())} for when, _ in rows]
         for k, here in enumerate(fits):
@@ -64,7 +64,8 @@ def test_every_row_of_the_tables_is_the_first_to_fit_somewhere() -> None:
 
 @pytest.mark.native
 def test_the_pages_table_gives_the_same_paths() -> None:
-    """What stands on the start page for those without scripts: each answer fits one row, and the row names its path."""
+    """The start page's table for readers without scripts: each answer fits exactly one row, and the row names its
+    path."""
     page = (Path(__file__).resolve().parents[3] / "content" / "00-start.md").read_text("utf-8")
     lines = page.partition("| Pairs | Start | Overlap |")[2].partition("\n\n")[0].splitlines()[2:]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
@@ -82,11 +83,11 @@ def test_the_pages_table_gives_the_same_paths() -> None:
 
 
 def _covers(cell: str, answer: str) -> bool:
-    """Whether a cell of the table holds for an answer."""
+    """Whether a cell of the table covers an answer."""
     return cell in ("any", "either", "–") or answer in cell.split(" or ")
 
 
-# Words why not, and of which answers they are true.
+# Reasons against a rung, each with the answers for which it holds.
 WORDS: dict[str, Callable[[Answers], bool]] = {
     "there are no pairs": lambda answers: answers.pairs == "none",
     "needs a start": lambda answers: answers.start == "none",
@@ -101,14 +102,14 @@ WORDS: dict[str, Callable[[Answers], bool]] = {
 
 @pytest.mark.parametrize("answers", every(), ids=said)
 def test_a_word_why_not_is_true_of_the_answers(answers: Answers) -> None:
-    """No rung is told to lack what the answers give it."""
+    """No rung is rejected for lacking what the answers give it."""
     for name, (verdict, words) in advise(answers).why.items():
         assert all(true(answers) for part, true in WORDS.items() if part in words), (name, words)
         assert verdict == "take" or words not in TAKES.values(), name
 
 
 def test_each_word_why_not_is_said_somewhere() -> None:
-    """Else the test above would look for words that nobody says."""
+    """Otherwise the test above would look for words that are never used."""
     messages = {words for answers in every() for _, words in advise(answers).why.values()}
     assert not [part for part in WORDS if not any(part in words for words in messages)]
 
@@ -117,8 +118,7 @@ def test_each_word_why_not_is_said_somewhere() -> None:
 @pytest.mark.parametrize("answers", TRIED, ids=said)
 def test_the_path_finds_the_truth_and_what_does_not_fit_misses_it(answers: Answers) -> None:
     """For each combination of answers, on 25 scenes with these properties: the path ends within 5° and 0.2 u of the
-    truth on 23 or more, a rung that would do alone on 23 or more, and a crossed-out one, where it can be run, on 18 or
-    fewer."""
+    truth on 23 or more; so does each rung that would do alone; a crossed-out rung, if it can be run, on 18 or fewer."""
     advice = advise(answers)
     assert run(advice.path, answers).found >= 23
     for name in advice.of("can"):
@@ -131,8 +131,8 @@ def test_the_path_finds_the_truth_and_what_does_not_fit_misses_it(answers: Answe
 @pytest.mark.native
 @pytest.mark.parametrize("overlap", QUESTIONS["overlap"])
 def test_what_is_not_needed_may_do_better(overlap: str) -> None:
-    """From a rough start on scattered points the search is not needed; alone it succeeds on all 25 scenes, which the
-    path does not."""
+    """From a rough start on scattered points the search is not needed; alone it succeeds on all 25 scenes, and the path
+    on fewer."""
     points = Answers("none", "rough", overlap, "points")
     assert "search" in advise(points).of("idle")
     assert alone("search", points) == 25 > run(advise(points).path, points).found
@@ -142,7 +142,7 @@ def test_what_is_not_needed_may_do_better(overlap: str) -> None:
 @pytest.mark.parametrize("overlap", QUESTIONS["overlap"])
 def test_a_surface_method_is_the_more_exact_on_walls_and_the_less_without(overlap: str) -> None:
     """From the close start the median rotation error of GICP is less than two thirds of ICP's on walls; among scattered
-    points it is half as large again as that of the path, which refines by ICP."""
+    points it is more than 1.5 times that of the path, which refines by ICP."""
     walls = Answers("none", "near", overlap, "walls")
     assert advise(walls).path == ("gicp", "judge")
     assert run(("gicp",), walls).turn < 0.67 * run(("icp",), walls).turn
@@ -154,8 +154,8 @@ def test_a_surface_method_is_the_more_exact_on_walls_and_the_less_without(overla
 
 @pytest.mark.native
 def test_a_start_decides_over_local_methods(why: Why) -> None:
-    """In the noisy room with junk, ICP finds all 25 from 10° and 0.3 u, NDT 24 or more; from 45° and 1.43 u ICP finds
-    nine or fewer and NDT five or fewer, from 150° neither finds any."""
+    """In the noisy room with junk, ICP succeeds on all 25 scenes from 10° and 0.3 u, and NDT on 24 or more; from 45°
+    and 1.43 u ICP on nine or fewer and NDT on five or fewer; from 150° neither on any."""
     starts = {"10°": "near", "45°": "rough", "150°": "none"}
     icp, ndt = ([alone(name, Answers("none", s, "most", "walls")) for s in starts.values()] for name in ("icp", "ndt"))
     why("the start", {off: f"ICP {a}, NDT {b} of 25" for off, a, b in zip(starts, icp, ndt, strict=True)})
@@ -168,8 +168,8 @@ def test_a_start_decides_over_local_methods(why: Why) -> None:
 
 @pytest.mark.native
 def test_half_an_overlap_misleads_what_compares_everything(why: Why) -> None:
-    """From the rough start soft weights and MMD find every room of which the target sees all; of those of which it sees
-    60 %, soft weights find 18 at most and MMD ten."""
+    """From the rough start soft weights and MMD succeed on all 25 rooms if the target sees the whole room; if it sees
+    60 % of it, soft weights on at most 18 and MMD on at most ten."""
     seen = {"all of it": "most", "60 %": "half"}
     soft, mmd = ([alone(n, Answers("none", "rough", o, "walls")) for o in seen.values()] for n in ("soft", "mmd"))
     outcomes = {part: f"soft weights {a}, MMD {b} of 25" for part, a, b in zip(seen, soft, mmd, strict=True)}
@@ -181,8 +181,8 @@ def test_half_an_overlap_misleads_what_compares_everything(why: Why) -> None:
 
 @pytest.mark.native
 def test_wrong_pairs_decide_between_the_closed_form_and_a_vote(why: Why) -> None:
-    """With 13 right pairs and some noise the closed form finds all 25 poses; with four of them wrong it finds none, and
-    the vote all."""
+    """With 13 right pairs and some noise the closed form finds all 25 poses; with four of the 13 wrong it finds none,
+    and the vote finds all."""
     right, some = Answers("right"), Answers("some")
     counts = {"none": alone("kabsch", right), "four of 13": alone("kabsch", some)}
     why("the wrong pairs, for the closed form", {what: f"{count} of 25" for what, count in counts.items()})
@@ -191,7 +191,7 @@ def test_wrong_pairs_decide_between_the_closed_form_and_a_vote(why: Why) -> None
 
 
 def test_a_grove_is_seen_by_the_target_as_far_as_it_is_told() -> None:
-    """The source has every trunk and the target those of the left, each with its own noise; no two stand together."""
+    """The source has every trunk and the target only those at the left, each with its own noise."""
     for seen, count in ((1.0, 54), (0.6, 32)):
         source, target = grove(40, seen)
         assert kept(seen) == count

@@ -1,4 +1,4 @@
-"""A field that is computed level by level: the same however it was come by, and nothing computed twice."""
+"""A field computed level by level: the same whatever was requested before, and nothing computed twice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def bumps(x: Array, y: Array) -> Array:
 
 
 def counted(side: int, bands: int) -> tuple[Field, list[int]]:
-    """A field over `bumps`, and how many places each call computed."""
+    """A field over `bumps`, and the list of how many places each call computed."""
     calls: list[int] = []
 
     def of(x: Array, y: Array) -> Array:
@@ -31,7 +31,7 @@ def counted(side: int, bands: int) -> tuple[Field, list[int]]:
 
 @SHAPES
 def test_the_finest_level_is_the_field_and_no_place_is_computed_twice(side: int, bands: int) -> None:
-    """All levels together cost side × side places, and the last is what one call for all of them gives."""
+    """All levels together compute side × side places, and the last equals one call for all of them."""
     field, calls = counted(side, bands)
     for level in range(bands + 1):
         field.values(level)
@@ -43,7 +43,7 @@ def test_the_finest_level_is_the_field_and_no_place_is_computed_twice(side: int,
 
 @SHAPES
 def test_no_level_costs_much_more_than_its_share(side: int, bands: int) -> None:
-    """The bands are even to within one coarse row, so that no slice keeps a reader waiting."""
+    """The bands differ by at most one coarse row, so that no slice keeps a reader waiting."""
     field, calls = counted(side, bands)
     field.values(0)
     costs = []
@@ -57,7 +57,7 @@ def test_no_level_costs_much_more_than_its_share(side: int, bands: int) -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=6))
 def test_a_level_does_not_depend_on_what_was_asked_before(levels: list[int]) -> None:
-    """In any order of asking, each level's values and highest place are those of a fresh field."""
+    """Whatever the order of requests, each level's values and highest place are those of a fresh field."""
     field, _ = counted(63, 4)
     for level in levels:
         fresh, _ = counted(63, 4)
@@ -69,7 +69,7 @@ def test_a_level_does_not_depend_on_what_was_asked_before(levels: list[int]) -> 
 
 
 def test_levels_get_finer_from_the_top() -> None:
-    """At level 1 of 3 the top third is the full lattice's, the rest three by three tiles of the coarse one."""
+    """At level 1 of 3 the top third has the full lattice; the rest has three-by-three tiles of the coarse one."""
     field, _ = counted(9, 3)
     whole, shown = bumps(field.x, field.y), field.values(1)
     np.testing.assert_array_equal(shown[6:], whole[6:])
@@ -77,7 +77,7 @@ def test_levels_get_finer_from_the_top() -> None:
 
 
 def test_tiles_fill_the_window() -> None:
-    """The places are the tiles' centres: half a tile from the window's border."""
+    """The places are the tiles' centres, half a tile from the window's border."""
     field, _ = counted(12, 2)
     np.testing.assert_allclose(field.x[[0, -1]], [-1 + 0.125, 2 - 0.125])
     assert isinstance(field.heat(0, 0.0, 1.0), Heat)
@@ -90,7 +90,7 @@ def test_a_side_that_does_not_divide_is_refused() -> None:
 
 
 def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
-    """The bar lies in the padding at the right, as high as the window, and its numbers include both ends."""
+    """The bar is in the padding at the right, as high as the window, and its numbers include both ends."""
     view = View(*WINDOW, width=400.0, pad=PAD)
     bar, _, *labels = scale_marks(view, (0.0, 0.4), "score")
     assert isinstance(bar, Heat)
@@ -102,7 +102,7 @@ def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
 
 
 def test_strong_may_be_low() -> None:
-    """The heat turned over: what was in the strongest colour is in the faintest, on the field and on its scale."""
+    """With low values strong, the strongest colours become the faintest, on the field and on its scale."""
     field, _ = counted(63, 4)
     high, low = (field.heat(4, -1.0, 3.0, deep) for deep in ("high", "low"))
     part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
@@ -114,7 +114,7 @@ def test_strong_may_be_low() -> None:
 
 
 def test_roots_and_their_scale_agree() -> None:
-    """A value's step of colour by its root, and its number's height beside the bar, are the same part of the whole."""
+    """A value's colour step, by its root, and its number's height beside the bar are the same fraction of the whole."""
     field = Field(lambda x, y: np.outer(y, np.ones_like(x)) - 0.5, WINDOW, 9, 1)
     mark = field.roots(1, 4.0)
     np.testing.assert_allclose(np.asarray(mark.values), np.sqrt(np.fmax(field.values(1), 0.0)))

@@ -1,4 +1,4 @@
-"""The room as figures share it: its settings, its problem, its pairs by kind."""
+"""The room shared by figures: its settings, its problem, its pairs by kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from widgets.parts.room import BRINGS, error_chart, pair_lines, problem, single,
 
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
 def test_a_setting_brings_what_the_scene_has_by_itself(setting: str) -> None:
-    """The numbers that a setting puts the sliders to are those of the scene when none are given."""
+    """The slider values that a setting brings are those of the scene when none are given."""
     noise, outliers = (float(BRINGS[setting][name]) for name in ("noise", "outliers"))
     own, given_ = room(setting), room(setting, noise=noise, outliers=outliers / 100.0)
     np.testing.assert_array_equal(own.source, given_.source)
@@ -24,7 +24,7 @@ def test_a_setting_brings_what_the_scene_has_by_itself(setting: str) -> None:
 
 
 def test_a_problem_is_a_batch_of_one() -> None:
-    """The clouds, the start and the seed of the scene, with one leading axis; `single` takes it off again."""
+    """The clouds, start and seed of the scene have one leading axis; `single` removes it again."""
     scene = room("combo", seed=53)
     start = Pose.from_angle(0.3, (1.0, -2.0))
     one = problem(scene, start)
@@ -36,7 +36,7 @@ def test_a_problem_is_a_batch_of_one() -> None:
 
 @given(st.lists(st.sampled_from(["used", "gated", "trimmed"]), min_size=1, max_size=20))
 def test_every_pair_is_drawn_once_by_its_kind(kinds: list[str]) -> None:
-    """Used, gated and trimmed pairs are three layers that together are all of them; only the used ones are strong."""
+    """Used, gated and trimmed pairs are three layers that together hold every pair; only the used ones are strong."""
     ends = np.arange(2.0 * len(kinds)).reshape(-1, 2)
     used, gated = (np.array([kind == name for kind in kinds]) for name in ("used", "gated"))
     lines = pair_lines(ends, ends + 1.0, used, gated)
@@ -49,7 +49,7 @@ def test_every_pair_is_drawn_once_by_its_kind(kinds: list[str]) -> None:
 
 
 def test_the_marks_make_a_panel() -> None:
-    """The still marks, the moving group and the error chart are drawn, from an empty course on."""
+    """The static marks, the moving group and the error chart are drawn, even for a course of one step."""
     scene = room("striped")
     assert len(still(scene, scene.start)) == len(still(scene)) + 1
     assert source(scene, scene.start).name == "source"

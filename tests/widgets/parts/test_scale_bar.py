@@ -1,4 +1,4 @@
-"""The bar for scale: a round length, as long as it says, inside its window."""
+"""The scale bar: a round length, drawn as long as it says, inside its window."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6)
 
 @given(st.floats(1e-4, 1e4))
 def test_the_bar_is_as_long_as_its_label_says(scale: float) -> None:
-    """A round number of units, drawn at the window's scale, and between 0.4 and all of the room it has."""
+    """A round number of units, drawn at the window's scale, taking 0.4 to all of the room it has."""
     bar, ticks, label = scale_bar(VIEW, "m", scale)
     assert isinstance(ticks, Segments)
     ends = [np.atleast_2d(np.asarray(end)) for mark in (bar, ticks) for end in (mark.a, mark.b)]
