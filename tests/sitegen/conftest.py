@@ -158,7 +158,7 @@ def draw(state: State) -> Picture:
 
 
 def count(controls: Controls, seed: int) -> Iterator[Progress]:
-    """A job of two pieces, whose time no two runs share."""
+    """A job of two pieces, whose times differ from run to run."""
     yield Progress(0.5, "half")
     columns = (Column("noise", "Noise & <more>", "u", 2), Column("time", "Time", "ms", timed=True))
     rows = (Row("one", "One </script>", (controls.noise, perf_counter()), "truth", dashed=True),)
@@ -183,7 +183,7 @@ TOY = Widget(
 
 @dataclass(frozen=True)
 class Counted:
-    """What the plot of the small site computes."""
+    """The result of the small site's plot."""
 
     dots: tuple[tuple[float, float], ...]
 
@@ -216,13 +216,13 @@ def _act(state: State, action: Action) -> State:
 
 
 def policy_of(page: str) -> str:
-    """The policy that a page states."""
+    """The policy stated by a page."""
     (content,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
     return unescape(content)
 
 
 def fresh_cache(folder: Path) -> Path:
-    """A cache with nothing but the programs for the mathematics and for the scripts, from the user's."""
+    """A cache that holds only the programs for formulas and scripts, copied from the user's cache."""
     programs = fetch.gather(["temml", "esbuild"])
     for kept in (programs["temml/dist/temml.mjs"].parents[1], programs["esbuild/esbuild.wasm"].parent):
         shutil.copytree(kept, folder / "outside" / kept.name)
@@ -230,8 +230,8 @@ def fresh_cache(folder: Path) -> Path:
 
 
 def cache_without_drawings(cache: Path, folder: Path) -> Path:
-    """A cache that shares with another all but drawings: for a figure whose functions a test has exchanged, which no
-    hash of its code tells."""
+    """A cache that shares everything but drawings with another: for a figure whose functions a test has replaced, which
+    no hash of its code shows."""
     for kind in {*get_args(Kind), "outside"} - {"drawings", "frames", "plots"}:
         (cache / kind).mkdir(exist_ok=True)
         folder.mkdir(exist_ok=True)
@@ -243,13 +243,13 @@ def cache_without_drawings(cache: Path, folder: Path) -> Path:
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The cache that the tests share."""
     with pytest.MonkeyPatch.context() as patch:
-        # All projects have the same templates, each in a folder of its own, by which Jinja would tell them apart.
+        # All projects have the same templates, but in separate folders, by which Jinja would tell them apart.
         patch.setattr(Bytecode, "get_cache_key", lambda self, name, filename=None: name)
         yield fresh_cache(tmp_path_factory.mktemp("cache"))
 
 
 class Project:
-    """A checkout of the small site in a folder of its own."""
+    """A checkout of the small site in its own folder."""
 
     def __init__(self, root: Path, cache: Path) -> None:
         self.root, self.cache = root, cache
@@ -287,7 +287,7 @@ class Project:
         return (self.site / name).read_text("utf-8")
 
     def problems(self, **options: Any) -> list[str]:
-        """What a build that must fail says."""
+        """The problems of a build that must fail."""
         with pytest.raises(BuildFailed) as failed:
             self.build(**options)
         return [str(problem) for problem in failed.value.problems]

@@ -11,7 +11,7 @@ ELEMENTS = ["<p>", "</p>", "<b>", "</b>", "<br>", "<br/>", "<img alt='x'>", "</i
 
 
 class Log:
-    """What is told of a page, in order."""
+    """Everything read from a page, in order."""
 
     def __init__(self, html: str) -> None:
         self.told: list[tuple[str, Tag | str]] = []
@@ -28,17 +28,17 @@ class Log:
 
 
 def short(html: str) -> list[str]:
-    """+tag, -tag, or the text."""
+    """Each as +tag, -tag, or the text."""
     return [sign + (what if isinstance(what, str) else what.name) for sign, what in Log(html).told]
 
 
 def test_elements_and_text_in_order() -> None:
-    """Entities are read, void elements are closed at once."""
+    """Entities are decoded; void elements are closed at once."""
     assert short("<p>a &amp; b<br>c<b>d</b></p>") == ["+p", "a & b", "+br", "-br", "c", "+b", "d", "-b", "-p"]
 
 
 def test_a_start_tag_has_its_attributes_and_its_place() -> None:
-    """Lines and columns count from 1; an attribute without a value is there."""
+    """Lines and columns count from 1; an attribute without a value is included."""
     tags = [what for sign, what in Log('<p>\n  <input id="one" disabled></p>').told if isinstance(what, Tag)]
     around, tag, again, end = tags
     assert (tag.name, tag.line, tag.column) == ("input", 2, 3)
@@ -48,12 +48,12 @@ def test_a_start_tag_has_its_attributes_and_its_place() -> None:
 
 
 def test_an_element_without_an_end_tag_ends_with_what_it_stands_in() -> None:
-    """And at the end of the page at the latest."""
+    """At the latest at the end of the page."""
     assert short("<div><p>a</div>b<i>c") == ["+div", "+p", "a", "-p", "-div", "b", "+i", "c", "-i"]
 
 
 def test_an_end_tag_that_closes_nothing_is_passed_over() -> None:
-    """That of a void element too."""
+    """So is the end tag of a void element."""
     assert short("a</b><br></br><p>c</p>") == ["a", "+br", "-br", "+p", "c", "-p"]
 
 
@@ -63,7 +63,7 @@ def test_a_self_closing_tag_closes_its_element() -> None:
 
 
 def test_scripts_and_styles_hold_text_alone() -> None:
-    """As it is written."""
+    """Exactly as written."""
     assert short("<script>a < b && '<p>'</script>") == ["+script", "a < b && '<p>'", "-script"]
 
 

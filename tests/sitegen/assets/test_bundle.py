@@ -1,4 +1,4 @@
-"""Scripts and sheets are bundled once for each content; what is wrong with them is told where it stands."""
+"""Scripts and style sheets are bundled once per content; their mistakes are reported with file, line and column."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def quiet(project: Project) -> Project:
     ids=["syntax", "import", "name", "theme", "style", "sheet", "worker"],
 )
 def test_a_mistake_is_told_where_it_stands(quiet: Project, name: str, old: str, new: str, said: str) -> None:
-    """File, line and column of the first of what esbuild minds."""
+    """The file, line and column of esbuild's first error."""
     edit(quiet, name, old, new)
     text = (quiet.root / name).read_text("utf-8")
     (first, *_) = quiet.problems()
@@ -63,7 +63,7 @@ def test_a_column_counts_letters(quiet: Project) -> None:
 
 
 def test_a_picture_that_is_not_there_is_told_with_the_nearest_name(quiet: Project) -> None:
-    """By the sheet's own place, also where esbuild would not mind."""
+    """At its place in the sheet, even where esbuild would not complain."""
     (quiet.root / "templates/assets/arrow.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>', "utf-8")
     edit(quiet, f"{CSS}/print.css", "@media", "p { background: url('arow.svg'); }\n@media")
     (problem,) = quiet.problems()
@@ -78,7 +78,7 @@ def test_a_picture_that_is_not_there_is_told_with_the_nearest_name(quiet: Projec
 
 
 def test_what_has_not_changed_is_not_bundled_again(quiet: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No process is started where the cache has it all; an edited sheet leaves the scripts alone."""
+    """No process is started if everything is cached; an edited sheet leaves the scripts alone."""
     quiet.build()
     ran: list[list[str]] = []
     run = bundle.run_node
@@ -96,7 +96,7 @@ def test_what_has_not_changed_is_not_bundled_again(quiet: Project, monkeypatch: 
 
 
 def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project) -> None:
-    """Each bundle names its map, which leads to the sources; the service worker does not list it."""
+    """Each bundle names its map, which leads to the sources; the service worker does not list maps."""
     quiet.build()
     worker = (quiet.site / "sw.js").read_text("utf-8")
     for pattern, source in (
@@ -116,7 +116,7 @@ def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project)
 
 
 def test_the_map_of_the_style_sheet_allows_for_what_stands_before_it(quiet: Project) -> None:
-    """The typefaces' and the formulas' rules come first and have no source; what has one is the map's first line."""
+    """The rules of typefaces and formulas come first and have no source; the map begins after them."""
     quiet.build()
     (sheet,) = quiet.site.glob("assets/site.*.css")
     named = re.search(r"sourceMappingURL=(\S+)", text := sheet.read_text("utf-8"))

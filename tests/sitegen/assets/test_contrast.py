@@ -1,4 +1,4 @@
-"""The site's colours, from its style sheet: legible in both themes, the roles apart for colour-blind readers too."""
+"""The colours of the style sheet: legible in both themes, with roles that colour-blind readers can tell apart too."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from sitegen.assets.tokens import colours
 CSS = Path(__file__).resolve().parents[3] / "templates" / "assets" / "css"
 THEMES = pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
 
-# The clouds' roles: dots and squares of a few px that may lie side by side in one picture.
+# The roles of clouds: dots and squares of a few px that may lie side by side in one picture.
 CLOUDS = ("source", "target", "truth", "inlier", "outlier", "ghost")
 ROLES = (*CLOUDS, "pair", "normal", "weak", "guide")
-# Lines of one chart, which differ in their dashes and carry their names as well.
+# Lines of one chart, which also differ in their dashes and carry their names.
 RACE = tuple(f"by-{name}" for name in ("nearest", "samples", "cells", "weights", "means", "marginals"))
 
 # Dichromacy, linear RGB to linear RGB: Machado, Oliveira & Fernandes 2009, A physiologically-based model for simulation
@@ -103,7 +103,7 @@ def test_the_race_s_families_stay_apart(theme, sight) -> None:
 
 @THEMES
 def test_heat_gets_stronger_in_even_steps(theme) -> None:
-    """The first step is close to the panel's ground; each stands out from it more than the last, in both themes."""
+    """The first step is close to the panel's ground; each stands out more than the one before, in both themes."""
     ramp = np.array([lab(linear(colours()[f"h{i}"][theme])) for i in range(24)])
     steps = np.linalg.norm(np.diff(ramp, axis=0), axis=1)
     ground = lab(linear(colours()["panel"][theme]))[0]
@@ -117,7 +117,8 @@ def test_heat_gets_stronger_in_even_steps(theme) -> None:
 @THEMES
 @pytest.mark.parametrize("sight", SIMULATED)
 def test_the_ends_of_runs_get_stronger_and_the_truth_stands_out(theme, sight) -> None:
-    """The more an end is turned, the farther its colour's lightness from the ground's; the truth's is like none."""
+    """The more an end is turned, the more its colour's lightness differs from the ground's; the truth's colour is
+    distinct."""
     text = (CSS / "figure" / "legend.css").read_text("utf-8")
     used = dict(re.findall(r"\.end-(\w+) \{\s*--colour: var\(--(\w+)\)", text))
     names = [used[kind] for kind in ("none", "shifted", "turned", "quarter", "half")]
@@ -127,7 +128,7 @@ def test_the_ends_of_runs_get_stronger_and_the_truth_stands_out(theme, sight) ->
 
 
 def test_every_colour_used_is_a_token() -> None:
-    """Outside the tokens no colour is written out, save where a rule names both themes' values itself."""
+    """Outside the tokens no colour is written out, unless a rule itself gives the values for both themes."""
     defined = set(re.findall(r"(--[a-z0-9-]+):", "".join(p.read_text("utf-8") for p in CSS.rglob("*.css"))))
     for path in sorted(CSS.rglob("*.css")):
         text = re.sub(r"url\([^)]*\)|/\*.*?\*/", "", path.read_text("utf-8"), flags=re.S)

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_rules_are_those_of_every_screen() -> None:
-    """Commas within brackets and strings divide no selectors; comments are left out, and conditional rules."""
+    """Commas within brackets and strings do not split selectors; comments and conditional rules are left out."""
     assert list(rules(SHEET)) == [
         Rule((".a:is(.b, .c) > d", '[x="e, f"]'), (("color", "red"), ("--tone", "light-dark(#ffffff, rgb(0, 0, 0))"))),
         Rule((".g",), (("margin", "0 auto !important"), ("padding", "1px"))),
@@ -33,7 +33,7 @@ def test_the_arguments_of_a_function() -> None:
 
 
 def test_an_address_is_told_where_it_stands() -> None:
-    """Quoted or not, within a rule of a condition or in a list; not one in a comment."""
+    """Quoted or not, inside a conditional rule or in a list; an address in a comment is ignored."""
     sheet = "/* url(no.png) */\n@media print {\n  a { background: none, url(one.svg) }\n}\nb { src: url( 'two.png' ) }"
     results = list(urls(sheet))
     assert results == [Url("one.svg", 3, 29), Url("two.png", 5, 16)]
@@ -48,8 +48,8 @@ def test_imports_are_told_where_their_addresses_stand() -> None:
 
 
 def test_no_element_of_any_kind_is_asked_how_many_children_it_has() -> None:
-    """With `.many > :has(> .panel-half:nth-child(4))` Chromium laid a page out anew as a whole at every frame of a
-    drag: 11 ms instead of 2."""
+    """With `.many > :has(> .panel-half:nth-child(4))`, Chromium laid out the whole page again at every frame of a drag:
+    11 ms instead of 2."""
     bare = re.compile(r"(?:[>+~}]\s*|[^\s,(]\s+):has\([^{})]*nth-")
     assert bare.search("a { b: c } .many > :has(> .panel-half:nth-child(4)) i { d: e }")
     sheets = sorted((ROOT / "templates/assets/css").rglob("*.css"))

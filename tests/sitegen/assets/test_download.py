@@ -1,4 +1,4 @@
-"""The site to take away: a zip that others' readers agree with, the same bytes every time."""
+"""The downloadable site: a zip that other readers can open, the same bytes every time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONTENTS = st.one_of(st.binary(max_size=40), st.binary(min_size=1, max_size=20).
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.dictionaries(NAMES, CONTENTS, max_size=6))
 def test_what_was_put_in_comes_out(tmp_path: Path, files: dict[str, bytes]) -> None:
-    """By the standard library's reader, checksums and all, in whatever order the files were given."""
+    """The standard library reads it back, checksums and all, in whatever order the files were given."""
     data = archive("a-site", files, tmp_path)
     with zipfile.ZipFile(io.BytesIO(data)) as zipped:
         assert zipped.testzip() is None
@@ -30,7 +30,7 @@ def test_what_was_put_in_comes_out(tmp_path: Path, files: dict[str, bytes]) -> N
 
 
 def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
-    """From the same cache: nothing is packed twice."""
+    """It comes from the same cache: nothing is packed twice."""
     page = b"<p>text</p>" * 500
     made = packed("a.html", page, tmp_path)
     data = archive("s", {"a.html": page, "b.woff2": page}, tmp_path)
@@ -40,7 +40,8 @@ def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
 
 
 def test_the_site_carries_itself(project: Project) -> None:
-    """All but zip and source maps; its pages ask for nothing that a browser refuses on disk, and offer no zip."""
+    """Everything but the zip and source maps; its pages request nothing that a browser refuses from disk, and offer no
+    zip."""
     project.build(pack=True)
     (path,) = project.site.glob("*.zip")
     assert path.name == "a-small-quoted-site.zip"

@@ -1,4 +1,4 @@
-"""A rung's emblem is its dial's ring: within its box, hollow in the middle, and a line where there is no objective."""
+"""A rung's emblem is its dial's ring: within its box, hollow in the middle, and a plain line without an objective."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_an_emblem_stays_in_its_box(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in emblems.NAMES if not RUNGS[name].flat])
 def test_an_emblem_has_the_heights_of_the_ring(name: str) -> None:
-    """Its lowest place is where the objective is lowest, and the whole height between is used."""
+    """Its lowest place is where the objective is lowest, and it uses the whole height."""
     radii = np.hypot(*emblems.profile(name).T)
     assert radii.min() == pytest.approx(marks.INNER)
     assert radii.max() == pytest.approx(marks.OUTER)

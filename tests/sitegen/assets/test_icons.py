@@ -1,4 +1,4 @@
-"""The emblem: the pictures it promises, drawn with the site's own colours and faces, the same bytes every time."""
+"""The emblem: all its pictures, drawn with the site's own colours and typefaces, the same bytes every time."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_what_is_kept_is_not_drawn_again(made, faces, tmp_path, monkeypatch) -> 
 
 
 def test_no_shape_of_an_icon_cuts_the_ladder(made) -> None:
-    """What is drawn of the maskable icon lies in the circle of 80 %, and the other icons are drawn larger."""
+    """The maskable icon's drawing stays within the circle of 80 %; the other icons are drawn larger."""
     paper = bytes.fromhex(colours()["paper"][0][1:])
     reach = {}
     for name in ("icon-512.png", "icon-maskable.png"):
@@ -87,7 +87,7 @@ def test_no_shape_of_an_icon_cuts_the_ladder(made) -> None:
 
 
 def test_a_page_with_an_emblem_has_a_share_picture_of_its_own(made, faces, tmp_path) -> None:
-    """In the site's colours, by its own words and its own dial; the others stay as they are."""
+    """In the site's colours, with its own words and its own dial; the other pictures stay the same."""
     pages = {"icp": ("nearest", "Unknown pairs", LINE), "kabsch": ("pairs", "Unknown pairs", LINE)}
     more = icons.make(TITLE, LINE, faces, pages, cache=tmp_path)
     assert set(more) - set(made) == {"share-icp.png", "share-kabsch.png"}

@@ -1,4 +1,4 @@
-"""What a legend names is told apart by readers who do not see red and green: by shape, by hatching or by colour."""
+"""Readers who cannot tell red from green can tell a legend's marks apart: by shape, by hatching or by colour."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from widgets.drawing.hatching import LINES
 from widgets.engine.contract import Key
 from widgets.engine.registry import WIDGETS
 
-BANDS = ("truth", "line")  # drawn and shown twice as broad as any other line
+BANDS = ("truth", "line")  # drawn and shown twice as wide as any other line
 
 
 def together(a: Key, b: Key) -> bool:
-    """Whether one picture may have both: no option of one choice that draws the one draws the other too."""
+    """Whether one picture may have both: not if they belong to different options of the same choice."""
     (first, *these), (second, *those) = a.under or ("",), b.under or ("",)
     return first != second or not first or not set(these).isdisjoint(those)
 
@@ -36,7 +36,7 @@ def test_marks_of_one_shape_differ_in_colour(name: str, sight: str, theme: int) 
 
 
 def test_the_simulation_finds_what_is_alike() -> None:
-    """Red and green of one lightness are far apart, but not for those who see no difference."""
+    """Red and green of equal lightness are far apart, except to readers who cannot tell them apart."""
     red, green = (linear(value) for value in ("#b0523c", "#757c36"))
 
     def far(sight: str) -> float:

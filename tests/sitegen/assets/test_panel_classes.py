@@ -1,4 +1,4 @@
-"""A panel's class follows from the width that it was drawn in, in the page and in what its scripts draw."""
+"""A panel's class follows from the width it was drawn at, in the page and in what its scripts draw."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ TEMPLATES = Path(__file__).resolve().parents[3] / "templates"
      (640, "panel-wide"), (220, "panel-small"), (220.5, "panel-third"), (340, "panel-third"), (500, "panel-half")],
 )  # fmt: skip
 def test_widths_have_classes(width: float, name: str) -> None:
-    """Those that figures draw in, and the last of each class."""
+    """The widths that figures use, and the last width of each class."""
     assert panel_class(width) == name
 
 
 def test_scripts_and_templates_have_no_widths_of_their_own() -> None:
-    """They name ours, each of them."""
+    """They use each of our constants by name."""
     script = (TEMPLATES / "assets/js/figure/jobs.js").read_text("utf-8")
     assert set(re.findall(r"__PANEL_\w+__", script)) == set(constants())
     assert "width <= 220" in filled(script)

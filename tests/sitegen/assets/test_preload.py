@@ -1,4 +1,4 @@
-"""Which typefaces a page preloads: what its HTML sets in them, and no more."""
+"""The typefaces that a page preloads: those that its HTML uses, and no more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The style guide: it shows every directive there is beside what it becomes, and every colour that means something."""
+"""The style guide shows every directive beside its result, and every colour that carries a meaning."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MARKDOWN = {
 
 
 def test_every_directive_stands_in_an_example() -> None:
-    """And so does every other thing that chapters are written with."""
+    """So does every other construct that chapters are written with."""
     problems = Problems()
     guide = next(doc for doc in read_docs(ROOT, problems) if doc.name == "docs-style")
     shown: set[str] = set()
@@ -37,7 +37,7 @@ def test_every_directive_stands_in_an_example() -> None:
 
 
 def test_an_example_is_its_source_and_its_result(project: Project) -> None:
-    """The source as it was typed, then what a chapter would show; the guide is on no ladder and in no search."""
+    """The source as typed, then what a chapter would show; the guide is neither on the ladder nor in the search."""
     project.write("content/00-start.md", START.partition("Read")[0])
     project.chapter("\nText.\n")
     body = ":::example\nA *word* & :ref[second].\n:::\n\n:::anatomy\n::figure[C]{toy id=demo}\n:::\n"
@@ -61,7 +61,8 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
 
 
 def test_colours_are_told_with_their_least_contrast() -> None:
-    """Each role of pictures has a meaning; those of the race's lines and of a map's areas are a legend's to tell."""
+    """Each role of pictures has a meaning, except those of the race's lines and a map's areas, which a legend
+    explains."""
     assert {role for role in ROLES if not role.startswith(("by-", "end-"))} <= set(MEANING)
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     for swatch in swatches():

@@ -1,4 +1,4 @@
-"""The fonts: what a page needs is in them, what typesetting needs is kept, and the same input gives the same bytes."""
+"""The fonts contain what a page needs and keep what typesetting needs, and the same input gives the same bytes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_characters_tell_text_from_mathematics() -> None:
 
 @pytest.mark.parametrize("root", ["<msqrt><mi>x</mi></msqrt>", "<mroot><mi>x</mi><mn>3</mn></mroot>"])
 def test_a_root_needs_its_sign(root: str) -> None:
-    """Which a browser draws from the typeface though no text has it; without it the root of x reads x."""
+    """A browser draws it from the typeface though no text contains it; without it the root of x reads x."""
     _, mathematics = typefaces.characters([f"<math>{root}</math>"])
     assert "√" in mathematics
     assert "√" not in typefaces.characters(["<math><mi>x</mi></math>"])[1]
@@ -69,7 +69,7 @@ def test_typesetting_tables_are_kept(made: typefaces.FontSet) -> None:
     for face in ("serif", "serif-italic", "title", "sans"):
         kerned = {r.FeatureTag for r in opened(made, face)["GPOS"].table.FeatureList.FeatureRecord}
         assert "kern" in kerned, face
-    # Figures are tabular as they come: all ten have one width. Proportional ones are a feature.
+    # Figures are tabular by default: all ten have one width. Proportional ones are a feature.
     for face in ("serif", "serif-italic", "sans"):
         font = opened(made, face)
         assert len({font["hmtx"][font.getBestCmap()[ord(d)]][0] for d in "0123456789"}) == 1, face
@@ -92,7 +92,7 @@ def test_cuts_do_not_carry_the_reserved_name_and_keep_the_licence(made: typeface
 
 
 def test_no_table_names_names_that_are_not_there(made: typefaces.FontSet) -> None:
-    """STAT consists of such names; Firefox discards it, with an error for each file."""
+    """STAT consists of such names; Firefox discards it and logs an error for each file."""
     for face in typefaces.FACES:
         assert "STAT" not in opened(made, face.name), face.name
 

@@ -1,4 +1,4 @@
-"""Proofs in the race's rooms: what a row of the bench says of them."""
+"""Proofs in the race's rooms: what the bench's rows say of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def test_a_row_names_what_is_not_proved() -> None:
 
 
 def test_what_is_asked_proves_every_room() -> None:
-    """One seed of each of the six: all proved, to the gap."""
+    """One seed in each of the six rooms: every search proves its pose, to the gap."""
     result = asked(beyond.proofs(ROOM_SETTINGS, 1))
     assert list(result) == list(ROOM_SETTINGS)
     assert all(label == "proved" and gap <= beyond.GAP for ((_, label, gap, _),) in result.values())

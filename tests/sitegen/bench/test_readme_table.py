@@ -1,4 +1,5 @@
-"""The bench's table in the docs: every line has its test or its measurement, and says truly what is met."""
+"""The bench's table in the docs: every line has its test or its measurement, and states correctly which aims are
+met."""
 
 from __future__ import annotations
 
@@ -19,12 +20,12 @@ MEASURED = [Row(start, 1.0, "ms", 2.0) for line in LINES for start in line.rows]
 
 
 def cells(text: str) -> list[list[str]]:
-    """Of a table in Markdown, without its head."""
+    """The cells of a Markdown table, without its head."""
     return [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")][2:]
 
 
 def kept(tmp_path: Path, rows: list[Row]) -> list[list[str]]:
-    """The cells of the table that the page gets between two paragraphs, as the README gets its headlines."""
+    """The cells of the table written into the page between two paragraphs; the README gets its headlines likewise."""
     for name in (PAGE, README):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -50,7 +51,7 @@ def test_the_tests_that_lines_name_are_there_and_the_files_have_their_places(tmp
 
 
 def test_the_headlines_are_lines_of_the_table() -> None:
-    """Those that stand in the README now are those of the page: `bench --keep` writes both."""
+    """The README's current headlines are lines of the page: `bench --keep` writes both."""
     page, readme = ((ROOT / name).read_text("utf-8").partition(MARKS[0])[2] for name in (PAGE, README))
     shown = cells(readme.partition(MARKS[1])[0])
     assert [row[0] for row in shown] == [line.what for line in LINES if line.headline]
@@ -61,7 +62,7 @@ def test_the_headlines_are_lines_of_the_table() -> None:
 
 
 def test_a_line_shows_what_is_farthest_from_its_aim(tmp_path: Path) -> None:
-    """A row over its aim makes its line a missed one, whatever the others say; every line stands there once."""
+    """One row over its aim makes its line missed, whatever the others say; every line appears once."""
     late = Row("first answer, of some page", 3.14159, "ms", 2.0)
     results = {row[0]: row[2:] for row in kept(tmp_path, [*MEASURED, late])}
     assert set(results) == {line.what for line in LINES if line.rows}
@@ -71,7 +72,7 @@ def test_a_line_shows_what_is_farthest_from_its_aim(tmp_path: Path) -> None:
 
 
 def test_what_tests_hold_is_listed_with_their_names(tmp_path: Path) -> None:
-    """Under the table, in whose columns the names of tests would have no room."""
+    """Under the table, since its columns have no room for the names of tests."""
     table = kept(tmp_path, [Row(row.what, row.value, row.unit) for row in MEASURED])
     assert [row[0] for row in table if row[3:] == ["held"]] == ["memory of rigid CPD, 1000 × 1000"]
     text = (tmp_path / PAGE).read_text("utf-8")
@@ -81,7 +82,7 @@ def test_what_tests_hold_is_listed_with_their_names(tmp_path: Path) -> None:
 
 
 def test_a_cold_start_tells_how_quick_the_machine_is(tmp_path: Path) -> None:
-    """Under the table, with that of the stock runtime."""
+    """Under the table, together with the stock runtime's."""
     kept(tmp_path, [*MEASURED, Row("runtime start, cold", 900.0, "ms", None, "that of the stock one 2500 ms")])
     text = (tmp_path / PAGE).read_text("utf-8")
     assert "Chromium 140. A cold start of the runtime took 900 ms there; that of the stock one 2500 ms." in text
@@ -93,7 +94,7 @@ def test_a_line_that_nothing_measured_is_an_error(tmp_path: Path) -> None:
 
 
 def test_a_file_without_a_place_is_an_error(tmp_path: Path) -> None:
-    """And then the other one stays as it was."""
+    """The other file then stays as it was."""
     before = kept(tmp_path, MEASURED)
     (tmp_path / README).write_text("text", "utf-8")
     with pytest.raises(ValueError, match="marks"):

@@ -1,4 +1,4 @@
-"""The bench's own arithmetic; what it measures is for its report."""
+"""The bench's own arithmetic; its measurements are left to its report."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ ROOT = Path(__file__).resolve().parents[3]
     ],
 )
 def test_an_input_waits_for_the_picture_that_shows_it(marks: list[tuple[str, float]], delays: list[float]) -> None:
-    """A picture answers what was asked before it was begun; what came meanwhile waits for the next, merged or not."""
+    """A picture answers the inputs before it was begun; inputs after that wait for the next picture, merged or not."""
     assert answered([(f"ladder:{name}", at) for name, at in marks]) == delays
 
 
 def test_centiles_lie_among_the_values() -> None:
-    """95 of the numbers 1 to 100 do not exceed the 95th centile."""
+    """95 of the numbers 1 to 100 do not exceed the 95th percentile."""
     values = [float(v) for v in range(1, 101)]
     assert 95 <= centile(values, 95) <= 96
 
@@ -49,7 +49,7 @@ def test_the_table_says_what_is_met() -> None:
 
 
 def test_each_figure_is_held_to_its_rungs_aim() -> None:
-    """16 ms for handles up to rung 3½, 25 ms for the nine panels, none elsewhere, nor for a slider; frames missed are
+    """16 ms for handles up to rung 3½, 25 ms for the nine panels, none elsewhere nor for a slider; missed frames are
     counted over all figures."""
     named = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5b")]
     candidates = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
@@ -59,7 +59,7 @@ def test_each_figure_is_held_to_its_rungs_aim() -> None:
 
 
 def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
-    """A near rung has 4 ms and 1.5 times the control figure; the other rungs have theirs to read only."""
+    """A near rung may take 4 ms and 1.5 times the control figure; for the other rungs these values are only shown."""
     near = Followed("icp", "icp.html", "3", "source", [9.0] * 20, 0, 100, [(2.0, 1.0)] * 20, [6.0] * 20)
     other = Followed("mmd", "mmd.html", "5b", "source", [9.0] * 20, 0, 100, [(4.0, 1.0)] * 20)
     results = {row.what: (row.value, row.aim) for row in rows([near, other])}
@@ -70,7 +70,7 @@ def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
 
 
 def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:
-    """A rung without a figure is not opened, nor is a figure of a page that is no rung."""
+    """A rung without a figure is not opened, nor is a page with a figure that is not a rung."""
     figure, rung = '<figure class="figure" id="fig-a" data-widget="icp">', '<p class="chapter-rung">Rung 1</p>'
     for name, text in (("a", rung + figure), ("b", rung + "<p>figure</p>"), ("c", figure)):
         (tmp_path / f"{name}.html").write_text(text, "utf-8")
@@ -78,7 +78,7 @@ def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:
 
 
 def test_an_unknown_group_is_a_mistake_of_use() -> None:
-    """Told with the names there are, before anything is built."""
+    """Reported with the existing names, before anything is built."""
     imports = "import sys; from pathlib import Path; from sitegen.bench.run import bench"
     asks = f"{imports}; sys.exit(bench(Path('.'), Path('x'), None, ['drga']))"
     done = subprocess.run([sys.executable, "-c", asks], cwd=ROOT, capture_output=True, text=True, check=False)
@@ -87,7 +87,7 @@ def test_an_unknown_group_is_a_mistake_of_use() -> None:
 
 
 def test_a_browser_that_does_not_start_is_an_error_and_no_skip(tmp_path: Path) -> None:
-    """What is named must do; the message says what was tried."""
+    """A browser named by the user must start; otherwise the message says what was tried."""
     absent = tmp_path / "absent"
     asks = "import sys, pathlib; from sitegen.check import browsers; browsers.chromium(pathlib.Path(sys.argv[1]))"
     command = [sys.executable, "-c", asks, str(absent)]

@@ -1,4 +1,4 @@
-"""Files as the build writes them: whole or not at all."""
+"""The build writes a file completely or not at all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sitegen.cache.files import content, write
 
 
 def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a full disk the old file stays, and no half of the new one."""
+    """On a full disk the old file stays, and no part of the new one is left."""
     write(tmp_path / "a", b"old")
     monkeypatch.setattr(os, "replace", lambda source, target: 1 / 0)
     with pytest.raises(ZeroDivisionError):
@@ -20,7 +20,7 @@ def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: p
 
 
 def test_a_file_is_read_again_once_it_has_changed(tmp_path: Path) -> None:
-    """Also where its size is the same."""
+    """Even if its size is the same."""
     path = tmp_path / "a"
     for i, text in enumerate((b"one", b"two")):
         path.write_bytes(text)

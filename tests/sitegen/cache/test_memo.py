@@ -1,4 +1,4 @@
-"""What builds remember: found again for the same, made anew for anything else."""
+"""Remembered answers: reused for the same input, computed again for any other."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sitegen.runtime.assemble import RuntimeInfo
 
 
 def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
-    """In the next build as well; another text, or another function's file, has an answer of its own."""
+    """The next build reuses it; another text, or another function's file, has its own answer."""
     asked: list[str] = []
 
     def length(text: str, name: str = "length") -> int:
@@ -29,7 +29,7 @@ def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
 
 
 def test_what_nobody_asks_for_any_more_makes_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The oldest go first, and nothing of the last build."""
+    """The oldest go first, and nothing from the last build."""
     monkeypatch.setattr(memo, "SPARE", 1)
     for build in ("ab", "cd"):
         known = Remembered(tmp_path, "f")
@@ -63,10 +63,10 @@ def test_faults_of_html_are_told_from_memory_and_not_of_another_page(
 def test_a_runtime_is_put_together_anew_where_it_is_of_something_else_or_faulty(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Not for the same build again; but for a file that is spoilt or gone, and for other code."""
+    """The same build reuses it; a damaged or missing file, or other code, does not."""
     cache, made, runtime = tmp_path / "cache", [], reuse.assembled()
 
-    def counted(**given: Any) -> RuntimeInfo:  # how it is put together, tests/sitegen/runtime/test_assemble.py tests
+    def counted(**given: Any) -> RuntimeInfo:  # tests/sitegen/runtime/test_assemble.py tests how it is put together
         made.append(given["cache"])
         return runtime
 

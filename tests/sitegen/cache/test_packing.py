@@ -1,4 +1,4 @@
-"""Packed copies: they hold the same, whatever lies in the cache."""
+"""Packed copies unpack to the original, whatever is in the cache."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAGE = b"<p>text</p>" * 3000
 
 
 def test_packed_copies_hold_the_same(tmp_path: Path) -> None:
-    """Also of a page that differs from one packed before in its last letter, or its first, alone."""
+    """This also holds for a page that differs from one packed before only in its last or first letter."""
     for data in (PAGE, PAGE[:-1] + b"!", b"!" + PAGE[1:]):
         made = packed("a/b.html", data, tmp_path)
         assert gzip.decompress(made["a/b.html.gz"]) == data
@@ -27,7 +27,7 @@ def test_packed_copies_hold_the_same(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("forged", [b"", b"nothing packed", b"twice", b"another page"])
 def test_a_copy_of_another_page_is_not_published(tmp_path: Path, forged: bytes) -> None:
-    """Also where the entry has the hash of its own content: what counts is what the copy unpacks to."""
+    """Even if the entry has the hash of its own content: what counts is what the copy unpacks to."""
     right = packed("a.html", PAGE, tmp_path)
     for kind, pack in (("gzip", gzip.compress), ("brotli", brotli.compress)):
         (entry,) = (tmp_path / kind).iterdir()

@@ -1,4 +1,4 @@
-"""The cache: what is used stays however old it is, what nobody uses goes, and nothing that is being made."""
+"""Pruning the cache: used entries stay however old, unused ones go, and nothing that is being made is touched."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sitegen.cache.store import DAY, Store
 
 
 def old(path: Path, days: float) -> Path:
-    """A file last used so many days ago."""
+    """A file last used this many days ago."""
     write(path, b"kept")
     then = time.time() - days * DAY
     os.utime(path, (then, then))
@@ -20,7 +20,7 @@ def old(path: Path, days: float) -> Path:
 
 
 def test_what_nobody_used_for_two_months_goes(tmp_path: Path) -> None:
-    """With the folder that it leaves empty; other files, and what lies where the build keeps nothing, stay."""
+    """A folder that becomes empty goes too; other files, and folders that the build does not use, stay."""
     unused, recent = old(tmp_path / "compiled/a.zip", 61), old(tmp_path / "compiled/b.zip", 59)
     alone, strange = old(tmp_path / "wheel/0123/c.whl", 100), old(tmp_path / "mine/d.txt", 100)
     assert set(prune(tmp_path)) == {unused, alone}
@@ -30,7 +30,7 @@ def test_what_nobody_used_for_two_months_goes(tmp_path: Path) -> None:
 
 
 def test_a_use_begins_its_age_anew(tmp_path: Path) -> None:
-    """What is read from a store is not made again and not taken away."""
+    """An entry read from a store is neither made again nor removed."""
     store = Store(tmp_path, "frames")
     store.put("a", b"kept")
     path = store.path("a")

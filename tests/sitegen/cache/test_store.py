@@ -1,4 +1,4 @@
-"""The cache is not trusted: whatever happened to an entry, what is published is what an undamaged cache gives."""
+"""The cache is not trusted: whatever happened to an entry, the site is the one that an undamaged cache gives."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def shorten(path: Path) -> None:
 
 
 def flip(path: Path) -> None:
-    """One bit in the middle."""
+    """Flip one bit in the middle."""
     data = path.read_bytes()
     middle = len(data) // 2
     path.write_bytes(data[:middle] + bytes(byte ^ 1 for byte in data[middle : middle + 1]) + data[middle + 1 :])
@@ -40,31 +40,31 @@ def fill(path: Path) -> None:
 
 @cache
 def wholes(folder: Path) -> dict[Path, bytes]:
-    """What a folder's files held before the first of them was damaged."""
+    """The contents of a folder's files before the first of them was damaged."""
     return {path: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
 
 
 def exchange(path: Path) -> None:
-    """Another entry of the same kind, whole; a copy of itself with something behind it where there is no other."""
+    """Replace it by another whole entry of the same kind, or by itself with a trailing newline if there is no other."""
     others = [data for other, data in wholes(path.parent).items() if other != path]
     path.write_bytes(others[0] if others else path.read_bytes() + b"\n")
 
 
 def folder(path: Path) -> None:
-    """A folder that holds something."""
+    """Replace it by a non-empty folder."""
     path.unlink()
     (path / "in it").mkdir(parents=True)
     (path / "in it" / "a").touch()
 
 
 def loop(path: Path) -> None:
-    """A link to itself, which nobody can read."""
+    """Replace it by a link to itself, which cannot be read."""
     path.unlink()
     path.symlink_to(path)
 
 
 def pipe(path: Path) -> None:
-    """Who reads it waits for ever."""
+    """Replace it by a pipe, whose readers wait for ever."""
     path.unlink()
     os.mkfifo(path)
 
@@ -82,7 +82,7 @@ def contents(site: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, bytes]]:
-    """The small site with a plot, built for hosts, from a cache of its own."""
+    """The small site with a plot, built for hosts, with its own cache."""
     home = tmp_path_factory.mktemp("store")
     project = Project(home / "checkout", fresh_cache(home / "cache"))
     project.write("content/00-start.md", (project.root / "content/00-start.md").read_text("utf-8") + PLOT)
@@ -100,14 +100,14 @@ def test_a_damaged_cache_gives_the_same_site(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Every file that builds have made in it is damaged at once; after the next build the entries are whole again."""
+    """Every file that builds put in it is damaged at once; after the next build the entries are whole again."""
     (project, right), cache = built, tmp_path / "cache"
     shutil.copytree(project.cache, cache)
     entries = [path for path in sorted(cache.rglob("*")) if path.is_file() and "outside" not in path.parts]
     kinds = {path.relative_to(cache).parts[0] for path in entries}
     made = {"brotli", "bundles", "drawings", "frames", "gzip", "notebooks", "plots", "remembered", "templates"}
     assert kinds == {*made, "pruned"}
-    # Tables may come in another order, and templates' code in other bytes.
+    # Tables may be written in another order, and templates' code in other bytes.
     same = [path for path in entries if path.parent.name not in ("remembered", "templates", "cache")]
     before = {path: path.read_bytes() for path in same}
     for path in entries:
@@ -122,7 +122,8 @@ def test_a_damaged_cache_gives_the_same_site(
 def test_what_is_dear_to_make_is_not_trusted_either(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], None]
 ) -> None:
-    """Compiled archives, our wheel, cut typefaces, the runtime's files: the functions that keep them, on small ones."""
+    """Compiled archives, our wheel, cut typefaces and the runtime's files: the functions that cache them, with small
+    inputs."""
     given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
     monkeypatch.setattr(assemble, "run_node", compile_here)
     monkeypatch.setattr(wheel, "_built", lambda given: b"a-1.whl\n" + b"wheel" * 100)
@@ -149,14 +150,14 @@ def test_what_is_dear_to_make_is_not_trusted_either(
 
 
 def compile_here(script: Path, request: dict[str, dict[str, str]], *, timeout: float) -> None:
-    """In Node's place: the archive as it came, with a mark."""
+    """Stands in for Node: the archive unchanged, with a mark appended."""
     (name,) = os.listdir(request["mounts"]["/in"])
     data = Path(request["mounts"]["/in"], name).read_bytes()
     Path(request["mounts"]["/out"], "out.zip").write_bytes(data + b"compiled")
 
 
 def test_a_store_gives_what_was_put_under_the_key_alone(tmp_path: Path) -> None:
-    """Not what lies there under another key, or of another kind, whole as it may be."""
+    """It ignores an entry of another key or kind, even a whole one."""
     one = Store(tmp_path, "gzip")
     one.put("a", b"first")
     assert (one.find("a"), one.has("a"), one.find("b"), one.has("b")) == (b"first", True, None, False)
@@ -175,7 +176,7 @@ def test_a_file_where_a_folder_belongs_gives_way(tmp_path: Path) -> None:
 
 
 def test_nothing_beside_the_cache_gives_way(tmp_path: Path) -> None:
-    """Where LADDER_CACHE names somebody's file, that file stays."""
+    """If LADDER_CACHE names someone's file, that file stays."""
     (tmp_path / "cache").write_bytes(b"mine")
     assert Store(tmp_path / "cache", "gzip").get("a", lambda: b"made") == b"made"
     assert (tmp_path / "cache").read_bytes() == b"mine"
@@ -188,7 +189,8 @@ def full(path: Path, data: bytes) -> None:
 def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A full disk, or one that we may only read: what cannot be kept is made, and a line says why it takes so long."""
+    """On a full or read-only disk, what cannot be cached is made each time, and one warning says why builds are
+    slow."""
     project.build(pack=True)
     right = contents(project.site)
     monkeypatch.setattr(store, "write", full)
@@ -206,7 +208,7 @@ def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
 
 
 def test_a_full_disk_is_told_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where the site itself cannot be written."""
+    """This also holds if the site itself cannot be written."""
     monkeypatch.setattr("sitegen.pipeline.build.build", lambda root, dest, **options: full(dest / "a.html", b""))
     assert attempt(tmp_path, tmp_path / "site").trouble == f"{tmp_path / 'site' / 'a.html'}: No space left on device"
 

@@ -1,4 +1,4 @@
-"""Whatever an author types, the generator answers with problems at places that exist, never with a crash."""
+"""Whatever an author types, the generator reports problems at existing places and never crashes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The generator's pieces on their own: directives, citations, calls and numbers, claims and their results."""
+"""The generator's parts by themselves: directives, citations, calls and numbers, claims and their results."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def test_one_failing_case_fails_its_test_whichever_comes_last() -> None:
 
 
 def test_a_claim_is_the_whole_sentence_where_it_stands_alone(project: Project) -> None:
-    """Of a term, a reference and a link it has the words, and leads nowhere."""
+    """Terms, references and links in it become plain words without links."""
     entry = "gate:\n  term: Gate\n  says: The largest distance.\n  chapter: second\n"
     project.write("content/glossary.yaml", entry)
     message = "A :term[gate] and *:ref[second#deep]* [are](https://example.org/) open."

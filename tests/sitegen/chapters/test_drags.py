@@ -1,4 +1,4 @@
-"""Drags in a chapter: a promise, a button, a readout and a slide may put a handle somewhere, as a reader would."""
+"""Drags in a chapter: a promise, a button, a readout and a slide can each move a handle, as a reader would."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from widgets.engine.contract import Action, Widget
 
 
 def act(state: object, action: Action) -> object:
-    """A drag of the point is a change of its noise; a press counts as ever."""
+    """A drag of the point changes its noise; a press counts as usual."""
     if action.kind != "drag":
         return TOY.act(state, action)
     return replace(state, controls=replace(state.controls, noise=action.x - action.y))  # type: ignore[attr-defined]
@@ -27,14 +27,14 @@ DRAGGED: Widget = replace(TOY, act=act, draw=draw, handles=("point", "turn"))
 
 @pytest.fixture
 def desk(project: Project) -> Project:
-    """The small site with a figure that has handles, and a first chapter that names no other."""
+    """The small site, with a figure that has handles and a first chapter that refers to no other."""
     project.write("content/00-start.md", START.partition("Read")[0])
     project.widgets["toy"] = DRAGGED
     return project
 
 
 def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
-    """In a caption, in text, by a button, in a readout and on a slide; what is pressed after it is pressed after it."""
+    """In a caption, in text, by a button, in a readout and on a slide; presses named after a drag follow it."""
     held = 'expect="noise is 0.75; presses is 1"'
     slide = "slides:\n  - title: S\n    figure: demo\n    set: press=go drag=\"point 1 0.5\"\n    text: T\n"
     desk.chapter(
@@ -66,7 +66,7 @@ def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
     ],
 )
 def test_what_is_wrong_with_a_drag(desk: Project, written: str, said: str) -> None:
-    """Each is told once, at the very drag."""
+    """Each mistake is reported once, at the drag itself."""
     button = f"::try[A]{{demo {written}}}"
     desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{button.replace('¦', '')}\n")
     (problem,) = desk.problems()

@@ -1,4 +1,4 @@
-"""Terms: marked in chapters, explained on a card and on a page of their own; what is wrong is named with its place."""
+"""Terms: marked in chapters, explained on a card and on their own page; mistakes are reported with their place."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_what_is_wrong_with_terms(project: Project) -> None:
 
 @pytest.mark.parametrize("key", MARKED)
 def test_the_chapter_of_a_marked_term_speaks_of_it(key: str) -> None:
-    """The chapter that an entry links to marks the term, or has its name or another one."""
+    """The chapter that an entry links to marks the term, or contains one of its names."""
     term = TERMS[key]
     (text,) = (text for text in CHAPTERS if re.search(rf"^slug: {term['chapter']}$", text, re.MULTILINE))
     names = [term["term"], *term.get("also", [])]

@@ -1,4 +1,4 @@
-"""What leads in a figure: chosen by the widget, by the placement in its stead, and by the sentence before the bar."""
+"""The leading parts of a figure: chosen by the widget, overridden by the placement, and the sentence before the bar."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from widgets.engine.contract import Key, Lead
 
 @pytest.fixture
 def desk(project: Project) -> Project:
-    """The small site with a first chapter that names no other."""
+    """The small site, with a first chapter that refers to no other."""
     project.write("content/00-start.md", START.partition("Read")[0])
     return project
 
 
 def led(desk: Project, attributes: str, caption: str = "C") -> str:
-    """The figure's HTML, with these attributes."""
+    """The figure's HTML with these attributes."""
     desk.chapter(f"\n::figure[{caption}]{{toy id=demo {attributes}}}\n")
     desk.build()
     match = re.search(r'<figure class="figure".*?</figure>', desk.page("second.html"), re.DOTALL)
@@ -30,7 +30,7 @@ def led(desk: Project, attributes: str, caption: str = "C") -> str:
 
 
 def parts(html: str) -> tuple[str, str]:
-    """What leads, and what waits behind More."""
+    """The leading part, and the part behind More."""
     lead, _, rest = html.partition('<details class="figure-rest"')
     return lead, rest.partition("</details>")[0]
 
@@ -65,7 +65,7 @@ def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> 
     ("sentence", "main"), [("Press **Go** | C", "go"), ("Press **New**, then **Go** | C", "new"), ("**Not** | C", "go")]
 )
 def test_the_filled_button_is_the_one_that_the_sentence_names(desk: Project, sentence: str, main: str) -> None:
-    """The first of them in bold; where it names none, the widget's own."""
+    """The first button in bold; if the sentence names none, the widget's own."""
     html = led(desk, "", sentence)
     assert re.findall(r'data-button="(\w+)" class="primary"', html) == [main]
 
@@ -98,7 +98,7 @@ def test_what_leads_and_is_not_there(desk: Project, attributes: str, said: str) 
 
 @pytest.mark.parametrize("panels", ["mian", "none"])
 def test_a_figure_without_a_panel_hides_no_other_problem(desk: Project, panels: str) -> None:
-    """The rest of its page is read, and told, all the same."""
+    """The rest of its page is still read, and its problems reported."""
     desk.chapter(f"\n::figure[C]{{toy id=demo panels={panels}}}\n\nSee :ref[fig:dmo].\n")
     assert [problem.split(": ", 1)[0] for problem in desk.problems()] == [
         "content/01-second.md:8:32",
@@ -133,16 +133,16 @@ def drawn_more(picture: Picture, *more: Panel, **main: Any) -> Picture:
 @pytest.mark.parametrize(
     ("attributes", "first", "behind"),
     [
-        ("", ["a point", "noise"], []),  # all leads
+        ("", ["a point", "noise"], []),  # everything leads
         ("controls=scene,noise,loud readouts=noise", ["a point", "noise"], []),
-        ("controls=scene readouts=noise", ["a point", "noise"], []),  # an option that leads brings it
-        ("controls=loud", ["a point"], ["noise"]),  # what brings it waits behind More
+        ("controls=scene readouts=noise", ["a point", "noise"], []),  # a leading option brings it
+        ("controls=loud", ["a point"], ["noise"]),  # its option is behind More
     ],
 )
 def test_a_legend_names_first_what_may_be_seen_first(
     desk: Project, attributes: str, first: list[str], behind: list[str]
 ) -> None:
-    """The marks of what leads; those that something behind More alone can bring are named there."""
+    """Marks of the leading parts come first; marks that only something behind More can bring are named there."""
 
     def draw(state: Any) -> Picture:
         picture = TOY.draw(state)
@@ -161,7 +161,7 @@ def test_a_legend_names_first_what_may_be_seen_first(
     ("tape", "first", "behind"),
     [
         (({}, ("new", "go")), ["a point"], ["noise"]),
-        (({}, ("new",)), ["a point", "noise"], []),  # nobody knows what Go brings
+        (({}, ("new",)), ["a point", "noise"], []),  # the tape does not show what Go brings
     ],
 )
 def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
@@ -187,7 +187,7 @@ def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
 def test_a_legend_names_first_what_the_chosen_option_draws(
     desk: Project, attributes: str, first: list[str], behind: list[str]
 ) -> None:
-    """Though another mark has the same role; unless the choice can be made at once."""
+    """This holds although another mark has the same role, unless the choice is itself among the leading controls."""
     legend = (*TOY.legend, Key("source", "of the noisy scene", "ring", under=("scene", "noisy")))
     desk.widgets["toy"] = replace(TOY, legend=legend)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
@@ -196,7 +196,7 @@ def test_a_legend_names_first_what_the_chosen_option_draws(
 
 
 def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> None:
-    """Those of a panel behind More stand there with it."""
+    """Those of a panel behind More are named there."""
     more = Panel("more", "Another", View(0.0, 1.0, 0.0, 1.0), (Points([[0.5, 0.5]], "outlier"),))
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), more), legend=legend)
@@ -206,7 +206,7 @@ def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> No
 
 
 def asking(desk: Project, *more: Panel, hovers: tuple[str, ...] = (), **main: Any) -> str:
-    """The page of a figure that asks, its panel's view changed, with more panels."""
+    """The page of a figure with a prediction, its panel's view changed, with more panels."""
     desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), *more, **main), hovers=hovers)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     ask = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
@@ -228,7 +228,7 @@ def test_a_chart_that_answers_to_pointing_comes_before_the_question(desk: Projec
     ("height", "charts", "flat"), [(300.0, True, True), (330.0, True, False), (300.0, False, False)]
 )
 def test_a_flat_picture_has_the_question_beneath_it(desk: Project, height: float, charts: bool, flat: bool) -> None:
-    """Where charts fill the column at its right; elsewhere the question stands there, before them."""
+    """If charts fill the column at its right; otherwise the question is in that column, before any charts."""
     html = asking(desk, *([CHART] if charts else []), height=height)
     assert f'<div class="figure-body beside{" flat" * flat}">' in html
     assert ('<div class="figure-charts">' in html) is charts

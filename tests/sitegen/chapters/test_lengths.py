@@ -1,6 +1,6 @@
-"""No chapter grows: the words of its main text stay within a budget.
+"""Chapters do not grow: the word count of each main text stays within a budget.
 
-The main text is what a reader meets without unfolding anything: running text, captions, tables, footnotes and *Try
+The main text is what a reader sees without unfolding anything: running text, captions, tables, footnotes and *Try
 this*. Evidence, answers, exercises, the opening and the five lines are not counted, nor are formulas and code.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 CONTENT = Path(__file__).resolve().parents[3] / "content"
-BUDGETS = {  # no more than each had before its counts were folded
+BUDGETS = {  # at most what each had before its counts were folded
     "00-start.md": 2474,
     "01-kabsch.md": 2310,
     "02-ransac.md": 2450,
@@ -34,7 +34,7 @@ BUDGETS = {  # no more than each had before its counts were folded
     "18-space.md": 1300,
     "19-clouds.md": 1174,
 }
-BEFORE = 34_224  # words of chapters 1 to 14 at that time
+BEFORE = 34_224  # words in chapters 1 to 14 at that time
 FOLDED = ("evidence", "answer", "in-short", "opening")
 NOT_READ = (
     (r"```.*?```", " "),
@@ -50,7 +50,7 @@ NOT_READ = (
 
 
 def main_words(text: str) -> int:
-    """The words of a chapter's main text."""
+    """The number of words in a chapter's main text."""
     body = text.split("\n---\n", 1)[1].partition("\n## Exercises {#exercises}\n")[0]
     for name in FOLDED:
         body = re.sub(rf"^:::{name}\b.*?^:::\s*?$", "", body, flags=re.MULTILINE | re.DOTALL)

@@ -1,6 +1,6 @@
-"""What authors get wrong: each mistake is told once, at its very place, in words that help; and all of them at once.
+"""Authors' mistakes: each is reported once, at its exact place, in helpful words; and all of them in one build.
 
-A mark ¦ stands before each place that has to be named.
+A mark ¦ comes before each place that must be named.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tests.sitegen.conftest import START, Project
 FRONT = "---\ntitle: T\nslug: second\nsummary: S\n---\n"
 GLOSSARY = "gate:\n  term: Gate\n  says: How far a partner may lie.\n  chapter: second\n"
 
-# A piece of a chapter, and what is said of each mark. What only follows from the mistake is not said.
+# A piece of a chapter, and the message for each mark. Mere consequences of a mistake are not reported.
 TEXT = {
     "a widget": ("::figure[C]{¦tou id=a1}\n\n::try[T]{a1 noise=2}\n\n:ref[fig:a1] :readout[a1 x]", ["mean 'toy'?"]),
     "a preset": ("::figure[C]{toy preset=¦noise id=a2}\n\n:ref[fig:a2]", ["no preset 'noise'; did you mean 'noisy'?"]),
@@ -118,7 +118,7 @@ TEXT = {
     ),
 }
 
-# Code at whose end nothing can be paired any more, each in a chapter of its own.
+# Code blocks that leave a fence without its pair, each in a chapter of its own.
 FENCES = {
     "of two without a language the first": "¦```\nx\n\n::figure[C]{toy id=d7}\n\n```\ny\n```\n\n:ref[fig:d7]",
     "more backticks": "¦````python\nx\n```\n\n::figure[C]{toy id=d8}\n\n:ref[fig:d8]",
@@ -127,7 +127,7 @@ FENCES = {
     "an end behind code": "¦```\nx = 3 ```\n\n::figure[C]{toy id=e1}\n\n:ref[fig:e1]",
 }
 
-# A chapter's file, and what is said of each mark; the rest of it is read all the same.
+# A chapter's file, and the message for each mark; the rest of the file is still read.
 FILES = {
     "20-colon.md": ("---\ntitle: Pairs¦: known\nslug: colon\n---\n", ["holds a colon and a blank stands in quotes"]),
     "21-quote.md": (
@@ -173,7 +173,7 @@ LINE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20"><path d="M0 
 
 
 def places(marked: str, first: int) -> list[str]:
-    """The marks' places as line:column, the text beginning in line `first`."""
+    """The marks' places as line:column, if the text begins in line `first`."""
     result, plain = [], ""
     for piece in marked.split("¦")[:-1]:
         plain += piece
@@ -192,7 +192,7 @@ def desk(project: Project) -> Project:
 
 
 def agree(found: list[str], wanted: list[tuple[str, str]]) -> None:
-    """Each problem stands at its place and holds its words, in order, and there are no others."""
+    """Check that each problem has its place and contains its words, in order, and that there are no others."""
     pairs = [re.fullmatch(r"(?s)content/(\S+?:\d+:\d+): (.*)", problem) for problem in found]
     messages = [(match[1], match[2]) for match in pairs if match]
     assert [place for place, _ in messages] == [place for place, _ in wanted], "\n".join(found)
@@ -228,7 +228,7 @@ def test_colons_in_words_and_in_code_are_no_directives(desk: Project) -> None:
 
 
 def save(desk: Project, name: str) -> list[tuple[str, str]]:
-    """Write one of the faulty files; what is to be said of it."""
+    """Write one of the faulty files; return the expected problems."""
     text, words = FILES[name]
     data = SAVED.get(name, str.encode)(text.replace("¦", ""))
     (desk.root / "content" / name).write_bytes(data)
@@ -242,11 +242,11 @@ def test_a_mistake_of_a_file(desk: Project, name: str) -> None:
 
 
 def test_all_mistakes_are_told_in_one_build(desk: Project) -> None:
-    """Those of one text and of all files together: each once, and nothing that only follows from them."""
+    """The mistakes of one text and of all files together: each is reported once, and none of their consequences."""
     slugs = re.findall(r"slug: (\w+)", "".join(text for text, _ in FILES.values()))
     start = (desk.root / "content/00-start.md").read_text("utf-8") + "".join(f":ref[{slug}]\n" for slug in slugs)
     desk.write("content/00-start.md", start)
-    last = "code never closed"  # what stands behind it is read, but for what looks like its end
+    last = "code never closed"  # the text after it is still read, except what looks like its end
     texts = {name: TEXT[name][0] for name in sorted(TEXT, key=lambda name: name == last)}
     body, wanted = "", []
     for name, text in texts.items():
@@ -261,7 +261,7 @@ def test_all_mistakes_are_told_in_one_build(desk: Project) -> None:
 
 @pytest.mark.parametrize("name", ["references.yaml", "glossary.yaml", "site.yaml"])
 def test_what_a_faulty_list_would_have_named_is_no_mistake(desk: Project, name: str) -> None:
-    """One quote that is never closed: citations, terms, rungs and macros stay as they are."""
+    """With one unclosed quote in a list, its citations, terms, rungs and macros are not reported as unknown."""
     desk.write("content/01-second.md", FRONT + "[@one2001] :term[gate] $\\R$\n")
     path = desk.root / "content" / name
     text = path.read_text("utf-8")

@@ -1,4 +1,4 @@
-"""Where next: what a chapter's front matter names stands at the chapter's end, and names that lead nowhere are told."""
+"""Where next: the places named in a chapter's front matter appear at its end, and unknown places are reported."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FRONT = '---\ntitle: T\nslug: second\nrung: "1"\nsummary: S\n'
 FIRST = START.partition("Read")[0].replace("---\n", "---\nslug: start\n", 1)
 NEXT = "next:\n  - to: start#deep\n    says: If <this> & that.\n  - to: start\n    says: \"Else: this.\"\n"
 
-# What stands under next:, and what is said of the place that ¦ marks.
+# The text under next:, and the message for the place marked by ¦.
 WRONG = {
     "a chapter": ("  - to: ¦strat\n    says: S\n", "no chapter 'strat'; did you mean 'start'?"),
     "an anchor": ("  - to: ¦start#dep\n    says: S\n", "no anchor 'dep' on index.html; did you mean 'deep'?"),
@@ -32,14 +32,15 @@ WRONG = {
 
 @pytest.fixture
 def desk(project: Project) -> Project:
-    """The small site, its second chapter without a text of its own."""
+    """The small site, whose second chapter has hardly any text."""
     project.write("content/00-start.md", FIRST + "## Deep *down* {#deep}\n\nText.\n")
     project.write("content/01-second.md", f"{FRONT}---\n\n## Two\n\nText.\n")
     return project
 
 
 def test_what_is_named_stands_at_the_end(desk: Project) -> None:
-    """A link and its reason, as plain words: a chapter under its rung, a part of one under its chapter's title too."""
+    """A link and its reason as plain words: a chapter under its rung, a section under its rung and its chapter's
+    title."""
     desk.write("content/01-second.md", f"{FRONT}{NEXT}---\n\nText. See [the end](#where-next).\n")
     desk.build()
     page = desk.page("second.html")
@@ -70,7 +71,7 @@ def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
     column = len(before) - before.rfind("\n")
     desk.write("content/01-second.md", text.replace("¦", ""))
     (message,) = desk.problems()
-    where = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of what a key holds, the key's
+    where = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of a key's value, the key's
     assert message.startswith(f"content/01-second.md:{where}: ")
     assert words in message
 
@@ -83,7 +84,7 @@ def test_a_place_in_a_draft_is_told_as_such(desk: Project) -> None:
 
 
 def test_an_edit_of_the_place_shows_where_it_is_named(desk: Project) -> None:
-    """The link says what the chapter that it leads to is called now."""
+    """The link then has the current title of the chapter that it leads to."""
     desk.write("content/01-second.md", f"{FRONT}{NEXT}---\n\nText.\n")
     desk.build()
     desk.write("content/00-start.md", FIRST.replace("Start here", "Begin") + "## Deeper {#deep}\n\nText.\n")

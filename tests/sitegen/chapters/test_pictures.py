@@ -1,4 +1,4 @@
-"""Small pictures: drawn in the state that their line names, held to what it expects, told to who does not see them."""
+"""Small pictures: drawn in the state that their line names, checked against its expectation, described in words."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ FIGURE = re.compile(r'<figure class="picture" aria-label="[^"<>]+">.*?</figure>'
 
 @pytest.fixture(autouse=True)
 def alone(project: Project) -> None:
-    """A first chapter that names no other."""
+    """A first chapter that refers to no other."""
     project.write("content/00-start.md", START.partition("Read")[0])
 
 
 def drawn(project: Project, attributes: str, caption: str = "C") -> str:
-    """The picture's HTML, with these attributes."""
+    """The picture's HTML with these attributes."""
     project.chapter(f"\n::picture[{caption}]{{toy {attributes}}}\n")
     project.build()
     result = FIGURE.search(project.page("second.html"))

@@ -1,4 +1,4 @@
-"""What a figure asks before it runs: the build finds out which answer is right, and refuses what has none."""
+"""Questions that a figure asks before it runs: the build finds the right answer, and refuses questions without one."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ASK = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 |
 
 @pytest.fixture(autouse=True)
 def alone(project: Project) -> None:
-    """A first chapter that names no other."""
+    """A first chapter that refers to no other."""
     project.write("content/00-start.md", START.partition("Read")[0])
 
 
 def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, str]], str]:
-    """The record that decides, each answer with whether it is right, and all that stands in the question's section."""
+    """The record that decides, each answer with whether it is right, and the HTML of the question's section."""
     project.chapter(f"\n{FIGURE}\n\n{line}\n")
     project.build()
     match = re.search(r'<div class="predict" .*?role="status"></p>\s*</div>', project.page("second.html"), re.DOTALL)
@@ -36,7 +36,7 @@ def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, 
 
 
 def drawn_with(project: Project, mark: Any) -> None:
-    """Has the small site's figure draw something more in its panel."""
+    """Make the small site's figure draw one more mark in its panel."""
 
     def draw(state: object) -> Picture:
         picture = TOY.draw(state)
@@ -57,7 +57,7 @@ def test_the_run_decides_which_answer_is_right(project: Project) -> None:
 
 
 def test_what_decides_is_on_the_tape(project: Project) -> None:
-    """Also where nothing else presses so often; and it is there with all that leads to it."""
+    """Even if nothing else presses so often; the states that lead to it are there too."""
     record, _, _ = asked(project, ASK.replace("go,go", "go*5").replace("presses > 1", "presses > 4"))
     (tape,) = (project.site / "tapes").glob("second-demo.*.js")
     states = re.findall(r'"log":(\[\]|\[\[.*?\]\])', tape.read_text("utf-8"))

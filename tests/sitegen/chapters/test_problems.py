@@ -1,4 +1,4 @@
-"""Broken content: every problem names file, line and column of the very thing, and the nearest right name."""
+"""Broken content: every problem names the exact file, line and column, and the nearest right name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.sitegen.conftest import REFERENCES, SECOND, SITE, START, Project
 
 Fails = Callable[[str], list[str]]
 
-# The body of a chapter, from its line 7 on, and what the build says.
+# The body of a chapter, from its line 7 on, and the build's messages.
 BROKEN = {
     "unknown block directive": ("::figur[C]{toy}\n", ["7:1: no directive ::figur; did you mean 'figure'?"]),
     "unknown inline directive": ("A :vlue[x] b\n", ["7:3: no directive :vlue; did you mean 'value'?"]),

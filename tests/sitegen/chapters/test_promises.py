@@ -1,4 +1,4 @@
-"""Promises of captions and buttons: each is held to what the figure shows, and one that is not kept is told."""
+"""Promises of captions and buttons: each is checked against what the figure shows, and a broken one is reported."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Fails = Callable[[str], list[str]]
 
 @pytest.fixture
 def desk(project: Project) -> Project:
-    """The small site with a first chapter that names no other."""
+    """The small site, with a first chapter that refers to no other."""
     project.write("content/00-start.md", START.partition("Read")[0])
     return project
 
 
 def told(desk: Project, body: str) -> list[tuple[str, str]]:
-    """The problems of a body with marks ¦, each with the text that follows its place up to the line's end."""
+    """The problems of a body, each with the source text from its place to the end of the line."""
     desk.chapter(body)
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
     results = []
@@ -40,7 +40,7 @@ def told(desk: Project, body: str) -> list[tuple[str, str]]:
     ],
 )
 def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
-    """In a caption, in the chapter's text, in a button's, and in a slide's."""
+    """In a caption, in the chapter's text, on a button and on a slide."""
     own = f'{{noise=0.25 press=go*2 expect="{expected}"}}'
     other = own.replace("{", "{demo ")
     slide = f"slides:\n  - title: S\n    figure: demo\n    text: 'A :promise[slide]{own}.'\n"
@@ -75,7 +75,7 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
     ],
 )
 def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: str) -> None:
-    """In a caption, in the text and in a button each is told once, at its own place, with what is there instead."""
+    """In a caption, in the text and on a button, each is reported once, at its own place, with the actual value."""
     set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
     figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
     results = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
@@ -86,7 +86,7 @@ def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: 
 
 
 def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> None:
-    """A button leaves the figure to the reader, and what is promised of it holds when that is done."""
+    """A button leaves the figure to the reader; its promise holds once the reader has pressed what it asks for."""
     desk.chapter('\n::figure[C]{toy id=demo}\n\n::try[Go on.]{demo press=go then=go*2 expect="presses is 3"}\n')
     desk.build()
     assert '&#34;log&#34;:[[&#34;press&#34;,&#34;go&#34;]]}' in desk.page("second.html")
@@ -111,7 +111,7 @@ def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str
 
 
 def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project) -> None:
-    """In the caption, on the slide and in the text; what names another figure is read all the same."""
+    """In the caption, on the slide and in the text; a promise about another figure is still checked."""
     own = "{press=go expect=x}"
     figures = (
         f"::figure[A :promise[caption]{own}.]{{tyo id=lost}}\n\n"
@@ -172,7 +172,7 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
     ],
 )
 def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: list[str]) -> None:
-    """In a caption and on a button, unless the button itself expects something; in a paragraph nobody looks."""
+    """In a caption and on a button, unless the button itself expects something; paragraphs are not checked."""
     desk.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where.\n  chapter: second\n")
     button = '::try[It falls.]{demo loud=true expect="noise < 1"}'
     desk.chapter(f"\nIt falls and breaks.\n\n::figure[{text}]{{toy id=demo}}\n\n{button}\n")
@@ -190,8 +190,8 @@ def test_a_button_that_promises_expects_something(desk: Project) -> None:
 
 
 def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None:
-    """In its text and its notes, each told at its own place; its title names what is shown, and a button on it looks
-    after itself."""
+    """In its text and its notes, each reported at its own place. A slide's title is not checked, and a button on it has
+    its own check."""
     held = ':promise[It falls]{press=go expect="presses > 0"}'
     slide = f"""slides:
   - title: It never rises
@@ -213,7 +213,7 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
 
 
 def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
-    """A plot has no readouts: what its caption promises is a claim, or a readout of some figure."""
+    """A plot has no readouts, so what its caption promises must be a claim, or a readout of some figure."""
     claim = ":claim[Notice that it rises]{tests/test_claimed.py::test_it_holds}"
     ((at, says),) = told(desk, f"\n::plot[{claim}, and falls.]{{toy-plot id=dots}}\n")
     assert at.startswith("falls.]")
@@ -224,7 +224,7 @@ def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
 
 
 def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
-    """Those of a state on the figure's tape come from there; a second build draws nothing at all."""
+    """Readouts of a state on the figure's tape are reused from there; a second build draws nothing at all."""
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     drawn: list[int] = []
 

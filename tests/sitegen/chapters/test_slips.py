@@ -1,4 +1,4 @@
-"""What looks like markup and is none: told with its place, instead of printed or lost."""
+"""Text that looks like markup but is not is reported with its place, instead of being printed or lost."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from tests.sitegen.conftest import START, Project
 
-# The body of a chapter, from its line 7 on, and what the build says.
+# The body of a chapter, from its line 7 on, and the build's messages.
 SLIPS = {
     "words after a block's name": (":::evidence more\nA\n:::\n", ["7:1: nothing may follow :::evidence on its line"]),
     "a title for a block": (":::answer[Yes]\nA\n:::\n", ["7:1: nothing may follow :::answer on its line"]),
@@ -124,7 +124,7 @@ def test_what_is_meant_as_it_stands_is_no_slip(project: Project, body: str) -> N
 
 
 def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project: Project) -> None:
-    """Either would be lost in silence: the inner claim's test, and what the directive stands for."""
+    """Either would be lost silently: the inner claim's test, and the directive's result."""
     body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
     project.write("content/00-start.md", START.partition("Read")[0] + body)
     messages = [line.partition("content/00-start.md:")[2] for line in project.problems()]
@@ -133,7 +133,7 @@ def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project:
 
 
 def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
-    """A lock, which is a link to nowhere, is no chapter; a link to nowhere with a chapter's name is told."""
+    """A lock file, which is a dangling link, is not a chapter; a dangling link with a chapter's name is reported."""
     (project.root / "content/.#00-start.md").symlink_to("someone@host.1")
     project.build()
     (project.root / "content/30-gone.md").symlink_to("nowhere")

@@ -1,4 +1,5 @@
-"""A reference to a figure in a state: its link says what differs, wherever the figure stands, and mistakes are told."""
+"""A reference to a figure in a state: its link holds the differences, wherever the figure is, and mistakes are
+reported."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ WRONG = {
 
 
 def link(page: str) -> tuple[str, dict[str, Any]]:
-    """The only link to a state on a page: where to, and what it says."""
+    """The target and the decoded state of a page's only link to a state."""
     ((to, data),) = re.findall(r'href="([^"?]*)\?s=([\w-]+)"', page)
     return to, json.loads(urlsafe_b64decode(data + "=" * (-len(data) % 4)))
 
@@ -41,7 +42,7 @@ def desk(project: Project) -> Project:
 
 
 def test_a_link_opens_a_figure_of_another_page(desk: Project) -> None:
-    """It holds what differs from the figure as it opens there, as the record that Python reads."""
+    """It holds the differences from the figure's opening state there, as a record that Python reads."""
     desk.write("content/00-start.md", FIRST + "See :ref[fig:demo]{noise=0.25 seed=53 press=go*2}.\n")
     desk.build()
     to, text = link(desk.page("index.html"))
@@ -57,7 +58,7 @@ def test_a_link_opens_a_figure_of_its_own_page(desk: Project) -> None:
     desk.build()
     to, text = link(desk.page("second.html"))
     assert to == "#fig-demo"
-    assert text["controls"] == {"scene": "noisy", "noise": 0.9}  # with what the scene brings
+    assert text["controls"] == {"scene": "noisy", "noise": 0.9}  # with the value that the scene brings
     assert 'href="#fig-demo">' in desk.page("second.html")
 
 

@@ -1,4 +1,4 @@
-"""What a survey finds stands in the survey: the tokens stay as they were parsed."""
+"""A survey keeps its results to itself: the tokens stay as they were parsed."""
 
 from __future__ import annotations
 
@@ -47,19 +47,19 @@ def chapter_of(text: str) -> Chapter:
 
 
 def surveyed(chapter: Chapter, widgets: bool = True) -> tuple[Survey, Problems]:
-    """Its survey, and what is wrong."""
+    """Its survey, and the problems."""
     problems = Problems()
     return survey(chapter, {"toy": TOY} if widgets else {}, {"toy-plot": TOY_PLOT}, problems), problems
 
 
 def of_type(chapter: Chapter, *types: str) -> list[Token]:
-    """The tokens of these types, those in lines of text among them."""
+    """The tokens of these types, including those within lines of text."""
     every = [each for token in chapter.document.tokens for each in (token, *(token.children or []))]
     return [token for token in every if token.type in types]
 
 
 def test_each_token_is_looked_up_in_the_survey() -> None:
-    """What it has become, by the token alone."""
+    """Given only a token, the survey returns what it has become."""
     chapter = chapter_of(TEXT)
     result, _ = surveyed(chapter)
     assert [result.anchor(token) for token in of_type(chapter, "heading_open")] == ["first", "one"]
@@ -77,7 +77,7 @@ def test_each_token_is_looked_up_in_the_survey() -> None:
 
 
 def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None:
-    """Without the widget nothing of its figures is left; with it again all is as it was."""
+    """Without the widget, nothing of its figures is left; with it again, the survey is as before."""
     chapter = chapter_of(TEXT)
     first, _ = surveyed(chapter)
     without, problems = surveyed(chapter, widgets=False)
@@ -90,7 +90,7 @@ def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None
 
 
 def test_two_equal_lines_are_two_tokens() -> None:
-    """What is said of one is not said of the other."""
+    """A result for one does not apply to the other."""
     chapter = chapter_of("::figure[A toy.]{toy id=a}\n\n" * 2)
     result, problems = surveyed(chapter)
     first, second = map(result.figure, of_type(chapter, "figure"))
@@ -102,14 +102,14 @@ def test_two_equal_lines_are_two_tokens() -> None:
 
 @pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])
 def test_a_footnote_holds_nothing_that_is_numbered(inside: str) -> None:
-    """That is told once, where it stands."""
+    """This is reported once, at its place."""
     result, problems = surveyed(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
     assert [(problem.line, "not in a footnote" in problem.message) for problem in problems.found] == [(5, True)]
     assert result.figures == {}
 
 
 def test_what_a_token_stands_for_is_asked_by_its_kind() -> None:
-    """Another kind is a mistake of the caller's."""
+    """Asking for another kind is the caller's mistake."""
     (token,) = of_type(chapter_of("Text[^n].\n\n[^n]: A note.\n"), "footnote_ref")
     assert located(token, NoteMark).thing == NoteMark("n")
     assert located(token, object).place.column == 5
@@ -119,7 +119,7 @@ def test_what_a_token_stands_for_is_asked_by_its_kind() -> None:
 
 
 def test_nobody_else_touches_what_the_parser_notes() -> None:
-    """A token's `meta` is read and written in one module."""
+    """A token's `meta` is read and written in one module only."""
     home = Path(sitegen.__file__).parent
     files = {path.relative_to(home).as_posix(): path.read_text("utf-8") for path in home.rglob("*.py")}
     assert [name for name, text in files.items() if re.search(r"\.meta\b", text) and "importlib" not in text] == [

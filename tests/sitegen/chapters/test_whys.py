@@ -1,4 +1,4 @@
-"""Claims of kind why: how they are written, what they ask of their test, and how its outcomes reach the reader."""
+"""Claims of kind why: how they are written, what they require of their test, and how its outcomes reach the reader."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_the_gate_costs_reach(why):
 def test_silent():
     """It changes nothing."""
 '''
-MISTAKES = {  # ¦ stands before the place that is named
+MISTAKES = {  # ¦ comes before the place that is named
     f":claim[C]{{{CAUSE} kind=¦whi}}": "no kind of claim 'whi'; did you mean 'why'?",
     f":claim[C]{{{CAUSE} ¦kin=why}}": "a claim has no attribute 'kin'; did you mean 'kind'?",
     f":claim[C]{{{CAUSE} ¦why}}": "expected name=value, not 'why'; did you mean kind=why?",
@@ -48,7 +48,8 @@ def test_a_kind_that_is_none_is_told_at_its_place(caused: Project, body: str, sa
 
 
 def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(caused: Project) -> None:
-    """As the run left them. Before there is one, and after an edit of the code, none are shown, and all builds."""
+    """They are shown as the run recorded them. Before a run, and after an edit of the code, none are shown; every build
+    succeeds."""
     shown = ["<strong>the gate</strong>", "as it is", "0.6 u", "3 of 25", "changed", "none", "25 of 25"]
     caused.build()
     before = caused.page("checks-second.html")
@@ -125,7 +126,7 @@ print("SAID", json.dumps([claims.merged(ledger.reports), {k: v.plain() for k, v 
 
 @pytest.mark.parametrize("processes", ["0", "1"])
 def test_a_run_notes_the_outcomes_and_refuses_tests_without(tmp_path: Path, processes: str) -> None:
-    """In one process and in several: a record comes through, a test without one has failed, once."""
+    """In one process or several, a recorded outcome is noted, and a test without one fails, once."""
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n", "utf-8")
     (tmp_path / "conftest.py").write_text("from tests.recorded import why\n", "utf-8")
     (tmp_path / "test_runs.py").write_text(RUNS, "utf-8")

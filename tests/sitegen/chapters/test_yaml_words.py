@@ -1,4 +1,4 @@
-"""What YAML read as something else is told in the author's own words."""
+"""A value that YAML reads as something else is reported as the author wrote it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_front_matter_is_told_as_it_was_written(project: Project, front: str, sa
 
 
 def test_comments_and_signs_of_a_text_are_no_fault(project: Project) -> None:
-    """A comment has a blank after its sign, a text its sign in quotes, on a line of its own or within a word."""
+    """A comment has a blank after its #; in a text, a # is in quotes, on a line of its own, or within a word."""
     front = 'title: "T #2"  #\nslug: second  # as in the address\nsummary: C#1, as it is'
     project.write("content/01-second.md", f"---\n{front}\n---\n\nText.\n")
     project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: |\n  Step #1.\n---\n\nText.\n")
@@ -37,7 +37,7 @@ def test_comments_and_signs_of_a_text_are_no_fault(project: Project) -> None:
 
 
 def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
-    """As after the last."""
+    """Nor do they after the last line."""
     project.write("content/01-second.md", "--- \t\ntitle: T\nslug: second\nsummary: S\n--- \n\nText.\n")
     project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: S\n---\n\nText.\n")
     project.build()
@@ -54,7 +54,7 @@ def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
     ],
 )
 def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str) -> None:
-    """A macro that is none does not make formulas wrong that are right."""
+    """An invalid macro does not cause errors in formulas that are right."""
     project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: S\n---\n\nA rotation $R$.\n")
     project.write("content/01-second.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n\nText.\n")
     name = setting.partition(":")[0]

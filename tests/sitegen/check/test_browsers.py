@@ -1,5 +1,5 @@
-"""A driver of WebKit is good when it gives a session, whatever it answers to --version; tried on programs like it. And
-when Chromium's shell is driven."""
+"""A WebKit driver counts as working if it opens a session, whatever it answers to --version; stand-in programs are
+used. Also: when Chromium's headless shell is used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from sitegen.check import browsers, webkit
 from sitegen.check.browsers import BrowserMissing, found
 
-# As WebKitWebDriver 2.50 is: --version brings its usage and exit code 1; a session is asked for over HTTP.
+# Like WebKitWebDriver 2.50: --version prints its usage and exits with code 1; a session is requested over HTTP.
 DRIVER = """#!{python}
 import json, os, sys, threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -73,27 +73,27 @@ def program(path: Path, text: str) -> Path:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder on the PATH with a display in it."""
+    """A folder on the PATH with a stand-in for the display server."""
     program(tmp_path / "Xvfb", DISPLAY.format(python=sys.executable))
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     return tmp_path
 
 
 def driver(folder: Path, *, refuses: bool = False, silent: int = 0) -> Path:
-    """silent: how often it gives no answer before it does."""
+    """A stand-in driver; `silent` is how many requests it leaves unanswered first."""
     text = DRIVER.format(python=sys.executable, refuses=refuses, silent=silent, asked=str(folder / "asked"))
     return program(folder / "WebKitWebDriver", text)
 
 
 def test_a_driver_that_gives_a_session_is_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Named by a variable; the session is ended again."""
+    """It is named by a variable; its session is closed again."""
     monkeypatch.setenv("WEBKIT_DRIVER", str(driver(folder)))
     assert found("webkit") == folder / "WebKitWebDriver"
     assert (folder / "asked").read_text("utf-8").startswith("asked ended")
 
 
 def test_a_browser_that_does_not_come_up_is_started_once_more(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A driver whose browser has gone waits for it for ever; a second one that hangs is a fault."""
+    """A driver whose browser has crashed waits for it for ever; a second one that hangs is a fault."""
     monkeypatch.setattr(webkit, "STARTS", 2)
     assert webkit.fault(driver(folder, silent=1)) == ""
     assert (folder / "asked").read_text("utf-8").startswith("asked asked ended")
@@ -117,7 +117,7 @@ def test_without_a_display_that_is_what_is_told(folder: Path, monkeypatch: pytes
 def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One that does not start is none; a Chromium that is given or named is what its user wants tested."""
+    """A shell that does not start is not used; if a Chromium is given or named, its user wants that one tested."""
     there = program(folder / "chromium-headless-shell", "")
     for name in browsers.ENGINES["chromium"].named:
         monkeypatch.delenv(name, raising=False)

@@ -1,4 +1,4 @@
-"""Checks of a built site: a good one passes, and every fault is named at its place."""
+"""Checks of a built site: a good one passes, and every fault is reported at its place."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def site(tmp_path: Path) -> Path:
 
 
 def test_a_good_site_has_no_problems(site: Path) -> None:
-    """Links with states, redirects, folders, data scripts, comments and namespaces are all in order."""
+    """Links with states, redirects, folders, data scripts, comments and namespaces all pass."""
     assert rules.check_site(site) == []
 
 
@@ -89,7 +89,7 @@ FAULTS = [
 
 @pytest.mark.parametrize(("old", "new", "message"), FAULTS)
 def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str) -> None:
-    """With the page, the line, the column and, where there is one, the nearest right name."""
+    """With the page, line, column and, if there is one, the nearest right name."""
     page = site / "index.html"
     assert old in page.read_text("utf-8")
     page.write_text(page.read_text("utf-8").replace(old, new, 1), "utf-8")
@@ -116,7 +116,7 @@ def test_a_fault_of_another_file_is_named(site: Path, file: str, text: str, mess
 
 
 def test_a_policy_may_name_what_stands_in_the_page(site: Path) -> None:
-    """A style whose hash is in the page's policy is in order; one letter more, and it is not."""
+    """A style whose hash is in the page's policy passes; with one character more it does not."""
     style = "p { color: red }"
     page = site / "two.html"
     text = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
@@ -138,7 +138,7 @@ def test_all_faults_are_told_at_once(site: Path) -> None:
 
 
 def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Page, style sheet, its font, script and image; not the tape, not the runtime, not what is linked."""
+    """Page, style sheet, its font, script and image; neither the tape, nor the runtime, nor linked pages."""
     page = read_pages(site)["index.html"]
     weight = page_weight(page)
     assert set(weight.parts) == {"index.html", "assets/a.css", "assets/a.js", "assets/a.png", "assets/a.woff2"}
@@ -150,7 +150,7 @@ def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
-    """What is packed already counts as it is."""
+    """A file that is packed already counts as it is."""
     data = b"".join(b"%d " % (i * i) for i in range(3000))
     (tmp_path / "a.js").write_bytes(data)
     (tmp_path / "a.pack").write_bytes(gzip.compress(data, 1))
@@ -171,5 +171,5 @@ def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
     ],
 )
 def test_addresses_are_resolved_as_a_browser_does(address: str, base: str, expected: tuple[str, str] | None) -> None:
-    """Relative to the file that they stand in; foreign ones are nobody's business here."""
+    """Relative to the file that contains them; addresses outside the site give None."""
     assert inside(address, base) == expected

@@ -1,5 +1,5 @@
-"""The scripts' lint and types find what they are there for. On the scripts as they are a whole run takes both, as steps
-that tests/sitegen/cli/test_run_tests.py names."""
+"""The scripts' lint and type checks find mistakes. A whole test run applies both to the real scripts, as steps that
+tests/sitegen/cli/test_run_tests.py names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SCRIPTS = "templates/assets/js"
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """The templates and the preview in a folder of their own."""
+    """The templates and the preview in a separate folder."""
     for folder in ("templates", "sitegen/serve/preview"):
         shutil.copytree(ROOT / folder, tmp_path / folder)
     return tmp_path
@@ -30,7 +30,7 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def test_lint_tells_a_mistake_and_an_import_upwards(checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By file, line and column; in the preview's scripts as in the page's; and nothing else."""
+    """By file, line and column, in the preview's scripts as in the page's, and nothing else."""
     edit(checkout / SCRIPTS / "base/emitter.js", "export function", "let idle = 1;\nexport function")
     edit(checkout / SCRIPTS / "base/record.js", "const LONGEST", 'import "../figure/state.js";\nconst LONGEST')
     edit(checkout / "sitegen/serve/preview/swap.js", "const kept = keep();", "let kept = keep();")
@@ -46,7 +46,7 @@ def test_lint_tells_a_mistake_and_an_import_upwards(checkout: Path, capsys: pyte
 
 
 def test_types_are_told(checkout: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Of the page's scripts, of the workers, and of the preview."""
+    """In the page's scripts, the workers and the preview."""
     edit(checkout / SCRIPTS / "figure/motion.js", "calm() ||", "calm(1) ||")
     edit(checkout / "templates/assets/sw.js", "worker.registration", "worker.registrations")
     edit(checkout / "sitegen/serve/preview/swap.js", "ladder()?.describeCards()", "ladder().describeCards()")

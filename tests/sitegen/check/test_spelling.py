@@ -1,5 +1,5 @@
-"""Misspelt words are told with their place; American ones where readers read, and not in code or titles; and phrases
-that sound translated, wherever they are read."""
+"""Misspelt words are reported with their place, American ones in prose but not in code or titles, and phrases that
+sound translated anywhere."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_titles_of_works_are_spelt_as_they_are(tmp_path: Path, capfd: pytest
 
 
 def test_the_dictionary_is_turned_round() -> None:
-    """No word that is British itself is among those to be replaced."""
+    """No British word is among those to be replaced."""
     pairs = dict(line.split("->") for line in anglicised().splitlines())
     assert pairs["center"] == "centre"
     assert "grey" not in pairs

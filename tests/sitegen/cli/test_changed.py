@@ -1,4 +1,4 @@
-"""What an edit touches: a chapter's pages and claims, the tests that import a module, or everything."""
+"""What an edit affects: a chapter's pages and claims, the tests that import a module, or everything."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_what_differs_is_what_was_edited_added_or_taken_away(tmp_path: Path) -> 
     (tmp_path / "a.md").write_text("second\n", "utf-8")
     (tmp_path / "b.md").unlink()
     (tmp_path / "d.md").write_text("new\n", "utf-8")
-    git(tmp_path, "mv", "c.md", "e.md")  # gone from where it was
+    git(tmp_path, "mv", "c.md", "e.md")  # gone from its old path
     assert differing(tmp_path, "HEAD") == ["a.md", "b.md", "c.md", "d.md", "e.md"]
     with pytest.raises(ValueError, match="git cannot compare with 'nothing'"):
         differing(tmp_path, "nothing")
@@ -65,7 +65,7 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def test_what_a_chapter_s_edit_runs(checkout: Path) -> None:
-    """What holds of its page; the claims of what was edited; what drives its figures, where these are others."""
+    """The tests of its pages; the claims of edited sentences; the browser tests of its figures if these changed."""
     chapter, drives = "content/02-ransac.md", "tests/browser/widgets/test_ransac.py"
     claim = "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials"
     edited(checkout, chapter, "summary: ", "summary: Once more. ")
@@ -96,7 +96,7 @@ def test_with_python_beside_it_every_page_is_looked_at() -> None:
 
 
 def test_all_that_is_named_is_there() -> None:
-    """The tests that are listed, and who loads what by name."""
+    """The listed tests exist, and so do the modules that load others by name."""
     for test in (*OF_PAGES, *OF_WORDS, *OF_LOOKS):
         path, _, name = test.partition("::")
         assert (ROOT / path).exists(), test
@@ -106,7 +106,7 @@ def test_all_that_is_named_is_there() -> None:
         assert path.is_dir() or path.with_suffix(".py").is_file(), name
 
 
-# They load what is no module of the project.
+# They load only modules from outside the project.
 FOREIGN = {
     "sitegen.bench.solvers", "sitegen.experiments.sweep", "sitegen.runtime.compile_in_pyodide",
     "sitegen.runtime.patches", "tests.sitegen.chapters.test_directives",
@@ -114,13 +114,13 @@ FOREIGN = {
 
 
 def test_whoever_loads_modules_by_name_is_listed() -> None:
-    """A new one has to say what it loads: no graph of imports tells."""
+    """A new one must declare what it loads, since no import graph shows it."""
     names = {
         path.relative_to(ROOT).with_suffix("").as_posix().removesuffix("/__init__").replace("/", ".")
         for room in ("solvers", "sitegen", "widgets", "tests")
         for path in (ROOT / room).rglob("*.py")
         if re.search(r"\b(?:import_module|__import__|walk_packages|iter_modules)\(", path.read_text("utf-8"))
-        if "page-python" not in path.parts  # stands in for modules of Pyodide's own
+        if "page-python" not in path.parts  # stands in for Pyodide's own modules
     }
     assert names - set(LOADS) == FOREIGN
 
@@ -128,8 +128,8 @@ def test_whoever_loads_modules_by_name_is_listed() -> None:
 @pytest.mark.parametrize(
     ("file", "test"),
     [
-        ("solvers/methods/mmd/mmd.py", "tests/solvers/test_hostile.py"),  # a method, by the list of them
-        ("widgets/figures/race/field.py", "tests/widgets/test_every_widget.py"),  # a figure, by theirs
+        ("solvers/methods/mmd/mmd.py", "tests/solvers/test_hostile.py"),  # a method, through the list of methods
+        ("widgets/figures/race/field.py", "tests/widgets/test_every_widget.py"),  # a figure, likewise
         ("solvers/uncertainty/closed_form.py", "tests/pyodide/test_equality.py"),  # in the page's Python
         ("solvers/core/pose.py", "tests/browser/figures/test_live.py"),  # in the built site
         ("sitegen/plots/basins.py", "tests/sitegen/pipeline/test_build.py"),
@@ -185,7 +185,7 @@ def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() 
 
 
 def test_what_everything_depends_on_runs_everything() -> None:
-    """And what is gone: nothing tells what depended on it."""
+    """So does a deleted file: nothing shows what depended on it."""
     assert chosen(ROOT, ["solvers/methods/gone.py", "content/02-ransac.md"]) == Chosen((), everything=True)
     assert chosen(ROOT, ["pyproject.toml", "content/02-ransac.md"]) == Chosen((), everything=True)
     assert chosen(ROOT, []) == Chosen(())

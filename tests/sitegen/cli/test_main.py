@@ -1,4 +1,4 @@
-"""build.py as it is started: by hand, from anywhere, on a machine that has nothing yet."""
+"""build.py as users start it: by hand, from any folder, on a machine that has nothing installed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.conftest import copied
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# Stands in for the generator where only the way to it is tested.
+# Stands in for the generator in tests of the way to it.
 BUILDING = """\
 import json, sys
 def build_command(root):
@@ -39,7 +39,7 @@ def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProc
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """The commands alone, in a folder whose name has what names have, with a lock that asks for nothing."""
+    """The commands alone, in a folder with blanks and non-ASCII characters in its name, with an empty lock."""
     root = tmp_path / "a checkout ½"
     for name in ("build.py", "sitegen/__init__.py", "sitegen/stopping.py", "sitegen/pipeline/__init__.py"):
         copied(name, root)
@@ -50,7 +50,8 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def test_the_first_use_sets_up_and_later_ones_do_not(checkout: Path, tmp_path: Path) -> None:
-    """.venv is made once, follows a changed lock, is made anew after an interruption; the exit code is passed on."""
+    """.venv is made once, follows a changed lock, and is made anew after an interruption; the exit code is passed
+    on."""
     first = run(checkout / "build.py", cwd=tmp_path)
     assert first.returncode == 1, first.stderr
     assert json.loads(first.stdout) == {"prefix": str(checkout / ".venv"), "root": str(checkout)}
@@ -89,7 +90,7 @@ def test_a_lock_that_cannot_be_installed_ends_with_what_pip_said(checkout: Path)
 def test_a_python_that_cannot_make_environments_says_what_to_install(
     checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Debian keeps ensurepip in a package of its own."""
+    """Debian ships ensurepip in a separate package."""
     find = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ensurepip" else find(name))
     with pytest.raises(environment.SetupError, match="apt-get install python3-venv"):
@@ -97,7 +98,7 @@ def test_a_python_that_cannot_make_environments_says_what_to_install(
 
 
 def test_an_older_python_is_told_so_in_one_line() -> None:
-    """build.py is read by old Pythons without a syntax error, and ends with a sentence."""
+    """Old Pythons read build.py without a syntax error, and it ends with one sentence."""
     ast.parse((ROOT / "build.py").read_text("utf-8"), feature_version=(3, 4))
     older = "import runpy, sys; sys.version_info = (3, 10, 4, 'final', 0)"
     asks = f"{older}; runpy.run_path(sys.argv[1], run_name='__main__')"
@@ -123,7 +124,7 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
 def test_help_and_mistakes_are_answered_before_any_set_up(
     checkout: Path, words: list[str], code: int, says: str
 ) -> None:
-    """Exit code 0 for help, 2 for what is no command, and no .venv for either."""
+    """The exit code is 0 for help and 2 for an unknown command, and neither makes a .venv."""
     done = run(checkout / "build.py", *words)
     assert done.returncode == code
     assert says in done.stdout + done.stderr
@@ -183,7 +184,7 @@ def test_test_passes_further_arguments_on_in_order() -> None:
 def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
     checkout: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As on a tree that can only be read: a line for each, no traceback, exit code 1."""
+    """As on a read-only tree: one line each, no traceback, exit code 1."""
     for name in ("site/index.html", "site/assets/a.css", ".mypy_cache/x", ".ruff_cache/x"):
         (checkout / name).parent.mkdir(parents=True, exist_ok=True)
         (checkout / name).touch()
@@ -205,7 +206,7 @@ def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
 def test_clean_removes_everything_though_nobody_reads_what_it_says(
     checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As behind `| head`, which goes away after its lines."""
+    """As behind `| head`, which exits once it has its lines."""
 
     class Gone(io.StringIO):
         def write(self, text: str) -> int:
@@ -221,7 +222,7 @@ def test_clean_removes_everything_though_nobody_reads_what_it_says(
 
 
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the commands made is gone, what people made stays; .venv only with --all."""
+    """Files made by the commands are removed, people's files stay; .venv goes only with --all."""
     made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
     made += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
     stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md", "content/build/a.svg"]
@@ -237,7 +238,7 @@ def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatc
 
 
 def test_whatever_git_ignores_is_what_clean_removes() -> None:
-    """Names that git is told to pass over are those of the commands' own: with .venv, which only --all removes."""
+    """Git ignores exactly what the commands make, and .venv, which only --all removes."""
     ignored = (ROOT / ".gitignore").read_text("utf-8").split()
     assert {name.rstrip("/") for name in ignored} == {*MADE, ".venv"}
 
@@ -245,7 +246,7 @@ def test_whatever_git_ignores_is_what_clean_removes() -> None:
 def test_clean_removes_no_folder_that_a_variable_names(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """LADDER_CACHE may be anybody's folder, with other things in it."""
+    """LADDER_CACHE may be anyone's folder, with other things in it."""
     kept = tmp_path / "mine" / "thesis.tex"
     kept.parent.mkdir()
     kept.touch()

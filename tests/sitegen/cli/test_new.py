@@ -1,4 +1,4 @@
-"""What `new` writes works as it is: a chapter that builds strictly, a figure that is sound and whose test passes."""
+"""What `new` writes works unchanged: a chapter that builds strictly, a figure that is sound and whose test passes."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_title_that_no_chapter_can_have_is_refused(tmp_path: Path, title: str)
 
 
 def test_a_new_chapter_is_written_as_the_docs_say(tmp_path: Path) -> None:
-    """A lead before the bar, a bold button, and all that a chapter of the site is held to have."""
+    """A lead before the bar, a bold button, and everything required of the site's chapters."""
     (made,) = new_chapter(tmp_path, "my-chapter")
     text = made.read_text("utf-8")
     assert re.search(r"^::figure\[[^|]*\*\*Solve\*\*[^|]* \| ", text, re.MULTILINE)
@@ -102,7 +102,8 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
 
 
 def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
-    """A motion of what is no group, a view that follows the state, a sentence too short: each with what to do."""
+    """A motion of a missing group, a view that follows the state, a sentence that is too short: each says what to
+    do."""
     for name in ("solvers", "widgets"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "tests" / "widgets").mkdir(parents=True)
@@ -147,7 +148,7 @@ def test_a_word_of_python_s_names_no_figure(project: Project, name: str, capsys:
 
 @pytest.mark.parametrize("name", ["no", "null", "true", "off"])
 def test_a_word_of_yaml_s_names_nothing(project: Project, name: str) -> None:
-    """It stands in the front matter as the page's and as a slide's figure's."""
+    """It is used in the front matter, as the name of a page and of a slide's figure."""
     for new in (new_chapter, new_figure):
         with pytest.raises(NameTaken, match=r"means .* in a chapter's front matter"):
             new(project.root, name)
@@ -163,7 +164,7 @@ def test_a_name_that_windows_or_every_test_has_is_refused(project: Project) -> N
 
 
 def test_names_that_only_look_dangerous_work(tmp_path: Path) -> None:
-    """Of a module that the figure imports, of Python's soft words: their own tests pass, beside each other."""
+    """Names of modules that the figure imports, and Python's soft keywords: the figures' tests pass, side by side."""
     names = ("svgs", "none", "numpy", "match", "self", "placing", "dataclasses")
     for folder in ("solvers", "widgets"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
@@ -172,7 +173,7 @@ def test_names_that_only_look_dangerous_work(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
-    """A tree that can only be read, or here a file in the place of a folder: one line, exit code 1."""
+    """On a read-only tree, or here with a file in a folder's place: one line, exit code 1."""
     project.write("tests/widgets/figures", "a file")
     assert new_command(project.root, "figure", "mine", "") == 1
     output = capsys.readouterr().err
@@ -181,7 +182,7 @@ def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.
 
 
 def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
-    """Its own file and, of every file of tests that goes over all figures, its case; of no other figure any."""
+    """Its own test file and its case in every test over all figures, but no other figure's cases."""
     choosing = chosen("two-poses").strip('"')
     words = ["-m", "pytest", "--collect-only", "-q", "-k", choosing, "tests/widgets", "tests/pyodide/test_frames.py"]
     done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""What pip installs: built without the network, opened, installed and used by its README."""
+"""The package for pip: built without the network, inspected, installed, and used as its README says."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ pytestmark = pytest.mark.native
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The source distribution and the wheel, of a copy of the checkout in a folder with a build.py, as it has."""
+    """The source distribution and the wheel, built from a copy of the checkout that also contains build.py."""
     folder = tmp_path_factory.mktemp("package")
     copied(ROOT, folder / "checkout")
     assert (folder / "checkout" / "build.py").is_file()
@@ -45,7 +45,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 @pytest.fixture(scope="module")
 def installed(made: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder into which pip has put the wheel, and nothing else."""
+    """A folder into which pip has installed the wheel and nothing else."""
     folder = tmp_path_factory.mktemp("installed")
     pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", str(folder)]
     subprocess.run([*pip, str(made[1])], check=True)
@@ -62,7 +62,7 @@ def metadata(inside: dict[str, bytes]) -> Message:
 
 
 def test_the_wheel_holds_the_solvers_and_nothing_else(made: tuple[Path, Path]) -> None:
-    """Byte for byte the sources of `solvers` that the page's wheel holds too; beside them its own metadata."""
+    """Byte for byte the sources of `solvers` that the page's wheel holds too; besides them only its own metadata."""
     inside = members(made[1])
     results = {name: data for name, data in inside.items() if ".dist-info/" not in name}
     (types,) = [name for name in results if name.endswith(".pyi")]  # for editors; no page reads them
@@ -74,7 +74,7 @@ def test_the_wheel_holds_the_solvers_and_nothing_else(made: tuple[Path, Path]) -
 
 
 def test_its_metadata_says_what_an_index_shows(made: tuple[Path, Path]) -> None:
-    """The README of its own, and every field of pyproject.toml in the words of the standard."""
+    """The package's own README, and every field of pyproject.toml in the standard's terms."""
     text = metadata(members(made[1]))
     assert (text["Name"], text["Version"]) == ("registration-ladder", solvers.__version__)
     assert (text["Summary"], text["Requires-Python"]) == (PROJECT["description"], ">=3.11")
@@ -100,7 +100,8 @@ def test_the_source_distribution_can_be_built_and_tested_and_carries_no_site(mad
 
 
 def test_its_tests_need_nothing_of_the_generator(made: tuple[Path, Path], tmp_path: Path) -> None:
-    """They import the package, what tests it, and each other; none asks for the fixture `why`, which is the site's."""
+    """They import the package, its test requirements, and each other; none uses the fixture `why`, which is the
+    site's."""
     tests = unpacked(made[0], tmp_path) / "tests"
     paths = sorted(tests.rglob("*.py"))
     assert len(paths) > 40
@@ -117,7 +118,7 @@ def test_its_tests_need_nothing_of_the_generator(made: tuple[Path, Path], tmp_pa
 
 
 def test_the_readme_s_python_runs_on_what_pip_installs(installed: Path, tmp_path: Path) -> None:
-    """In a Python that finds the package and neither the checkout nor the figures."""
+    """In a Python that finds the package but neither the checkout nor the figures."""
     code = f"""
 import importlib.util, sys
 sys.path[:0] = [{str(installed)!r}, {str(Path(use_package.__file__).parent)!r}]
@@ -135,7 +136,7 @@ print(use_package.run_blocks(open({str(ROOT / package.README)!r}, encoding="utf-
 def test_the_readme_s_commands_run_as_pip_installs_them(
     installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Those that take a moment; all of them with `build.py package`."""
+    """Only the quick ones; `build.py package` runs them all."""
     monkeypatch.setenv("PYTHONPATH", str(installed))
     lines = [line for line in README.splitlines() if line.startswith(f"{use_package.COMMAND} ")]
     quick = [line for line in lines if line.split()[1] not in ("drive", "benchmark")]
@@ -145,16 +146,16 @@ def test_the_readme_s_commands_run_as_pip_installs_them(
 
 
 def test_every_command_of_the_readme_is_one() -> None:
-    """Its options too; each of the four is shown."""
+    """Its options exist too, and each of the four commands is shown."""
     calls = [shlex.split(words) for words in re.findall(rf"^{use_package.COMMAND} (.*)$", README, re.MULTILINE)]
     parsers = {"register": register, "benchmark": benchmark, "drive": drive, "methods": methods}
     for name, *words in calls:
-        parsers[name].parser().parse_args(words)  # ends the process where it knows a word not
+        parsers[name].parser().parse_args(words)  # ends the process at an unknown word
     assert {name for name, *_ in calls} == set(parsers) == set(COMMANDS)
 
 
 def test_a_readme_that_is_wrong_is_told(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An example that shows nothing, and a call of the command that fails."""
+    """An example that prints nothing, and a call of the command that fails."""
     with pytest.raises(AssertionError, match="prints nothing"):
         use_package.run_blocks("```python\nx = 1\n```\n")
     monkeypatch.setenv("PYTHONPATH", str(installed))
@@ -164,7 +165,7 @@ def test_a_readme_that_is_wrong_is_told(installed: Path, tmp_path: Path, monkeyp
 
 
 def test_the_readme_reads_alone_on_an_index() -> None:
-    """No link is relative, and no file of the repository is needed to follow it."""
+    """No link is relative, and following them needs no file of the repository."""
     links = re.findall(r"\]\(([^)\s]+)\)", README)
     assert [link for link in links if not link.startswith("https://")] == []
     assert "pip install registration-ladder" in README
@@ -179,8 +180,8 @@ def test_until_the_first_release_the_readme_says_how_to_install_without_an_index
 
 
 def test_exit_code_3_is_told_in_the_same_words_everywhere() -> None:
-    """In the commands' help, the package's README and the docs: every status of a whole run that a method's own end is
-    not."""
+    """In the commands' help, the package's README and the docs: every status of a whole run that is not the end of a
+    method."""
     one, other = [status.label for status in Status if status not in ENDED and status is not Status.RUNNING]
     docs = (ROOT / "content/docs/package.md").read_text("utf-8").replace("`", "")
     of_register = f"is {one} or {other}, or no source point lies near the target"
@@ -200,7 +201,7 @@ def test_change_log_citation_and_package_name_one_version() -> None:
 
 
 def test_pypa_s_build_is_handed_over_to(tmp_path: Path) -> None:
-    """`python3 -m build` in the checkout runs the tool of that name, though the checkout's build.py hides it."""
+    """`python3 -m build` in the checkout runs PyPA's tool, although the checkout's build.py shadows it."""
     tool, checkout = tmp_path / "site" / "build", tmp_path / "checkout"
     for folder in (tool, checkout):
         folder.mkdir(parents=True)
@@ -230,7 +231,7 @@ def test_releases_are_read_from_what_pip_lists() -> None:
 
 
 def test_a_step_that_fails_is_told_with_what_was_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A checkout whose pyproject.toml is broken: exit code 1, the backend's own words, and no dist/."""
+    """In a checkout with a broken pyproject.toml: exit code 1, the backend's own words, and no dist/."""
     root = tmp_path / "checkout"
     (root / "site").mkdir(parents=True)
     (root / "site" / ".gitignore").touch()

@@ -1,4 +1,4 @@
-"""Publishing: a folder or a branch gets the site, whole and in an order that no reader notices, and nothing else."""
+"""Publishing: a folder or a branch gets the whole site, in an order that no reader notices, and nothing else."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def git(folder: Path, *words: str) -> str:
 
 
 def test_pages_go_last(site: Path) -> None:
-    """A page that is there names only files that are there."""
-    write(site, {"tapes/t.js": "t"})  # behind them by its name
+    """A published page refers only to files that are already there."""
+    write(site, {"tapes/t.js": "t"})  # comes after them by name
     assert files_of(site) == ["_headers", "assets/a.1.css", "tapes/t.js", "index.html", "sw.js"]
 
 
@@ -59,7 +59,8 @@ def test_a_folder_gets_what_changed_and_keeps_what_is_its_own(site: Path, tmp_pa
 
 
 def test_what_others_put_there_is_replaced_only_when_told_to(site: Path, tmp_path: Path) -> None:
-    """A folder with files and no list of ours; then one with a list, and a file of the site's new names."""
+    """A folder with files but no list of ours; then one with a list, and a stranger's file in the place of a new
+    one."""
     host = write(tmp_path / "host", {"index.html": "a stranger's", "CNAME": "example.org"})
     with pytest.raises(PublishError, match=r"host has files .* \(CNAME, index.html\); .* add --force"):
         to_folder(site, host)
@@ -91,7 +92,8 @@ LINKS = {
 
 @pytest.mark.parametrize("name", LINKS)
 def test_no_planted_link_to_a_file_is_written_through(site: Path, tmp_path: Path, name: str) -> None:
-    """Whatever a link is called, what it leads to stays as it is; where the site has a file, a file it is."""
+    """Whatever a link's name, its target stays unchanged; where the site has a file, a regular file replaces the
+    link."""
     write(tmp_path / "precious", {"file.txt": "p"})
     host = tmp_path / "host"
     to_folder(site, host)
@@ -106,7 +108,7 @@ def test_no_planted_link_to_a_file_is_written_through(site: Path, tmp_path: Path
 
 
 def test_a_planted_link_to_the_same_words_does_not_stand_for_the_page(site: Path, tmp_path: Path) -> None:
-    """Whoever owns what it leads to could change the page later."""
+    """The owner of its target could change the page later."""
     write(tmp_path / "precious", {"file.txt": "one"})
     host = tmp_path / "host"
     to_folder(site, host)
@@ -118,7 +120,7 @@ def test_a_planted_link_to_the_same_words_does_not_stand_for_the_page(site: Path
 
 @pytest.mark.parametrize("leads", ["precious", "absent", "../precious"])
 def test_no_planted_link_to_a_folder_is_followed(site: Path, tmp_path: Path, leads: str) -> None:
-    """Neither to write nor, once the site has no such file any more, to remove."""
+    """Neither for writing nor, once the site has no such file, for removing."""
     precious = write(tmp_path / "precious", {"a.1.css": "p"})
     host = tmp_path / "host"
     to_folder(site, host)
@@ -151,7 +153,8 @@ def test_no_site_is_put_into_itself(site: Path) -> None:
 
 
 def test_a_branch_gets_a_commit_for_each_change(site: Path, tmp_path: Path) -> None:
-    """The first makes the branch, the next stands on it, one that changes nothing makes none; other branches stay."""
+    """The first publication makes the branch, the next commits on top, an unchanged one commits nothing; other branches
+    stay."""
     bare = tmp_path / "bare.git"
     git(tmp_path, "init", "--quiet", "--bare", str(bare))
     branch = Branch(str(bare), "gh-pages")
@@ -170,17 +173,17 @@ AUTHOR = ("-c", "user.name=a", "-c", "user.email=a@localhost")
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A repository with a branch of its own, `main`, and one commit."""
+    """A repository with its own branch `main` and one commit."""
     git(tmp_path, "init", "--quiet", "--initial-branch", "main", "project")
     project = write(tmp_path / "project", {"index.html": "the author's"})
     git(project, "add", ".")
     git(project, *AUTHOR, "commit", "--quiet", "-m", "one")
-    git(project, "switch", "--quiet", "--create", "work")  # git itself refuses a push to what is checked out
+    git(project, "switch", "--quiet", "--create", "work")  # git refuses a push to the branch that is checked out
     return project
 
 
 def test_a_branch_with_the_files_of_others_is_left_alone(site: Path, project: Path) -> None:
-    """Unless it is told otherwise; then what has another name stays."""
+    """Unless --force is given; files of other names then stay."""
     main = Branch(str(project), "main")
     write(project, {"notes.txt": "n"})
     with pytest.raises(PublishError, match=r"project, branch main has files .* \(index.html\); .* --force"):
@@ -239,7 +242,7 @@ REFUSED = {
 def test_what_is_no_place_is_refused_before_anything_is_built(
     where: str, project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With what to write; nothing is run, and nothing made."""
+    """The message says what to write instead; nothing is run, and nothing is made."""
     monkeypatch.chdir(project)
     before = {path: path.stat().st_mtime_ns for path in project.rglob("*")}
     monkeypatch.setattr(publish, "attempt", lambda *_, **__: pytest.fail("it was built"))
@@ -253,7 +256,7 @@ def test_what_is_no_place_is_refused_before_anything_is_built(
 def test_no_url_that_stands_for_another_runs_a_command(
     site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also where somebody's configuration lets ext:: run, and puts it in a harmless URL's place."""
+    """Even if the user's configuration allows ext:: and substitutes it for a harmless URL."""
     lines = ['[protocol "ext"]', "allow = always", f'[url "ext::touch {tmp_path}/ran "]', "insteadOf = https://example.org/"]
     write(tmp_path, {"config": "\n".join(lines)})
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(tmp_path / "config"))
@@ -273,7 +276,7 @@ def test_where_to_is_a_folder_or_a_branch(tmp_path: Path, monkeypatch: pytest.Mo
 def test_a_folder_that_will_not_do_is_refused_before_anything_is_built(
     site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """And where it will do, it is asked for by its options as they are written."""
+    """A suitable folder is published to with the options as given."""
     host = write(tmp_path / "host", {"index.html": "a stranger's"})
     built = []
     monkeypatch.setattr(publish, "attempt", lambda *_, **__: built.append(1) or Outcome(pages=1))
@@ -300,7 +303,7 @@ def test_the_same_file_on_both_sides_is_no_stranger_s(site: Path, tmp_path: Path
 def test_publishing_goes_on_where_it_was_cut_short(
     site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was written before is known to be ours."""
+    """Files written before the interruption are known to be ours."""
     host, put = tmp_path / "host", publish.write
 
     def cut(path: Path, data: bytes) -> None:

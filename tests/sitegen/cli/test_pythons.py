@@ -1,4 +1,4 @@
-"""Which Pythons of a machine are tried, and in what: real interpreters are asked, stand-ins answer as others do."""
+"""Which Pythons of a machine are tried, and where: real interpreters are queried, stand-ins answer as others would."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.native
 
 
 def program(path: Path, prints: str, code: int = 0) -> Path:
-    """A program that prints something and ends with a code, whatever it is asked."""
+    """A program that prints something and exits with a code, whatever its arguments."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f"#!/bin/sh\necho '{prints}'\nexit {code}\n", "utf-8")
     path.chmod(0o755)
@@ -23,7 +23,7 @@ def program(path: Path, prints: str, code: int = 0) -> Path:
 
 
 def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
-    """By the name that a PATH has it under."""
+    """Under the name that it has on the PATH."""
     (tmp_path / "python3").symlink_to(sys.executable)
     (tmp_path / "python3-config").symlink_to(sys.executable)
     results = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
@@ -31,11 +31,12 @@ def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
 
 
 def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> None:
-    """On the PATH and under pyenv; none that is too old, not released, broken, or shadowed by one that can set up."""
+    """On the PATH and under pyenv; none that is too old, unreleased, broken, or shadowed by one that can make
+    environments."""
     path, pyenv = tmp_path / "bin", tmp_path / "pyenv"
     program(path / "python3.10", "3 10 13 final True")
     program(path / "python3.12", "pyenv: python3.12: command not found", 127)
-    program(path / "python3.13", "3 13 9 final False")  # as Debian has it without python3-venv
+    program(path / "python3.13", "3 13 9 final False")  # as on Debian without python3-venv
     program(path / "python3.14", "3 14 2 final False")
     program(path / "python3.15", "3 15 0 candidate True")
     program(path / "python3.16", "Segmentation fault", 139)
@@ -64,7 +65,7 @@ def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
 def test_one_that_fails_fails_the_whole_and_the_others_are_tried(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Each is told with its outcome; one that cannot make environments is told and left out."""
+    """Each is reported with its outcome; one that cannot make environments is reported and skipped."""
     for name in ("build.py", "site/.gitignore"):
         (tmp_path / "root" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "root" / name).touch()

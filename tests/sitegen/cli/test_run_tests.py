@@ -1,4 +1,4 @@
-"""`test` runs everything on all of a small machine; of a part that somebody chooses, what it needs and nothing else."""
+"""`test` runs everything, on all cores of a small machine; a chosen part gets what it needs and nothing else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sitegen.cli.run_tests import PROCESSES, Ledger, imports, is_part, processes
 ROOT = Path(__file__).resolve().parents[3]
 SPREAD = ["--dist=loadfile", "--no-loadscope-reorder"]
 
-# Runs the command on a small checkout, once for each row of words; what it would do beside pytest is told, not done.
+# Runs the command on a small checkout, once per row of words; its steps besides pytest are recorded, not run.
 RUNNER = """
 import contextlib, io, json, sys
 from pathlib import Path
@@ -52,7 +52,7 @@ WHOLE = ["browser", "ruff", "spelling", "mypy", "imports", "eslint", "tsc", "che
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """Tests that need nothing, the built site, and a browser on it; the first tells whether the others' is there."""
+    """Tests that need nothing, the built site, or a browser as well; and a folder of tests for every engine."""
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\ntestpaths = ['tests']\n", "utf-8")
     (tmp_path / "tests" / "browser" / "engines").mkdir(parents=True)
     fixtures = "import pytest\n@pytest.fixture\ndef site(): pass\n@pytest.fixture\ndef playwright(): pass\n"
@@ -67,8 +67,8 @@ def checkout(tmp_path: Path) -> Path:
 def ran(
     root: Path, *runs: str, engines: tuple[str, ...] = (), builds: int = 0, commit: str = ""
 ) -> list[tuple[int, list[str], str]]:
-    """Of each run its exit code, what was done beside pytest, and what was printed. builds: a build's exit code;
-    commit: what has changed since is tested."""
+    """For each run: its exit code, its steps besides pytest, and its output. `builds` is the exit code of a build; with
+    `commit`, only what has changed since then is tested."""
     given = json.dumps([str(root), engines, builds, [run.split() for run in runs], commit])
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", RUNNER, given], env=env, capture_output=True, text=True, check=False)
@@ -77,7 +77,7 @@ def ran(
 
 
 def test_a_whole_run_leaves_nothing_out(checkout: Path) -> None:
-    """Also with words on how to run it, and where all the tests are named."""
+    """Also with options on how to run it, or with all tests named."""
     for code, report, printed in ran(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
         assert (code, report) == (0, WHOLE), printed
         assert "3 passed" in printed
@@ -96,7 +96,7 @@ PARTS = {
 
 
 def test_a_part_gets_what_it_needs(checkout: Path) -> None:
-    """No lint, no spelling, no types, no checks, no sweep; and the tracked file of results is not written."""
+    """No lint, spelling, types, checks or sweep, and the tracked file of results is not written."""
     for (needs, passed), result in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
         assert result[:2] == (0, needs), result[2]
         assert f"{passed} passed" in result[2]
@@ -105,7 +105,7 @@ def test_a_part_gets_what_it_needs(checkout: Path) -> None:
 
 
 def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
-    """A failing test and an absent one are exit code 1; a word that pytest does not know is 2, before all else."""
+    """A failing or absent test gives exit code 1; an option that pytest does not know gives 2, before anything else."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
     fails, unknown, absent = ran(checkout, "-k plain", "--max-fial=1", "tests/test_absent.py")
     assert fails[:2] == (1, [])
@@ -135,7 +135,7 @@ def git(root: Path, *words: str) -> None:
 
 @pytest.fixture
 def committed(checkout: Path) -> Path:
-    """The checkout with a chapter, a page of whose site a test looks at, and a package for each of the rooms."""
+    """The checkout with a chapter, a test of every page, and a package for each of the rooms."""
     (checkout / "content").mkdir()
     chapter = "---\nslug: one\n---\n\nSo it is.[it]{tests/test_plain.py::test_plain}\n"
     (checkout / "content" / "01-one.md").write_text(chapter, "utf-8")
@@ -148,7 +148,7 @@ def committed(checkout: Path) -> Path:
     static.parent.mkdir()
     static.write_text("def test_static(pytestconfig): print(pytestconfig.getoption('--pages'))\n", "utf-8")
     (checkout / "tests" / "test_solvers.py").write_text("import solvers\ndef test_solvers(): pass\n", "utf-8")
-    (checkout / ".gitignore").write_text("__pycache__/\n", "utf-8")  # where Python writes bytecode, a run leaves it
+    (checkout / ".gitignore").write_text("__pycache__/\n", "utf-8")  # runs may leave bytecode behind
     git(checkout, "init", "-q")
     git(checkout, "add", "-A")
     git(checkout, "commit", "-qm", "first")
@@ -159,7 +159,7 @@ BRIEF = ["browser", "ruff", "spelling", "check"]
 
 
 def test_changed_runs_what_a_chapter_s_edit_touches(committed: Path) -> None:
-    """Its claim and the tests of every page, these on its own; lint, spelling and check, and no other step."""
+    """Its claim and the tests of every page, for its pages only; lint, spelling and check, and no other step."""
     chapter = committed / "content" / "01-one.md"
     chapter.write_text(chapter.read_text("utf-8") + "More.\n", "utf-8")
     ((code, report, printed),) = ran(committed, "-n0 -v -rP", commit="HEAD")
@@ -195,7 +195,7 @@ def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
 
 @pytest.mark.parametrize("fails", ["step", "test"])
 def test_changed_fails_where_something_does(committed: Path, fails: str) -> None:
-    """A step that failed is told after the tests, which run all the same; a failing test suffices."""
+    """A failed step is reported after the tests, which run all the same; a failing test alone suffices."""
     root = committed.rename(committed.with_name("misspelt")) if fails == "step" else committed
     wrong = "assert False" if fails == "test" else "pass"
     (root / "tests" / "test_solvers.py").write_text(f"def test_solvers(): {wrong}\n", "utf-8")
@@ -206,20 +206,20 @@ def test_changed_fails_where_something_does(committed: Path, fails: str) -> None
 
 
 def asked(**options: Any) -> argparse.Namespace:
-    """pytest's options as they are where nothing is said, and some of them said."""
+    """pytest's default options, with some of them set."""
     plain = {"file_or_dir": [], "keyword": "", "numprocesses": None, "usepdb": False, "capture": "fd"}
     return argparse.Namespace(**{**plain, **options})
 
 
 @pytest.mark.parametrize(("have", "used"), [(2, 2), (4, 4), (64, PROCESSES)])
 def test_a_whole_run_uses_the_machine(have: int, used: int) -> None:
-    """As many processes as there are cores, up to a limit."""
+    """As many processes as cores, up to a limit."""
     assert processes(asked(), have) == [f"-n{used}", *SPREAD]
 
 
 @pytest.mark.parametrize("option", [{"numprocesses": 0}, {"usepdb": True}, {"capture": "no"}])
 def test_a_word_on_it_is_left_alone(option: dict[str, Any]) -> None:
-    """A debugger, prints that are to be seen and a given number count; one core needs no other process."""
+    """A debugger, visible prints and a given number take precedence; one core needs no other process."""
     assert processes(asked(**option), 2) == []
     assert processes(asked(), 1) == []
 
@@ -232,7 +232,7 @@ def test_the_folder_of_all_tests_is_no_part() -> None:
 def test_an_import_against_the_direction_of_the_rooms_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Upwards between rooms, inside a function as well, and between two families of methods."""
+    """Upwards between rooms, even inside a function, and between two families of methods."""
     for name in ("solvers", "widgets", "sitegen"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)

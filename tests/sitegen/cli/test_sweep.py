@@ -1,4 +1,4 @@
-"""`sweep` knows the race's sweeps and the long plots by name, and runs those that are asked for."""
+"""`sweep` knows the race's sweeps and the long plots by name, and runs those that are requested."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_plot_is_not_asked_for_by_methods(tmp_path: Path, capsys: pytest.Captu
 def test_what_is_asked_for_is_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], sweeps: list[str], plots: Any
 ) -> None:
-    """All of both by default; a plot is of several methods, so that who names one asks for no plot."""
+    """By default all of both; a plot needs several methods, so naming methods runs no plot."""
     ran: list[str] = []
     renewed: list[str] = []
 

@@ -1,4 +1,4 @@
-"""The sweep: every seed once, the same by any way of running it, going on where it was, and its files proved."""
+"""The sweep: every seed once, the same results however it is run, resumable, with verified files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SMALL = Sweep(
 
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
-    """A checkout with the solvers in it and no results."""
+    """A checkout with the solvers but no results."""
     (tmp_path / "solvers").symlink_to(ROOT / "solvers", target_is_directory=True)
     return tmp_path
 
@@ -57,7 +57,7 @@ def swept(home: Path, methods: list[str], which: Sweep = SMALL) -> dict[str, Any
 
 
 def test_a_unit_is_the_benchmark() -> None:
-    """25 seeds of one setting end as the race's benchmark has them, to the digits that are kept."""
+    """25 seeds of one setting end as in the race's benchmark, to the stored digits."""
     chosen = tuple(40 + 13 * k for k in range(25))
     result = run_unit(Unit("gicp", ({"setting": "clean"},), chosen))
     (row,) = benchmark(Controls(setting="clean"), seeds=chosen, contestants=contestants(["gicp"]))
@@ -67,7 +67,7 @@ def test_a_unit_is_the_benchmark() -> None:
 
 
 def test_cells_of_different_sizes_and_starts_stand_in_one_unit() -> None:
-    """Points of other density or another start are each run as by themselves."""
+    """Clouds of another density, or with another start, each end as in a run of their own."""
     points = ({"setting": "clean"}, {"setting": "clean", "degrees": 15}, {"setting": "clean", "density": 0.5})
     whole = run_unit(Unit("icp", points, (40, 53, 66)))
     alone = [run_unit(Unit("icp", (point,), (40, 53, 66))) for point in points]
@@ -84,7 +84,7 @@ def test_every_seed_of_every_cell_is_run_once() -> None:
 
 
 def test_a_sweep_goes_on_where_it_was(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was run is not run again; another contestant joins the file; a change of code runs anew."""
+    """Finished units are not run again; another contestant joins the file; changed code is run anew."""
     ran: list[Unit] = []
 
     def counted(unit: Unit) -> dict[str, list[float]]:
@@ -122,7 +122,8 @@ def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
 
 
 def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file of this code is run again in part and agrees; a false bit is wrong; other code is stale, and not run."""
+    """A file from this code is partly run again and agrees; a false bit is reported as wrong; other code is reported as
+    stale and not run."""
     only = [each for each in racing() if each.method in ("icp", "gicp")]
     monkeypatch.setattr(sweep_verify, "racing", lambda: only)
     small = replace(SMALL, keep=keep_bits)
@@ -153,7 +154,7 @@ def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.
 
 @pytest.mark.parametrize("each", SWEEPS, ids=lambda each: each.name)
 def test_the_files_in_the_repository_are_whole_and_small(each: Sweep) -> None:
-    """All contestants with all cells, seed by seed; the three files together below 300 kB."""
+    """All contestants with all cells, seed by seed; the three files together are below 300 kB."""
     folder = ROOT / "content/data/sweep"
     data = json.loads((folder / f"{each.name}.json").read_text("utf-8"))
     assert list(data["contestants"]) == [contestant.method for contestant in racing()]
@@ -164,7 +165,7 @@ def test_the_files_in_the_repository_are_whole_and_small(each: Sweep) -> None:
 
 
 def test_the_code_of_a_contestant_is_its_own(tmp_path: Path) -> None:
-    """Another method's module changes nothing, its own does, and so does what all share; words do not count."""
+    """Another method's module does not change it; its own module and the shared ones do; comments do not count."""
     shutil.copytree(ROOT / "solvers", tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
     icp, mmd = (next(c for c in racing() if c.method == name) for name in ("icp", "mmd"))
 
@@ -193,7 +194,7 @@ def test_bits_and_flags_are_inverse() -> None:
 
 
 def test_bootstrap_intervals_hold_the_statistic() -> None:
-    """Of the median of normal draws: about ±1.96·1.2533σ/√n, the same each time."""
+    """For the median of normal draws: about ±1.96·1.2533σ/√n, the same each time."""
     values = np.random.default_rng(40).normal(size=1000).tolist()
     middle, low, high = bootstrap(values, lambda v: np.median(v, axis=-1))
     assert low < middle < high

@@ -1,4 +1,4 @@
-"""The training of the learned flows, without PyTorch: its scenes, its comparison, its word where it cannot run."""
+"""The training of the learned flows, without PyTorch: its scenes, its comparison, its message where it cannot run."""
 
 from __future__ import annotations
 

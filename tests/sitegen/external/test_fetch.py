@@ -1,4 +1,4 @@
-"""Outside files: whichever source has them, verified, atomic, and a message that says what was tried."""
+"""Outside files: taken from any source that has them, verified, atomic; failures list what was tried."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WRONG = b"something else"
 
 
 class Web:
-    """Answers `files` over HTTP on loopback and remembers what it was asked for."""
+    """Serves `files` over HTTP on loopback and records the requests."""
 
     def __init__(self) -> None:
         self.files: dict[str, bytes] = {}
@@ -41,7 +41,7 @@ class Web:
                 data = web.files.get(self.path)
                 self.send_response(404 if data is None else 200)
                 self.end_headers()
-                with contextlib.suppress(ConnectionError):  # who has read enough hangs up
+                with contextlib.suppress(ConnectionError):  # a client that has read enough closes the connection
                     self.wfile.write(data or b"")
 
             def log_message(self, *args: object) -> None:
@@ -201,7 +201,7 @@ def test_the_manifest_pins_every_file_and_every_licence_has_its_text() -> None:
 
 
 def tarball(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
-    """What `npm pack` leaves in its folder."""
+    """Write the archive that `npm pack` leaves in its folder."""
     with tarfile.open(path, "w:gz") as archive:
         for name, data in members.items():
             info = tarfile.TarInfo(name)
@@ -218,7 +218,7 @@ def wheel(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = 
 
 
 def given_by(kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **made: Any) -> Path:
-    """A manifest whose source is an archive of a package client that answers with these members."""
+    """A manifest whose source is a stand-in package client with an archive of these members."""
     fill, name = {"npm": (tarball, "thing-1.0.tgz"), "pip": (wheel, "thing-1.0-py3-none-any.whl")}[kind]
     monkeypatch.setattr(clients, "_download", lambda command, here, *rest: fill(here / "out" / name, **made))
     return manifest(folder, f'[source.it]\n{kind} = "thing"\nfolder = "in"', '["it"]')
@@ -228,7 +228,7 @@ def given_by(kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **made: A
 def test_a_member_is_read_no_further_than_its_pinned_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
-    """A small archive that unpacks to 100 MB is refused with a few bytes of it in memory."""
+    """A small archive that unpacks to 100 MB is refused with only a few bytes of it in memory."""
     given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": bytes(100_000_000)})
     fill = clients._download
 
@@ -245,7 +245,7 @@ def test_a_member_is_read_no_further_than_its_pinned_size(
 
 
 def test_a_package_that_unpacks_without_end_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the wanted file lies behind more than any package of ours holds."""
+    """If the wanted file comes after more data than any of our packages holds."""
     monkeypatch.setattr(clients, "UNPACKED", 1_000_000)
     given = given_by("npm", tmp_path, monkeypatch, members={"big": bytes(2_000_000), "in/a.txt": RIGHT})
     with pytest.raises(OutsideError, match=r"it \(thing\): it unpacks to more than 1 MB"):
@@ -278,7 +278,7 @@ def test_a_manifest_names_files_of_its_own_folder_alone(tmp_path: Path, name: st
 @pytest.mark.parametrize("cut", [0, 10, 60])
 @pytest.mark.parametrize("kind", ["npm", "pip"])
 def test_an_archive_cut_short_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, cut: int) -> None:
-    """With the source that gave it, and no traceback."""
+    """With the source that gave it, and without a traceback."""
     given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": RIGHT})
     fill = clients._download
 
@@ -307,7 +307,7 @@ def test_a_folder_or_a_link_in_a_files_place_gives_way(tmp_path: Path, web: Web)
 
 
 def test_the_licence_of_the_package_s_data_is_shown_as_well(tmp_path):
-    """After those of what is gathered, with the text that lies beside the data."""
+    """After those of the gathered files, with the text that accompanies the data."""
     from sitegen.external import served
 
     (last,) = served.licences([], cache=tmp_path)

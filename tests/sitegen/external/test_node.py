@@ -1,4 +1,4 @@
-"""What a Node script answers, and what becomes of one that does not end."""
+"""The answers of Node scripts, and how scripts that never end are handled."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STAY = "setInterval(() => {}, 1000);\n"
 
 
 def script(folder: Path, body: str) -> Path:
-    """A Node script that has read its request as `said` and does `body`."""
+    """A Node script that reads its request as `said` and then runs `body`."""
     path = folder / "script.mjs"
     path.write_text(READ + body, "utf-8")
     return path
@@ -31,7 +31,7 @@ def test_the_last_line_is_the_answer(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def waited(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Waited]:
-    """Scripts that never end, all of them waited for at once: what comes of each, and the file that they begin."""
+    """Scripts that never end, all awaited at once: the result of each, and the file to which each start adds a mark."""
     once = 'if (readFileSync(said, "utf-8") === "x") '
     bodies = {"answers": ("console.log(7);\n" + STAY, {"attempts": 1}), "always": (STAY, {})}
     with ThreadPoolExecutor() as threads:

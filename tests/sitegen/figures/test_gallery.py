@@ -1,4 +1,4 @@
-"""Regression figures: in the page as drawn, found by name, computed once, and told where they are placed wrongly."""
+"""Plots: drawn in the page, found by name, computed once, and reported if placed wrongly."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_plot_that_fails_names_itself_and_its_place(project: Project) -> None:
 
 
 def test_what_is_known_is_not_computed_again(tmp_path: Path) -> None:
-    """Computed and drawn once for one state of the code; a new drawing is no reason to compute."""
+    """Computed and drawn once per state of the code; a new drawing does not cause a new computation."""
     counts = {"compute": 0, "draw": 0}
 
     def compute() -> Counted:
@@ -126,7 +126,7 @@ def test_what_is_known_is_not_computed_again(tmp_path: Path) -> None:
 
 
 def test_editing_the_drawing_leaves_what_is_computed() -> None:
-    """The key of a result follows what compute() names, and nothing else of the module."""
+    """The key of a result depends on what compute() uses, and on nothing else in the module."""
     source = "N = 3\ndef compute():\n    return help(N)\n\ndef help(n):\n    return n\n\ndef draw():\n    pass\n"
     assert runs(source) == runs(source.replace("pass", "return 1").replace("def draw", "# a comment\ndef draw"))
     for old, new in (("N = 3", "N = 4"), ("return n\n", "return -n\n"), ("help(N)", "help(N + 1)")):
@@ -146,7 +146,7 @@ def test_only_what_can_stand_in_a_page_is_let_through() -> None:
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
     style = f"fill: {COLOURS['source']}; stroke: none"
     path = f'<g id="a"><path id="b" d="M 1.00001 2 \nL 3 4.06 \nz\n" style="{style}"/></g>'
-    path += '<path d="M 0 0 \nL 9 9 \nz" style="fill: none"/>'  # seen by nobody
+    path += '<path d="M 0 0 \nL 9 9 \nz" style="fill: none"/>'  # invisible
     assert clean(f"{head}{path}</svg>", (10, 20), "p") == (
         '<svg class="graph-svg" viewBox="0 0 10 20" width="10" height="20">'
         '<path class="f-source" d="M1 2l2 2.1z" stroke="none"/></svg>'
@@ -157,7 +157,7 @@ def test_only_what_can_stand_in_a_page_is_let_through() -> None:
 
 
 def test_matplotlib_waits_until_something_is_drawn() -> None:
-    """Importing all plots and reading kept results does not import it."""
+    """Importing all plots and reading kept results does not import matplotlib."""
     code = (
         "import sys; from sitegen.pipeline import build; from sitegen.plots import registry; registry.known(); "
         "assert 'matplotlib' not in sys.modules"
@@ -169,13 +169,14 @@ def test_matplotlib_waits_until_something_is_drawn() -> None:
     ("hits", "of", "low", "high"), [(0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0)]
 )
 def test_wilsons_interval(hits: int, of: int, low: float, high: float) -> None:
-    """Against the published values, 95 %."""
+    """Compared with the published 95 % intervals."""
     assert wilson(hits, of) == pytest.approx((low, high), abs=1e-4)
 
 
 @pytest.mark.parametrize("name", sorted(known()))
 def test_every_plot_of_the_site(name: str) -> None:
-    """From its kept result: words that end as sentences do, a table without gaps, drawings small and legible."""
+    """From its kept result: words that end in a full stop, a table without gaps, drawings that are small and
+    legible."""
     plot = known()[name]
     gallery = Gallery({name: plot}, cache_dir())
     drawn = gallery.drawn(Placed(name, "1", plot, Place("x")))
@@ -195,12 +196,12 @@ def test_every_plot_of_the_site(name: str) -> None:
 
 
 def result(name: str) -> Any:
-    """What a plot of the site computed, from the cache where it is there."""
+    """The result of one of the site's plots, from the cache if it is there."""
     return Gallery(known(), cache_dir()).result(known()[name])
 
 
 def test_failures_at_the_budget_stay_within_the_promise() -> None:
-    """Runs of N trials that are told the true share fail no more often than the confidence allows, at every share."""
+    """Runs of N trials that know the true share fail no more often than the confidence allows, at every share."""
     outcome = result("trial-budget")
     for p, failures in zip(outcome.confidences, outcome.failures, strict=True):
         assert max(failures) <= (1.0 - p) * outcome.runs
@@ -209,7 +210,8 @@ def test_failures_at_the_budget_stay_within_the_promise() -> None:
 
 
 def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
-    """Never right more often than RANSAC, and with wrong partners all round at least as often as with a lean."""
+    """They are right no more often than RANSAC, and with wrong partners all round at least as often as with leaning
+    ones."""
     outcome = result("graduated")
     ransac, leaning, scattered = outcome.successes
     assert all(a >= b >= c for a, b, c in zip(ransac, scattered, leaning, strict=True))
@@ -217,7 +219,8 @@ def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
 
 
 def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
-    """Plateaus end at other angles in other settings; junk lets some far starts arrive from which no clean one does."""
+    """Plateaus end at other angles in other settings; with junk, some starts succeed from an angle where no clean one
+    does."""
     outcome = result("icp-reach")
     ends = {s: (icp_reach.sure(outcome, s, -1), icp_reach.sure(outcome, s, 1)) for s in outcome.settings}
     assert len(set(ends.values())) == len(ends)
@@ -226,7 +229,8 @@ def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
 
 
 def test_weights_help_from_near_and_not_from_midway() -> None:
-    """No weight is behind each weight from near, and behind none of them from midway, for every residual."""
+    """For every residual, unweighted fits succeed less often than every weighted kind from near, and at least as often
+    from midway."""
     outcome = result("residual-weights")
     near, midway = outcome.successes
     assert all(row[0] < min(row[1:]) for row in near)
@@ -235,7 +239,7 @@ def test_weights_help_from_near_and_not_from_midway() -> None:
 
 
 def test_point_pairs_crab_and_planes_do_not() -> None:
-    """Point pairs never overtake a mean that the long wall holds back, and stop short; planes arrive in two steps."""
+    """Point pairs never overtake the mean that the long wall allows, and stop short; planes arrive in two steps."""
     outcome = result("crab-walk")
     point, plane = outcome.gaps
     held = [0.6 * (1.0 - outcome.facing) ** step for step in range(len(point))]
@@ -258,14 +262,14 @@ def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
         assert all(a <= b for a, b in zip(one, fine, strict=True))
         assert sum(one) < sum(fine)
         assert fine[-1] == 0
-    # Outwards from the truth, either way and by offset, the one cell size comes to zero first.
+    # Away from the truth, by angle either way and by offset, the single cell size drops to zero first.
     middle = outcome.angles.index(0)
     ways = [*(tuple(row[middle::way] for row in outcome.by_angle) for way in (1, -1)), outcome.by_offset]
     assert all(one.index(0) < fine.index(0) for one, fine in ways)
 
 
 def test_the_basins_are_as_the_chapter_says() -> None:
-    """RANSAC's map is one colour, MMD-Reg's basin the widest of the others, in both settings."""
+    """In both settings RANSAC's map is one colour, and MMD-Reg's basin is the widest of the others."""
     outcome = result("basins")
     for setting in outcome.settings:
         flat = outcome.successes[outcome.methods.index("ransac-congruent")][outcome.settings.index(setting)]
@@ -278,7 +282,7 @@ def test_the_basins_are_as_the_chapter_says() -> None:
 
 
 def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None:
-    """Computed and drawn in other processes, then in this one: the same files, and nothing is lacking any more."""
+    """Computed and drawn in other processes, then in this one: the same files, and nothing is left to make."""
     placed = [Placed(name, "1", known()[name], Place("x")) for name in ("sweep-table", "basins")]
     together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
     assert all(map(together.lacks, placed))
@@ -292,7 +296,7 @@ def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None
 
 
 def test_the_longest_plots_are_begun_first() -> None:
-    """By the seconds that their modules name; the others keep the order of the site."""
+    """By the seconds stated in their modules; the others keep the order of the site."""
     placed = [Placed(name, "1", plot, Place("x")) for name, plot in known().items()]
     order = [one.plot for one in longest_first(placed)]
     assert order[0].name == "four-reach"
@@ -301,7 +305,7 @@ def test_the_longest_plots_are_begun_first() -> None:
 
 
 def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
-    """A plot that nobody knows ends no other piece."""
+    """An unknown plot does not affect the other pieces."""
     placed = Placed("basins", "1", known()["basins"], Place("x"))
     pieces = [(make_ahead, (name, "basins", tmp_path)) for name in ("no-such-plot", "basins")]
     pool.make("plots", pieces, quiet)

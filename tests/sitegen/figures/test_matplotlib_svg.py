@@ -1,4 +1,4 @@
-"""What matplotlib draws, written shortly: paths relative to their own points lie where they lay."""
+"""matplotlib's drawings, written compactly: with relative coordinates, every point stays in its place."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ paths = st.builds(lambda first, rest: [("M", [first]), *rest], points, st.lists(
 
 
 def short(path: list[Command]) -> str:
-    """The path as it comes out of `clean`."""
+    """The path as `clean` returns it."""
     text = " \n".join(f"{name} {' '.join(f'{x!r} {y!r}' for x, y in places)}" for name, places in path)
     mark = f'<path d="{text}" style="stroke: {COLOURS["source"]}"/>'
     return re.findall(r' d="([^"]*)"', clean(f"{HEAD}{mark}</svg>", (10, 10), "p"))[0]
 
 
 def read(path: str) -> list[Command]:
-    """A path of relative commands, read as SVG has it, as absolute ones in tenths of a px."""
+    """Read a path of relative commands, as SVG defines them, into absolute ones in tenths of a px."""
     absolute: list[Command] = []
     begin = at = np.zeros(2)
     for name, text in re.findall(r"([a-zA-Z])([^a-zA-Z]*)", path):
@@ -49,18 +49,19 @@ def read(path: str) -> list[Command]:
 
 @given(paths)
 def test_every_point_is_where_it_was_to_a_tenth(path: list[Command]) -> None:
-    """After a close the pen is where the subpath began; nothing is more than half a tenth away, however long."""
+    """After a close, the pen is where the subpath began; no point is off by more than half a tenth, however long the
+    path."""
     assert read(short(path)) == [(name, [(round(10 * x), round(10 * y)) for x, y in places]) for name, places in path]
 
 
 def test_it_is_short() -> None:
-    """Zeros before a point, and spaces before a sign, are left out; along an axis there is one number."""
+    """Zeros before a point, and spaces before a sign, are omitted; a line along an axis has a single number."""
     square = [("M", [(10.0, 0.04)]), ("L", [(10.5, 0.0)]), ("L", [(10.5, -20.31)]), ("L", [(10.0, -20.2)]), ("z", [])]
     assert short(square) == "M10 0h.5v-20.3l-.5 .1z"
 
 
 def test_a_circle_is_one_still() -> None:
-    """Drawn by matplotlib itself: every end of its curves lies on it."""
+    """Drawn by matplotlib itself: the ends of all its curves lie on the circle."""
 
     def fill(figure: Figure) -> None:
         axes = figure.add_axes((0, 0, 1, 1))

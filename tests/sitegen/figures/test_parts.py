@@ -1,4 +1,4 @@
-"""Long plots' parts: taken from the repository while they are of this code, else run; and the files are whole."""
+"""Long plots' parts: read from the repository while they match the code, else run; and the files are complete."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def never(*asked: Any) -> Any:
 
 
 def test_what_is_kept_is_not_run(parts: Parts) -> None:
-    """Without a file the parts are run; with one none is, and the result is the same."""
+    """Without a file the parts are run; with one none is run, and the result is the same."""
     assert parts.kept() is None
     assert parts.result() == 14
     results = {asked: parts.run(asked) for asked in parts.asked}
@@ -42,7 +42,7 @@ def test_what_is_kept_is_not_run(parts: Parts) -> None:
 
 
 def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
-    """The parts are run, and `keep` makes a whole file of it again."""
+    """The parts are run, and `keep` writes a whole file again."""
     results = {asked: parts.run(asked) for asked in parts.asked}
     parts.keep(results)
     parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")
@@ -72,7 +72,7 @@ def test_another_numpy_is_run(parts: Parts) -> None:
 
 @pytest.mark.parametrize("name", long_plots())
 def test_the_files_in_the_repository_are_whole(name: str) -> None:
-    """A line for each part, in their order, no two of one name; and the plot's result is made of them."""
+    """One line per part, in their order, without duplicate names; and the plot's result is made from them."""
     plot = long_plots()[name]
     parts = plot.parts
     assert parts is not None
@@ -86,7 +86,7 @@ def test_the_files_in_the_repository_are_whole(name: str) -> None:
 
 
 def test_words_make_no_part_stale_and_code_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the solvers that a plot runs a comment does not count; a statement does, and so does a trained network."""
+    """In the solvers that a plot runs, a comment does not count; a statement does, and so does a trained network."""
     shutil.copytree(registry.ROOT / "solvers", tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
     source = (registry.FOLDER / "four_reach.py").read_text("utf-8")
     monkeypatch.setattr(registry, "ROOT", tmp_path)

@@ -1,6 +1,6 @@
-"""What authors get wrong in a figure's module: each mistake is told where it is, once, with all others of the build.
+"""Authors' mistakes in a figure's module: each is reported at its place, once, with all other problems of the build.
 
-A mark ¦ stands before the place that has to be named.
+A mark ¦ comes before the place that must be named.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ POINTS = 'Points([[controls.noise, 0.5]], "source")'
 READOUT = 'number(controls.noise), "u"'
 SCENE = 'scene: str = choice("clean", "Scene", {"clean": "Clean", "noisy": "Noisy"}, sets={"noisy": {"noise": 0.5}})'
 
-# What stands in the module, what instead, and what is said of it. Where nothing is marked it is told at the function.
+# The text in the module, its replacement, and the message. Without a mark, the message is placed at the function.
 MISTAKES = {
     "nan in a mark": (
         POINTS,
@@ -248,7 +248,7 @@ By :ref[fig:demo] the noise is :readout[demo noise]{noise=0.2}.
 
 @pytest.fixture
 def module(project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
-    """Writes a figure's module and has it found as those of the site are; the first chapter refers to nothing."""
+    """Write a figure's module and have it found like those of the site; the first chapter refers to nothing."""
     folder = tmp_path / "widgets" / "figures"
     monkeypatch.setattr(widgets.figures, "__path__", [*widgets.figures.__path__, str(folder)])
     project.widgets = WIDGETS  # type: ignore[assignment]
@@ -263,7 +263,7 @@ def module(project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def marked(name: str, source: str, said: str) -> tuple[str, str]:
-    """The module's source, and the place that is to be told: the mark's, a field's function's, or the first."""
+    """The module's source, and the place to be reported: the mark's, a field's function's, or the first."""
     begins = source.index("¦") if "¦" in source else max(source.find(f"def {said.partition(':')[0]}("), 0)
     before = source[:begins]
     place = f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
@@ -272,7 +272,8 @@ def marked(name: str, source: str, said: str) -> tuple[str, str]:
 
 @pytest.mark.parametrize("case", MISTAKES)
 def test_a_mistake_in_a_figure(project: Project, module: Callable[[str, str], None], case: str) -> None:
-    """It is told at its place, with its figure, its field and what was expected, once, beside the chapter's own."""
+    """It is reported once, at its place, with its figure, its field and what was expected, besides the chapter's
+    own."""
     old, new, text = MISTAKES[case]
     name = "-".join(re.findall("[a-z]+", f"case {case}"))
     assert MODULE.count(old.replace("¦", "")) == 1
@@ -296,7 +297,7 @@ def test_a_sound_figure_has_no_faults(project: Project, module: Callable[[str, s
 
 
 def test_a_strict_build_draws_what_no_chapter_shows(project: Project, module: Callable[[str, str], None]) -> None:
-    """Every preset of every figure, after each button too; a build that is not strict leaves them alone."""
+    """Every preset of every figure, also after each button; a build that is not strict does not draw them."""
     bad = '"sorce" if controls.scene == "noisy" and presses else "source"'
     source = MODULE.replace('Points([[controls.noise, 0.5]], "source")', f"Points([[controls.noise, 0.5]], {bad})")
     line = source[: source.index("def draw(")].count("\n") + 1

@@ -1,4 +1,4 @@
-"""Code with its words in classes: those that the style sheet colours, and not a letter less."""
+"""Highlighted code: its words have the classes that the style sheet colours, and no character is lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images: their size, and what is none that a page shows."""
+"""Images: their size, and files that a page cannot show."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_drawing_of_no_size_is_refused(tmp_path: Path, text: str, says: str) -
 
 @pytest.mark.parametrize("kind", ["png", "jpg", "webp", "gif"])
 def test_an_image_that_was_cut_short_is_refused(tmp_path: Path, kind: str) -> None:
-    """Whole it has its size; half of its bytes still begin with it."""
+    """Whole, it has its size; half of its bytes still begin with a valid header."""
     path = tmp_path / f"a.{kind}"
     PIL.Image.effect_noise((64, 48), 80.0).convert("RGB").save(path)
     assert (read_image(path).width, read_image(path).height) == (64, 48)

@@ -26,7 +26,7 @@ THIN = '<mspace width="0.1667em"></mspace>'
     ],
 )
 def test_dots_and_functions_are_spaced_as_in_print(source: str, shown: str, cache: Path) -> None:
-    """A thin space, |, stands before a function and after it, if anything is there; dots are no operator."""
+    """A thin space, |, comes before and after a function unless nothing is there; dots are not operators."""
     formula, problems = Formula(source, display=False), Problems()
     mathml = render([Asked(formula, lambda at: Place("x.md", 1, at))], {}, cache, problems).mathml[formula]
     assert not problems.found

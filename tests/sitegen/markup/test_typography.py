@@ -1,4 +1,4 @@
-"""Apostrophes are curved; quotes, code and primes are left."""
+"""Apostrophes are curved; quotes, code and primes are left alone."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
     ],
 )
 def test_what_is_curved_and_what_is_left(typed: str, printed: str) -> None:
-    """As it is typed, and as it is printed; done twice it stays."""
+    """The typed text is printed so, and printing it twice changes nothing more."""
     assert apostrophes(typed) == apostrophes(printed) == printed
 
 
@@ -49,7 +49,7 @@ def test_signs_keep_to_their_formula(html: str, kept: str) -> None:
 
 
 class Straight:
-    """The straight apostrophes that a page shows or says, code and formulas left out."""
+    """Collects the straight apostrophes that a page shows or that screen readers speak, outside code and formulas."""
 
     def __init__(self) -> None:
         self.found: list[str] = []
@@ -73,7 +73,7 @@ class Straight:
 
 
 def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
-    """In its text, and in what is read out: prose, figures' words and labels, docstrings, the tests' own words."""
+    """In its text and in what is read aloud: prose, figures' words and labels, docstrings, the tests' own words."""
     results = {}
     for path in site.glob("*.html"):
         page = Straight()

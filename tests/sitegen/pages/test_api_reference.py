@@ -1,4 +1,4 @@
-"""The reference page: everything public is there, and its docstring says of it what numpydoc asks for."""
+"""The reference page: everything public is there, with the docstring sections that numpydoc requires."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_a_docstring_becomes_html() -> None:
 
 
 def test_nothing_of_a_docstring_becomes_markup() -> None:
-    """Only what stands in backticks is code; letters below the line are subscripts."""
+    """Only text in backticks is code; letters below the line are subscripts."""
     assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
     assert said("`Σ wᵢ < aₓ`") == "<code>Σ w<sub>i</sub> &lt; a<sub>x</sub></code>"
     assert said("as in [2]_") == "as in [2]"
@@ -94,14 +94,15 @@ def test_nothing_of_a_docstring_becomes_markup() -> None:
 
 
 def test_every_public_name_is_listed() -> None:
-    """What `from solvers import *` gives is on the page; a name that is not there is a fault of the list."""
+    """Everything that `from solvers import *` provides is on the page; a listed name that does not exist is an
+    error."""
     assert {f"solvers.{name}" for name in solvers.__all__ if name != "METHODS"} <= set(LISTED)
     with pytest.raises(LookupError, match="which is not there"):
         api_reference.named("solvers.scenes.rom")
 
 
 def public() -> Iterator[tuple[str, griffe.Object]]:
-    """What the page lists and what else `solvers` hands on, module by module, with the methods and properties."""
+    """Everything that the page lists and all else that `solvers` exports, by module, with methods and properties."""
     modules = {name.rpartition(".")[0] for name in LISTED} - {"solvers"}
     modules |= {f"solvers.{name}" for name in solvers._MODULES.values()}
     for name in dict.fromkeys([*LISTED, *(f"{module}.{name}" for module in sorted(modules) for name in own(module))]):
@@ -128,7 +129,7 @@ PUBLIC = dict(public())
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_public_docstring_has_its_sections(name: str) -> None:
-    """A summary of a line, every parameter, what comes back; for what is listed and for functions, an example."""
+    """A one-line summary, every parameter, and what is returned; for listed names and functions, an example."""
     thing = PUBLIC[name]
     assert thing.docstring is not None
     summary, _, rest = thing.docstring.value.partition("\n")
@@ -149,14 +150,14 @@ def test_a_public_docstring_has_its_sections(name: str) -> None:
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_docstring_tells_the_true_defaults(name: str) -> None:
-    """What it says after "default", or None where it says "optional"."""
+    """The value after "default", or None after "optional", is the code's."""
     thing = PUBLIC[name]
     if isinstance(thing, griffe.Function | griffe.Class):
         check_defaults(thing)
 
 
 def check_defaults(thing: griffe.Object) -> None:
-    """Compare the literals that a docstring gives with those that the code has."""
+    """Compare the literals in a docstring with those in the code."""
     own: Any = import_module(thing.module.path)
     for name in thing.path.removeprefix(thing.module.path + ".").split("."):
         own = getattr(own, name)
@@ -167,7 +168,7 @@ def check_defaults(thing: griffe.Object) -> None:
 
 
 def test_every_option_of_every_method_is_explained() -> None:
-    """With its type, its true default, and a meaning, in the order of the code."""
+    """With its type, its true default and a meaning, in the order of the code."""
     assert [one.name for one in api_reference.methods()] == list(solvers.METHODS)
     for one in api_reference.methods():
         assert [option.name for option in one.options] == [f.name for f in fields(one.method.options)]
@@ -176,7 +177,7 @@ def test_every_option_of_every_method_is_explained() -> None:
 
 
 def test_griffe_has_nothing_to_object_to(caplog: pytest.LogCaptureFixture) -> None:
-    """Its parser warns of names that the signature lacks, of missing types, of sections that it cannot read."""
+    """Its parser warns of names missing from the signature, missing types, and sections that it cannot read."""
     api_reference.package.cache_clear()
     with caplog.at_level(logging.WARNING, "griffe"):
         waiting: list[griffe.Object] = [api_reference.package()]
@@ -195,7 +196,7 @@ def test_a_method_shows_its_own_module_before_that_of_its_step() -> None:
 
 
 def test_everything_listed_has_words() -> None:
-    """Each entry and each of its methods and properties has a docstring and a signature with types."""
+    """Each entry, and each of its methods and properties, has a docstring and a signature with types."""
     for group in api_reference.groups():
         for entry in group.entries:
             for one in (entry, *entry.members):
@@ -212,7 +213,7 @@ def test_everything_listed_has_words() -> None:
 
 
 def test_a_long_signature_has_a_line_a_parameter() -> None:
-    """A short one has one line."""
+    """A short one has a single line."""
     entry = api_reference.groups()[0].entries[0]
     lines = re.sub(r"<[^>]*>", "", entry.signature).strip().replace("&#39;", "'").split("\n")
     assert lines[0] == "solvers.register("
@@ -223,7 +224,7 @@ def test_a_long_signature_has_a_line_a_parameter() -> None:
 
 
 def test_the_page_is_on_the_site(project: Project) -> None:
-    """Linked from every page; every method has its anchor, every anchor stands once."""
+    """Linked from every page; every method has its anchor, and every anchor appears once."""
     project.build()
     assert '<a href="reference.html">' in project.page("second.html")
     page = project.page("reference.html")

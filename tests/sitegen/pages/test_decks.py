@@ -1,4 +1,4 @@
-"""Slides: what is wrong in a front matter's list, what a deck holds, and that every chapter of this site has one."""
+"""Slides: mistakes in a front matter's list, the contents of a deck, and that every chapter of this site has one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ $$ (energy)
 
 ::plot[C]{toy-plot id=dots}
 """
-# The slides of a chapter, from its line 7 on, and what the build says.
+# The slides of a chapter, from its line 7 on, and the build's messages.
 BROKEN = {
     "no list": ("slides: one\n", ["6:1: slides: a list of slides is expected, not 'one'"]),
     "no mapping": ("slides:\n  - one\n", ["7:5: a mapping of names to values is expected"]),
@@ -126,7 +126,7 @@ def test_broken_slides(project: Project, name: str) -> None:
 
 
 def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None:
-    """A chapter without slides may have it."""
+    """A chapter without slides may have such a title."""
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
     front = f'title: {"a title " * 12}\nslug: second\nquestion: {"is it a question " * 10}\nsummary: S'
     project.chapter("Text.\n", f"{front}\nslides:\n  - title: A\n    text: B")
@@ -170,7 +170,8 @@ slides:
 
 
 def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
-    """Texts, the chapter's equation without its stop, its figure in the slide's state and from the chapter's tape."""
+    """Texts, the chapter's equation without its full stop, its figure in the slide's state and from the chapter's
+    tape."""
     project.write(
         "content/01-second.md",
         SECOND.replace("---\n\nA first", f"{SLIDES}\nA first") + "\n::plot[C]{toy-plot id=dots}\n",
@@ -236,7 +237,7 @@ def decks(site: Path) -> dict[str, str]:
 
 
 def test_every_chapter_has_a_complete_deck(decks: dict[str, str]) -> None:
-    """A title, four slides and more, a live figure, notes on every slide, the way back and the way on."""
+    """A title, four to eight slides, a live figure, notes on every slide, the way back and the way on."""
     for page, deck in decks.items():
         slides = re.split(r'<section class="slide', deck)[2:]
         assert 4 <= len(slides) <= 8, page

@@ -1,4 +1,4 @@
-"""Pages of the docs: written like chapters, on no ladder, linked, searched and checked like them."""
+"""Pages of the docs: written, linked, searched and checked like chapters, but not on the ladder."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def with_docs(project: Project, **pages: str) -> Project:
 
 
 def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
-    """Linked from the foot of every page and from about, in the site map; not on the ladder, without a notebook."""
+    """Linked from the foot of every page and from the about page, in the site map; not on the ladder, without a
+    notebook."""
     report = with_docs(project).build(strict=True)
     assert {"docs.html", "docs-one.html", "docs-hidden.html", "old-one.html"} <= set(report.pages)
     assert report.sources["content/docs/one.md"] == "docs-one.html"
@@ -65,7 +66,7 @@ def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
 
 
 def test_what_the_docs_claim_is_checked(project: Project) -> None:
-    """Their claims stand among the checks, and `test` keeps what their tests say."""
+    """Their claims are among the checks, and `test` records their tests' outcomes."""
     with_docs(project).build(strict=True)
     assert 'href="docs-one.html#claim-1"' in project.page("checks-docs-one.html")
     assert claimed(project.root) == ["tests/test_claimed.py::TestGroup::test_inside"]
@@ -83,7 +84,7 @@ def test_the_docs_are_searched_but_what_is_hidden(project: Project) -> None:
 
 
 def test_mistakes_in_the_docs_are_told_where_they_are(project: Project) -> None:
-    """A link that leads nowhere and what a chapter alone may have; all other mistakes are those of chapters."""
+    """A broken link and front matter that only chapters may have; all other mistakes are those of chapters."""
     with_docs(project, one=ONE.replace("index.md", "indx.md").replace("hidden]", "hiden]"))
     assert project.problems() == [
         "content/docs/one.md:10:25: no page 'indx.md'; did you mean 'index.html'?",

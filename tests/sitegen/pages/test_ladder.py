@@ -1,4 +1,4 @@
-"""The ladder beside every page: where a chapter names an emblem, it stands by its rung."""
+"""The ladder beside every page: a chapter's emblem, if it names one, is shown by its rung."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""404.html: a host serves it at any depth, so it holds its style and knows the way to the start."""
+"""404.html: hosts serve it at any depth, so it contains its style and knows the way to the start."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.sitegen.conftest import SITE, Project, policy_of
 
 
 def test_the_page_for_a_missing_address_stands_at_any_depth(project: Project) -> None:
-    """It loads nothing; its link is absolute where the site's address is known, and else found by a script."""
+    """It loads nothing; its link is absolute if the site's address is known, and otherwise found by a script."""
     project.build()
     known = project.page("404.html")
     assert '<a href="https://example.org/ladder/index.html">' in known

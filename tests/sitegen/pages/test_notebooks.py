@@ -1,4 +1,4 @@
-"""Notebooks: valid, small, in plain Markdown, with pictures that need nothing; and they run."""
+"""Notebooks: valid, small, in plain Markdown, with self-contained pictures; and they run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def read(path: Path) -> nbformat.NotebookNode:
 
 @pytest.fixture(scope="module")
 def books(site: Path, pytestconfig: pytest.Config) -> dict[str, nbformat.NotebookNode]:
-    """The built site's notebooks by name; with --pages those of the pages that are named."""
+    """The built site's notebooks by name; with --pages, only those of the given pages."""
     named = pytestconfig.getoption("--pages")
     paths = {path.stem: path for path in sorted((site / "notebooks").glob("*.ipynb"))}
     assert len(paths) >= 17, f"no notebooks in {site}: run `python3 build.py` first"
@@ -41,7 +41,7 @@ def text_of(book: nbformat.NotebookNode, kind: str = "markdown") -> str:
 
 
 def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
-    """Directives, citations, notes and macros are written out; formulas and tables stay; all links are whole."""
+    """Directives, citations, notes and macros are expanded; formulas and tables stay; all links are absolute."""
     project.build()
     book = read(project.site / "notebooks" / "second.ipynb")
     nbformat.validate(book)
@@ -61,7 +61,7 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     before = (project.site / "notebooks" / "second.ipynb").read_bytes()
     project.build()
     assert (project.site / "notebooks" / "second.ipynb").read_bytes() == before
-    for name, old, new in (  # it is kept by its parts, and none is forgotten
+    for name, old, new in (  # it is cached by its inputs, and none is forgotten
         ("content/references.yaml", "First things", "Other things"),
         ("content/site.yaml", "mathbb", "mathbf"),
         ("content/site.yaml", "A. Tester", "B. Tester"),
@@ -77,14 +77,14 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
 
 
 def test_no_cell_no_output() -> None:
-    """Code cells carry neither output nor count, so that the bytes do not depend on a run."""
+    """Code cells have neither output nor execution count, so that the bytes do not depend on a run."""
     book = json.loads(written([("markdown", "a\n"), ("code", "1 + 1\n")]))
     assert [cell["id"] for cell in book["cells"]] == ["cell-0", "cell-1"]
     assert book["cells"][1] == {**book["cells"][1], "outputs": [], "execution_count": None, "source": "1 + 1"}
 
 
 def test_every_chapters_notebook_is_whole(site: Path, books: dict[str, nbformat.NotebookNode]) -> None:
-    """Of the built site: valid, small, nothing of our own Markdown left, formulas with even signs."""
+    """In the built site: valid, small, without any of our own Markdown, with an even number of dollar signs."""
     for name, book in books.items():
         nbformat.validate(book)
         assert (site / "notebooks" / f"{name}.ipynb").stat().st_size < LARGEST
@@ -96,7 +96,7 @@ def test_every_chapters_notebook_is_whole(site: Path, books: dict[str, nbformat.
 
 
 def test_pictures_need_nothing(books: dict[str, nbformat.NotebookNode]) -> None:
-    """Each is XML that parses, with its rules inside and no variable of the page's, and has words in its place."""
+    """Each is well-formed XML, with its own rules and none of the page's variables, and has alternative text."""
     of = {name: IMAGE.findall(text_of(book)) for name, book in books.items()}
     assert [name for name, result in of.items() if len(result) < 4] == []
     pictures = [picture for result in of.values() for picture in result]
@@ -111,7 +111,8 @@ def test_pictures_need_nothing(books: dict[str, nbformat.NotebookNode]) -> None:
 def test_every_chapters_notebook_runs(
     books: dict[str, nbformat.NotebookNode], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """All of them in one kernel that is emptied between two: each code cell ends without an error, most print."""
+    """All of them in one kernel that is reset between notebooks: each code cell ends without an error, and scripts
+    print."""
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
     whole = nbformat.v4.new_notebook()

@@ -1,5 +1,5 @@
-"""Each chapter opens with what it assumes and answers, ends with exercises, whose answers are computed, and five lines,
-and leads on. No table has a column without a name."""
+"""Each chapter opens with what it assumes and answers, ends with exercises with computed answers and with five lines,
+and leads on. Every table column has a name."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from sitegen.assets.typefaces import BASICS, TITLES
 
 ROOT = Path(__file__).resolve().parents[3]
 CHAPTERS = sorted((ROOT / "content").glob("*.md"))
-RUNGS = [path for path in CHAPTERS if not path.name.startswith("00-")]  # the start page needs nothing, and ends nothing
+RUNGS = [path for path in CHAPTERS if not path.name.startswith("00-")]  # the start page assumes and concludes nothing
 INSTRUMENT = "19-clouds.md"  # a reader's own clouds are the exercise
-# Answers in which there is no number to compute: clutter as ε, and a choice of the fixed cloud.
+# Answers without a number to compute: clutter as ε, and the choice of the fixed cloud.
 IN_WORDS = {"09-mmd.md": [3], "14-four.md": [2]}
 PART = r"^:::{}\n(.*?)^:::$"
 
@@ -43,7 +43,7 @@ def test_it_opens_with_what_it_assumes_and_answers(chapter: Path) -> None:
 
 @pytest.mark.parametrize("path", CHAPTERS, ids=[path.name for path in CHAPTERS])
 def test_it_says_where_next(path: Path) -> None:
-    """Each chapter leads to two or three places, and says to whom."""
+    """Each chapter leads to two or three places, and says for whom each is."""
     assert 2 <= len(re.findall(r"^  - to: \S+\n    says: \S", front(path), re.MULTILINE)) <= 3
 
 
@@ -91,7 +91,7 @@ def test_the_contestants_stand_right_before_the_race() -> None:
 
 
 def test_the_minutes_of_each_path_add_up() -> None:
-    """The paths of the first page: what their steps take is what their headings say."""
+    """On the first page, the minutes of each path's steps add up to those in its heading."""
     text = CHAPTERS[0].read_text("utf-8").partition("{#forty-minutes}\n")[2].partition("\n## ")[0]
     first, *others = re.split(r"^\*\*[^*]+\*\* \((\d+) min\)\.$", text, flags=re.MULTILINE)
     numbers = [40, *(int(minutes) for minutes in others[::2])]
@@ -101,7 +101,7 @@ def test_the_minutes_of_each_path_add_up() -> None:
 
 
 def test_the_titles_face_has_every_letter_of_the_titles(site: Path) -> None:
-    """It is cut to what titles are made of: a sign that they came to use would be shown by a reader's own face."""
+    """The face is cut to the characters of titles: any other would be shown in a reader's own typeface."""
     pages = {name: headings(page.read_text("utf-8")) for name, page in ((p.name, p) for p in site.glob("*.html"))}
     assert sum(map(len, pages.values())) > 1000
     strange = {name: set(text) & set(BASICS) - set(TITLES) for name, text in pages.items()}
@@ -109,6 +109,6 @@ def test_the_titles_face_has_every_letter_of_the_titles(site: Path) -> None:
 
 
 def headings(html: str) -> str:
-    """What a page's headings say, but for what they set in other faces."""
+    """The text of a page's headings, without what they set in other typefaces."""
     inside = "".join(re.findall(r"<h[1-4]\b[^>]*>(.*?)</h[1-4]>", html, re.DOTALL))
     return unescape(re.sub(r"<(math|code)\b.*?</\1>|<[^>]+>", "", inside, flags=re.DOTALL))

@@ -1,4 +1,5 @@
-"""What the README and the docs name is there: files, commands, options, parts of packages. And the README is short."""
+"""Everything that the README and the docs name exists: files, commands, options, parts of packages; and the README is
+short."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FOR_NAMES = {"COMMAND": "build", "NAME": "name", "DEST": "folder"}
 PARSERS = {command.__name__.rpartition(".")[2]: command.parser() for command in (register, benchmark, drive, methods)}
 NO_ROOMS = {"__main__", "problems", "progress", "stopping", "html_reader"}
-BESIDE = {"--hostile-calls", "--help"}  # pytest's, argparse's
+BESIDE = {"--hostile-calls", "--help"}  # pytest's and argparse's
 
 
 @pytest.fixture(params=TEXTS, ids=NAMES)
@@ -43,7 +44,7 @@ def text(request: pytest.FixtureRequest) -> str:
 
 
 def words(text: str) -> list[str]:
-    """What a reader reads as words: neither bars nor marks of Markdown alone."""
+    """The words of a text as a reader sees them, without bars and marks of Markdown."""
     return re.findall(r"\S*\w\S*", text)
 
 
@@ -58,7 +59,7 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
 
 
 def test_the_readme_is_short() -> None:
-    """Its headings are what a newcomer asks for; the rest are pages of the docs."""
+    """Its headings are what a newcomer looks for; everything else is in the docs."""
     text = TEXTS[0].read_text("utf-8")
     assert len(words(text)) <= LONGEST
     wanted = ["Quickstart", "Use the package", "Commands", "Architecture", "Read on", "Contribute", "Licence"]
@@ -68,14 +69,14 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_readme_s_links_and_pictures_are_there() -> None:
-    """Relative to the repository, and every page of the docs among them."""
+    """Relative to the repository, and including every page of the docs."""
     links = re.findall(r"(?<!\\)\]\(([^)\s]+)\)", TEXTS[0].read_text("utf-8"))
     assert [link for link in links if not (ROOT / link.partition("#")[0]).is_file()] == []
     assert set(NAMES[1:]) - set(links) == set()
 
 
 def test_every_file_that_is_named_is_there(text: str) -> None:
-    """In code, from one of the top folders; a name with a place to fill in stands for many."""
+    """In code, from one of the top folders; a name with a placeholder stands for many."""
     named = [name for name in CODE.findall(text) if re.fullmatch(rf"(?:{'|'.join(FOLDERS)})/[\w./-]*", name)]
     named = [name for name in named if "NAME" not in name]
     assert [name for name in named if not (ROOT / name).exists()] == []
@@ -115,7 +116,7 @@ def test_every_option_is_one_of_some_command() -> None:
 
 
 def resolved(name: str) -> Any:
-    """What a dotted name means: a module, or what is in one."""
+    """The object that a dotted name denotes: a module, or something in one."""
     parts = name.split(".")
     result = importlib.import_module(parts[0])
     for i, part in enumerate(parts[1:], 2):
@@ -132,7 +133,7 @@ def test_every_name_of_the_package_is_there(text: str) -> None:
 
 
 def test_every_message_that_troubleshooting_explains_is_said() -> None:
-    """The first cells quote what commands and pages say; an ellipsis stands for what differs from time to time."""
+    """The first cells quote what commands and pages say; an ellipsis stands for the parts that vary."""
     kinds = ("sitegen/**/*.py", "templates/assets/**/*js")
     texts = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
     text = (ROOT / "content/docs/troubleshooting.md").read_text("utf-8")
@@ -151,8 +152,8 @@ def test_a_docs_page_has_no_mistake_of_its_own() -> None:
 
 @pytest.mark.parametrize("package", ["solvers", "widgets", "sitegen"])
 def test_the_tables_of_rooms_are_those_of_the_contracts(package: str) -> None:
-    """Each room once, none above a room that may import it; but for what is no room: the modules that users import,
-    and the generator's that stand below all rooms."""
+    """Each room once, none above a room that may import it; except for two kinds of modules that are not rooms: those
+    that users import, and the generator's that are below all rooms."""
     text = (ROOT / "content/docs/architecture.md").read_text("utf-8")
     table = text.partition(f"| room of `{package}` |")[2].partition("\n\n")[0]
     rows = [row.split(", ") for row in re.findall(r"^\| ([a-z_, …]+) \|", table, re.MULTILINE)]
@@ -181,7 +182,7 @@ def test_the_table_of_directives_names_every_one() -> None:
 
 
 def test_what_the_page_on_chapters_shows_can_be_pasted() -> None:
-    """Its figures and equations have names that no chapter has, or a link elsewhere would not know which is meant."""
+    """Its figures and equations have names that no chapter uses, or a link from elsewhere would be ambiguous."""
     named = re.compile(r"\bid=([\w-]+)|\$\$ \(([\w-]+)\)")
     text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
     shown = set().union(*(named.findall(block) for _, block in FENCE.findall(text)))

@@ -1,4 +1,4 @@
-"""What the search finds is what a reader can read: sections, and nothing of code, controls, cards."""
+"""The search finds what a reader can read: sections, but not code, controls or cards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds in one process, one after the other, as `serve` does them: each is the build of a fresh process."""
+"""Successive builds in one process, as `serve` does them: each equals the build of a fresh process."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Edit = Callable[[Path], object]
 
 
 class Again:
-    """A project that is built in one process all the time, and beside that with nothing kept."""
+    """A project that is always built in one process, and for comparison with nothing cached."""
 
     def __init__(self, project: Project) -> None:
         self.root, self.memory, self._cache = project.root, Memory(), project.cache
@@ -50,11 +50,11 @@ class Again:
         self._parts = replace(parts, assemble=None, cut_fonts=None)
 
     def build(self) -> Found:
-        """The files of the site with its warnings, or what is wrong."""
+        """The files of the site with its warnings, or the problems."""
         return self._built(self.memory, self.root / "site")
 
     def fresh(self) -> Found:
-        """The same of a process that has built nothing yet."""
+        """The same from a process that has not built anything."""
         return self._built(Memory(), self.root / "fresh")
 
     def _built(self, memory: Memory, site: Path) -> Found:
@@ -83,12 +83,12 @@ def again(project: Project) -> Again:
 
 
 def write(name: str, text: str) -> Edit:
-    """A file that is new, or becomes another."""
+    """An edit that creates or replaces a file."""
     return lambda root: (root / name).write_text(text, "utf-8")
 
 
 def swap(name: str, old: str, new: str) -> Edit:
-    """An edit of a file."""
+    """An edit that replaces text in a file."""
 
     def edit(root: Path) -> None:
         text = (root / name).read_text("utf-8")
@@ -99,7 +99,7 @@ def swap(name: str, old: str, new: str) -> Edit:
 
 
 def remove(name: str) -> Edit:
-    """A file that goes."""
+    """An edit that removes a file."""
     return lambda root: (root / name).unlink()
 
 
@@ -171,7 +171,7 @@ EDITS = {
 
 @pytest.mark.parametrize("edit", EDITS)
 def test_an_edit_gives_the_site_of_a_fresh_build(again: Again, edit: str) -> None:
-    """And so does taking it back, and the same edit once more, when all of it has been built before."""
+    """So does undoing it, and the same edit once more, when everything has been built before."""
     before = again.build()
     assert isinstance(before, dict), before
     assert again.fresh() == before
@@ -191,10 +191,10 @@ def test_an_edit_gives_the_site_of_a_fresh_build(again: Again, edit: str) -> Non
 
 
 def test_edits_on_top_of_each_other(again: Again) -> None:
-    """Also where one before was a mistake."""
+    """Even after an edit that was a mistake."""
     done = 0
     for edit in EDITS.values():
-        with suppress(AssertionError, FileNotFoundError):  # what it would edit is gone by one before
+        with suppress(AssertionError, FileNotFoundError):  # an earlier edit has removed what this one would change
             edit(again.root)
             done += 1
         assert again.build() == again.fresh()
@@ -218,7 +218,7 @@ def test_a_sentence_makes_its_own_chapter_anew_and_no_other(again: Again, monkey
 
 
 def test_what_has_not_changed_is_not_written_again(again: Again) -> None:
-    """A file of the same bytes stays the file that it was; one that somebody has changed is written."""
+    """A file with the same bytes is left in place; one that someone has changed is written again."""
     again.build()
     site, picture = again.root / "site", "images/" + next((again.root / "site/images").iterdir()).name
     files = {name: (site / name).stat().st_ino for name in contents(site)}

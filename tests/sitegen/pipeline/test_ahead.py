@@ -1,4 +1,4 @@
-"""What is made over processes before all else: afterwards a build has no figure left to draw."""
+"""Drawing ahead in several processes: afterwards a build has no figure left to draw."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ slides:
 def test_pictures_slides_and_tapes_are_drawn_before_all_else(
     project: Project, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """But for widgets that no other process knows by their names; a build with all of that in its cache draws none."""
+    """Except for widgets that other processes cannot find by name; with everything cached, a build draws none."""
     project.cache = fresh_cache(tmp_path_factory.mktemp("cold"))
     project.widgets["kabsch"] = WIDGETS["kabsch"]
     project.chapter(SHOWN, SLIDES)

@@ -1,4 +1,4 @@
-"""A good site: what is on its pages, that it is valid and safe, and that building it twice gives the same bytes."""
+"""A good site: its pages' contents, that they are valid and safe, and that building twice gives the same bytes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from widgets.engine.host import Host
 
 
 class Elements:
-    """Start tags, and the text of scripts."""
+    """Collects start tags, and the text of scripts."""
 
     def __init__(self, source: str) -> None:
         self.tags: list[Tag] = []
@@ -80,7 +80,8 @@ def test_markup_in_titles_and_data_is_text(built: Project) -> None:
 
 
 def test_the_figure_and_its_tape(built: Project) -> None:
-    """The page holds the first frame, the tape every prefix of what the widget records and of what buttons ask for."""
+    """The page holds the first frame; the tape holds every prefix of the widget's recorded presses and of its
+    buttons'."""
     page = built.page("second.html")
     (figure,) = Elements(page).of_class("figure")
     assert figure["id"] == "fig-demo"
@@ -123,7 +124,7 @@ def test_a_tape_s_frames_are_those_of_their_records(built: Project) -> None:
 
 
 def test_what_a_figure_s_job_finds_stands_in_the_page(built: Project) -> None:
-    """Its table at the figure's settings, without the time that it took, and its drawing, which the data leave out."""
+    """Its table at the figure's settings, without timings, and its drawing, which the data omit."""
     page = built.page("second.html")
     assert "<td>0.50</td><td>–</td>" in page
     assert "Noise &amp; &lt;more&gt; (u)" in page
@@ -159,7 +160,7 @@ def test_numbers_and_references(built: Project) -> None:
 
 
 def test_a_reference_to_another_chapter_s_figure_leads_there(project: Project) -> None:
-    """With the page's name where it is the only one; two of one name elsewhere are a question."""
+    """It needs no page name if only one figure has that name; two elsewhere are a problem."""
     project.write("content/00-start.md", START + "\nSee :ref[fig:demo] and :ref[eq:energy].\n")
     project.build()
     assert '<a class="ref" href="second.html#fig-demo">Figure 1.1</a>' in project.page("index.html")
@@ -349,7 +350,7 @@ def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:
 
 
 def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C between the two renames: the site is there as it was, and nothing lies beside it."""
+    """With Ctrl-C between the two renames, the site is as it was, and nothing is left beside it."""
     before, rename = contents(built.site), os.replace
 
     def interrupted(source: str | Path, target: str | Path) -> None:
@@ -365,8 +366,8 @@ def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkey
 
 
 def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
-    """The pages' own policy, what stands in 404.html, and that nobody frames them; names that hold
-    their hash for ever, the rest asked for."""
+    """The pages' own policy, the hashes of 404.html, and a ban on framing; files with a hash in their name are kept for
+    ever, others revalidated."""
     rules = header_rules(built.site)
     page = headers_for("/second.html", rules)
     report = page["Content-Security-Policy"]
@@ -380,7 +381,7 @@ def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
 
 
 def test_files_that_hosts_keep_for_ever_are_named_by_their_content(built: Project) -> None:
-    """What has a hash in its name has its own; another content has another name."""
+    """A hash in a file's name is that of its content, so another content has another name."""
     named = {}
     for folder in ("assets", "images", "tapes"):
         for file in (built.site / folder).rglob("*.*"):

@@ -1,4 +1,4 @@
-"""Chapters that are drafts: who builds them, and what is said of a link to one."""
+"""Draft chapters: which builds include them, and what is reported about a link to one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_drafts_are_left_out_unless_asked_for(project: Project) -> None:
     ],
 )
 def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, names: str) -> None:
-    """Where the draft is left out; where it is built the same link leads there."""
+    """If the draft is left out; if it is built, the same link leads there."""
     project.write("content/02-draft.md", DRAFT)
     project.chapter(f"\nSee {link}.\n")
     project.write("content/00-start.md", START.partition("Read")[0])
@@ -67,7 +67,7 @@ def test_a_term_that_a_draft_explains_is_told_as_such(project: Project) -> None:
 
 
 def test_a_mistake_in_a_draft_stops_only_builds_that_have_it(project: Project) -> None:
-    """A chapter that is half written keeps nothing else from being published."""
+    """A half-written chapter does not prevent the rest from being published."""
     project.write("content/02-draft.md", DRAFT + "\n::figure[no end\n\n:ref[nowhere]\n")
     project.build(strict=True)
     assert [text.partition(":")[0] for text in project.problems(drafts=True)] == ["content/02-draft.md"] * 2

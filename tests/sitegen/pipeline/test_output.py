@@ -1,4 +1,4 @@
-"""Where the site goes: a folder of the build's own making, in place of nothing else."""
+"""Where the site goes: a folder that the build makes itself, replacing nothing else."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.sitegen.conftest import Project
 
 
 def test_a_file_of_the_site_s_name_stays(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is told before anything is read, and nothing of the build is left beside it."""
+    """This is reported before anything is read, and the build leaves nothing beside it."""
     project.site.write_text("notes", "utf-8")
     before = sorted(project.root.iterdir())
     monkeypatch.setattr("sitegen.pipeline.build.read_chapters", lambda *_: pytest.fail("the content was read first"))
@@ -23,7 +23,7 @@ def test_a_file_of_the_site_s_name_stays(project: Project, monkeypatch: pytest.M
 
 @pytest.mark.parametrize("leads", ["elsewhere", "nowhere"])
 def test_a_link_of_the_site_s_name_stays(project: Project, tmp_path: Path, leads: str) -> None:
-    """A build renames folders, and would put the link away."""
+    """A build renames folders, which would move the link away."""
     (tmp_path / "elsewhere").mkdir()
     project.site.symlink_to(tmp_path / leads)
     with pytest.raises(BuildFailed, match="this is a link, not a folder"):

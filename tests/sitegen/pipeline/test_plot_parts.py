@@ -1,4 +1,4 @@
-"""What the repository keeps of long plots: run anew over processes, told where it is stale, and held to a sample."""
+"""The repository's results of long plots: rerun in several processes, reported if stale, and checked by a sample."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Plot]:
 
 
 def test_stale_parts_are_run_over_processes(plots: dict[str, Plot]) -> None:
-    """What is not there is run, what is there is not, and each part finds what it does by itself."""
+    """Missing parts are run, existing ones are not, and each part gives the same result as by itself."""
     parts = plots[NAME].parts
     assert parts is not None
     assert renew(["another"], 2, quiet) == []
@@ -52,7 +52,7 @@ def test_a_part_that_fails_is_told_and_nothing_is_written(plots: dict[str, Plot]
 
 
 def test_kept_parts_are_proved_or_said_to_be_stale(plots: dict[str, Plot], tmp_path: Path) -> None:
-    """A part is run again and agrees, once for each state of the file; a false count is wrong; other code is stale."""
+    """A part is run again and agrees, once per state of the file; a false count is wrong; other code is stale."""
     parts = plots[NAME].parts
     assert parts is not None
     (stale,) = standing(plots).stale
@@ -79,7 +79,7 @@ def test_kept_parts_are_proved_or_said_to_be_stale(plots: dict[str, Plot], tmp_p
 
 
 def test_the_sample_depends_on_what_was_found() -> None:
-    """Another result, another part is run again; of all parts each has its turn."""
+    """Other results lead to another sample, so every part has its turn."""
     drawn = {sample({("a", k): k * n for k in range(5)}) for n in range(100)}
     assert drawn == {("a", k) for k in range(5)}
 

@@ -1,4 +1,4 @@
-"""The project's own content builds, and to the same bytes elsewhere, with nothing kept of what is drawn."""
+"""The project's own content builds to the same bytes elsewhere, without any cached drawings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitegen.cache.store import Kind
 from sitegen.pipeline.build import build
 
 ROOT = Path(__file__).resolve().parents[3]
-# What takes minutes, or is held to be the same by a test of its own; all else that a build keeps is made anew.
+# Kinds that take minutes, or whose sameness has its own test; everything else that a build caches is made anew.
 KEPT = ("brotli", "bundles", "compiled", "fonts", "gzip", "plots", "sweep", "wheel")
 LEFT = (".venv", "__pycache__", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache")
 BUILD = """
@@ -34,13 +34,14 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def left(folder: str, names: list[str]) -> list[str]:
-    """What of a checkout is not of its sources."""
+    """The names in a checkout's folder that are not sources."""
     site = Path(folder) == ROOT / "site"
     return [name for name in names if name in LEFT or (site and name != ".gitignore")]
 
 
 def test_two_builds_of_the_site_are_the_same_bytes(tmp_path: Path) -> None:
-    """The second by a copy in another folder, with other hashes, temporary files, clock and language, and cold."""
+    """The second is built from a copy in another folder, with another hash seed, temporary folder, time zone and
+    language, and a cold cache."""
     build(ROOT, tmp_path / "one", pack=False)
     elsewhere, cold, temporary = tmp_path / "a copy" / "of it", tmp_path / "cache", tmp_path / "temporary"
     shutil.copytree(ROOT, elsewhere, ignore=left)

@@ -1,4 +1,4 @@
-"""The runtime: the same bytes each time, small, complete, and our wheel as pip installs it."""
+"""The runtime: the same bytes each time, small, complete, and with our wheel as pip installs it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tests.pyodide.inside import run_python_in_shipped_runtime
 from widgets.engine.registry import WIDGETS
 from widgets.engine.script import WHEEL
 
-MOST = 6_200_000  # bytes by gzip -9 that a reader may have to load
+MOST = 6_200_000  # the most bytes, by gzip -9, that a reader may have to load
 
 
 @pytest.fixture(scope="module")
@@ -89,14 +89,15 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
             ours += modules
         else:
             assert {module_name(n) for n in files} | {module_name(f"{n}.pyc") for n in modules} <= kept
-    command_line = ("solvers/cli/", "solvers/__main__")  # which no page runs
+    command_line = ("solvers/cli/", "solvers/__main__")  # not run by any page
     sources = [n.removesuffix(".py") for n in wheel.sources() if n.endswith(".py")]
     assert sorted(ours) == sorted(n for n in sources if not n.startswith(command_line)), "each module is in one pack"
     assert not [name for name in kept if ".tests" in name or ".f2py" in name or ".testing" in name]
 
 
 def test_what_comes_later_is_listed_with_what_it_holds(info: RuntimeInfo) -> None:
-    """A start loads no figure, no trained network and no drive; the list names what brings them, and their hashes."""
+    """A start loads no figure, trained network or drive; the list names the packs that bring them, with their
+    hashes."""
     (listed,) = [info.contents[file.name] for file in info.files if file.name.endswith("/later.json")]
     by_name = {entry["name"]: entry for entry in json.loads(listed)}
     assert by_name.keys() == {file.name for file in info.later}
@@ -147,7 +148,8 @@ def main(text):
 
 
 def test_the_start_brings_nothing_that_a_page_does_not_use(info: RuntimeInfo) -> None:
-    """What Pyodide, numpy and our packages import, after a median and a unique, which in numpy as it is bring more."""
+    """The imports of Pyodide, numpy and our packages, after a median and a unique, for which stock numpy imports
+    more."""
     code = """
 import json, sys
 
@@ -162,7 +164,7 @@ def main(text):
 
 
 def test_a_figure_that_fails_tells_where(info: RuntimeInfo) -> None:
-    """The traceback's parts are imported with the first error, and name our file and line."""
+    """The traceback's modules are imported at the first error, and it names our file and line."""
     code = """
 import json, traceback
 
@@ -202,7 +204,7 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
     assert metadata["Summary"]
     pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     subprocess.run([*pip, "--target", str(tmp_path / "site"), str(built)], check=True, cwd=tmp_path)
-    # The learned flow reads its weights, which come along.
+    # The learned flow reads its weights, which are in the wheel.
     code = """
 import numpy as np, solvers, widgets
 print(solvers.register(np.eye(2), np.eye(2), "kabsch").status, solvers.__file__)
@@ -240,7 +242,7 @@ def test_a_failing_script_shows_what_python_said() -> None:
 
 
 def test_others_bytecode_stands_on_one_line_and_does_the_same() -> None:
-    """Functions of any length, and those within them: every instruction is on the line that its code begins on."""
+    """Functions of any length, and nested ones: every instruction is on the line where its code begins."""
     body = "".join(f"    total += {k} * n\n" for k in range(300))
     inner = "    def inner(d):\n        return 1 / d\n"
     source = f"def outer(n):\n{inner}    total = 0\n{body}    return total + inner(n)\n"

@@ -1,4 +1,4 @@
-"""`serve` with real requests, real edits and a small generator that can fail, and renames like the real one."""
+"""`serve` with real requests, real edits and a small generator that can fail, and that renames like the real one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PATIENCE = 30.0  # seconds until a wait counts as failed
 
 
 class Events:
-    """The stream that a page listens to."""
+    """The event stream that a page listens to."""
 
     def __init__(self, site: live.LiveSite) -> None:
         self.connection = http.client.HTTPConnection(*site.server.server_address[:2], timeout=PATIENCE)  # type: ignore[arg-type]
@@ -33,7 +33,7 @@ class Events:
         assert self.answer.headers["Content-Type"] == "text/event-stream"
 
     def next(self) -> dict[str, Any]:
-        """Waits for the next event."""
+        """Wait for the next event."""
         while line := self.answer.readline():
             if line.startswith(b"data: "):
                 return json.loads(line[6:])  # type: ignore[no-any-return]
@@ -61,7 +61,7 @@ def get(site: Any, path: str = "/", **headers: str) -> tuple[int, http.client.HT
 def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
     live_site: live.LiveSite, small_checkout: Path
 ) -> None:
-    """The script is a file of the same origin, so the site's own policy lets it run; pages are never kept by caches."""
+    """The script is a file of the same origin, so the site's own policy allows it; caches never keep pages."""
     status, headers, text = get(live_site)
     assert status == 200
     tag = f'type="module" src="/.ladder/follow.js" data-build="{live_site.live.build}" blocking="render"'
@@ -74,7 +74,7 @@ def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
 
 
 def test_an_edit_is_built_and_told(live_site: live.LiveSite, events: Events, small_checkout: Path) -> None:
-    """The stream tells the state at once, then the new build after an edit of content, and after one of Python, which
+    """The stream sends the state at once, then a new build after an edit of content, and after one of Python, which
     alone needs a fresh process."""
     first, process = events.next(), get(live_site)[2].partition("<!--")[2]
     assert first == {"build": live_site.live.build, "title": first["title"], "lines": [], "edited": []}
@@ -98,7 +98,7 @@ def test_an_author_sees_drafts(live_site: live.LiveSite) -> None:
 def test_a_failed_build_is_told_and_leaves_the_page(
     live_site: live.LiveSite, events: Events, small_checkout: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """File, line, column and message reach the page and the terminal; the next good build takes them away."""
+    """File, line, column and message reach the page and the terminal; the next good build removes them."""
     good = events.next()
     (small_checkout / "content" / "page.md").write_text("all wrong", "utf-8")
     failed = events.next()
@@ -117,7 +117,7 @@ def test_a_failed_build_is_told_and_leaves_the_page(
 def test_a_mistake_in_python_is_told_with_its_traceback(
     live_site: live.LiveSite, events: Events, small_checkout: Path
 ) -> None:
-    """Also one in the very module that reports; and mending it is enough."""
+    """Even in the module that reports problems; and correcting it is enough."""
     events.next()
     (small_checkout / "sitegen" / "tone.py").write_text("TONE = 1 / 0\n", "utf-8")
     assert "ZeroDivisionError: division by zero" in events.next()["lines"]
@@ -134,11 +134,11 @@ def test_a_mistake_in_python_is_told_with_its_traceback(
 def test_a_request_during_the_swap_waits_for_the_new_site(
     live_site: live.LiveSite, small_checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """While the folder is away there is no 404 and no half page."""
+    """While the folder is away, no request gets a 404 or half a page."""
     slowly, settled = small_checkout / "slowly", live_site.live.settled
 
     def waits() -> None:
-        slowly.unlink(missing_ok=True)  # the swap goes on once a request has found nothing
+        slowly.unlink(missing_ok=True)  # the swap continues once a request has found nothing
         settled()
 
     monkeypatch.setattr(live_site.live, "settled", waits)
@@ -157,7 +157,7 @@ def test_a_request_during_the_swap_waits_for_the_new_site(
 
 
 def test_the_end_does_not_wait_for_open_pages(small_checkout: Path) -> None:
-    """With a page listening, closing takes no more than moments, and its stream ends."""
+    """With a page listening, closing takes only moments, and the page's stream ends."""
     site = live.LiveSite(small_checkout, small_checkout / "site")
     site.rebuild()
     with closing(Events(site)) as events:
@@ -169,14 +169,14 @@ def test_the_end_does_not_wait_for_open_pages(small_checkout: Path) -> None:
 
 
 def test_a_service_worker_of_an_earlier_visit_is_sent_away(live_site: live.LiveSite) -> None:
-    """Else it would answer with the pages of that visit, whatever is edited."""
+    """Otherwise it would answer with the pages of that visit, whatever is edited."""
     status, _, text = get(live_site, "/sw.js", Service_Worker="script")
     assert status == 200
     assert "unregister" in text
 
 
 def test_a_taken_port_leads_to_the_next(small_checkout: Path) -> None:
-    """And a range without a free port is an error that says so."""
+    """A range without a free port is an error that says so."""
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -189,7 +189,7 @@ def test_a_taken_port_leads_to_the_next(small_checkout: Path) -> None:
 
 
 def test_files_are_served_as_a_static_host_does(tmp_path: Path) -> None:
-    """Types, 304s, the rules of _headers, and nothing from outside of the folder."""
+    """Types, 304s, the rules of _headers, and nothing from outside the folder."""
     site = tmp_path / "site"
     site.mkdir()
     (tmp_path / "secret.txt").write_text("secret")
@@ -219,7 +219,7 @@ def test_types_do_not_depend_on_the_machine(name: str, kind: str) -> None:
 
 
 def test_header_patterns_match_as_hosts_do() -> None:
-    """A star stands for anything; later rules win."""
+    """A star matches anything; later rules win."""
     rules: list[Any] = [("/*", (("A", "1"),)), ("/runtime/*", (("A", "2"),))]
     assert headers_for("/index.html", rules) == {"A": "1"}
     assert headers_for("/runtime/x/y.wasm", rules) == {"A": "2"}
@@ -257,7 +257,7 @@ SNEAKY = [
 
 @pytest.fixture
 def walled(tmp_path: Path) -> Iterator[StaticServer]:
-    """A site beside a secret, with links in it that lead out."""
+    """A site beside a secret, with links that lead out of the site."""
     site = tmp_path / "site"
     site.mkdir()
     (tmp_path / "secret.txt").write_text("secret")
@@ -269,7 +269,7 @@ def walled(tmp_path: Path) -> Iterator[StaticServer]:
 
 
 def raw(server: StaticServer, path: str, host: str = "localhost") -> tuple[int, bytes]:
-    """A request as no client library would write it."""
+    """Send a request that no client library would write; return its status and body."""
     with socket.create_connection(server.server_address[:2], timeout=PATIENCE) as connection:
         connection.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode("latin-1"))
         with connection.makefile("rb") as stream:
@@ -278,7 +278,7 @@ def raw(server: StaticServer, path: str, host: str = "localhost") -> tuple[int, 
 
 @pytest.mark.parametrize("path", SNEAKY)
 def test_nothing_outside_of_the_site_is_served(walled: StaticServer, path: str) -> None:
-    """However it is asked for: dots, their escapes, backslashes, absolute names, NUL, links that lead out."""
+    """However it is requested: dots, their escapes, backslashes, absolute names, NUL, links that lead out."""
     status, body = raw(walled, path)
     assert status in (400, 404, 414), body
     assert b"secret" not in body.replace(b"secret.txt", b"")
@@ -292,7 +292,7 @@ def test_nothing_outside_of_the_site_is_served(walled: StaticServer, path: str) 
     )
 )
 def test_no_path_leads_out(tmp_path: Path, steps: list[str]) -> None:
-    """What a URL names lies in the folder, or is nothing."""
+    """A URL's path is inside the folder, or is nothing."""
     site = tmp_path / "site"
     site.mkdir(exist_ok=True)
     (tmp_path / "secret.txt").touch()
@@ -303,7 +303,7 @@ def test_no_path_leads_out(tmp_path: Path, steps: list[str]) -> None:
 
 
 def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> None:
-    """A page of evil.example whose name suddenly means 127.0.0.1 learns nothing; other ports' pages neither."""
+    """A page of evil.example whose name is rebound to 127.0.0.1 learns nothing."""
     port = walled.server_address[1]
     for host in ("localhost", f"localhost:{port}", f"127.0.0.1:{port}", f"[::1]:{port}", "LOCALHOST"):
         assert raw(walled, "/", host)[0] == 200
@@ -336,10 +336,10 @@ GET = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
 def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
-    """One that never asks, one that was answered and stays, one that sends its request a byte at a time: each ends, and
-    so does the thread that it holds."""
+    """A client that never sends a request, one that stays after its answer, and one that sends a byte at a time: each
+    connection ends, and so does its thread."""
     before = threading.active_count()
-    walled.patience = 2.0  # a busy machine takes a while to greet all of them
+    walled.patience = 2.0  # a busy machine takes a while to accept all of them
     with ExitStack() as stack:
         silent = [stack.enter_context(connected(walled)) for _ in range(40)]
         answered, slow = (stack.enter_context(connected(walled)) for _ in range(2))
@@ -360,7 +360,7 @@ def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
 
 
 def test_who_takes_long_gets_all(walled: StaticServer) -> None:
-    """A large file that is taken slowly comes whole; who takes nothing of it is sent away."""
+    """A large file that is read slowly arrives whole; a client that reads none of it is disconnected."""
     size = 40_000_000
     (walled.root / "large.bin").write_bytes(bytes(size))
     walled.patience = 0.5
@@ -391,7 +391,7 @@ def test_a_page_that_listens_is_not_sent_away(live_site: live.LiveSite, events: 
 
 
 def test_the_dev_server_is_for_this_machine_unless_told_otherwise(tmp_path: Path) -> None:
-    """By default loopback, with the check of names; `--host 0.0.0.0` answers to any name."""
+    """By default it is bound to loopback and checks names; `--host 0.0.0.0` answers to any name."""
     asked = parse(["serve"])
     with live.listening(tmp_path, asked.host, 0, live.Live()) as server:
         assert server.server_address[0] == "127.0.0.1"

@@ -1,4 +1,4 @@
-"""The server's own address, as it is told to who opens it."""
+"""The server's own address, as shown to the person who opens it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sitegen.serve.static_files import StaticServer
     ],
 )
 def test_the_address_to_open_is_one_that_a_browser_takes(bound: tuple[object, ...], told: str, tmp_path: Path) -> None:
-    """Brackets around an IPv6 address; the wildcards of both families as this machine."""
+    """Brackets around an IPv6 address; the wildcards of both families become this machine."""
     with StaticServer(tmp_path, ("127.0.0.1", 0)) as server:
         server.server_address = bound  # type: ignore[assignment]
         assert server.origin == told
