@@ -1,4 +1,4 @@
-"""A reader's browser on the built site. What goes wrong unasked (console errors, foreign requests) fails the test."""
+"""A reader's browser on the built site. Unexpected console errors and requests to other origins fail the test."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from tests.browser.server import SiteServer
 from tests.browser.visits import Check, Found, found_on
 
 ROOT = Path(__file__).resolve().parents[2]
-BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
-EARLY = "was preloaded using link preload but not used within a few seconds"  # on a busy machine; UNUSED_FONTS asks
+BLOCKED = "Service Worker registration blocked"  # by the tests themselves, unless they test offline use
+EARLY = "was preloaded using link preload but not used within a few seconds"  # on a busy machine; UNUSED_FONTS tests it
 
 SIZE = 1280, 1000
 VIEW: ViewportSize = {"width": SIZE[0], "height": SIZE[1]}
 TIMEOUT = 60_000  # ms
-MEDIA = {"color_scheme", "contrast", "forced_colors", "reduced_motion"}  # what a page can be told by itself
+MEDIA = {"color_scheme", "contrast", "forced_colors", "reduced_motion"}  # what can be emulated per page
 KEPT = "kabsch.html"
-ONE_PROCESS = "--renderer-process-limit=1"  # a context's pages share one, and with it the code that it has compiled
+ONE_PROCESS = "--renderer-process-limit=1"  # a context's pages share one process, and with it the compiled code
 
 
 def whole_chromium() -> str | None:
-    """A Chromium with all that its headless shell lacks: the back/forward cache, and apps to install."""
+    """A Chromium with everything that its headless shell lacks: the back/forward cache, and installable apps."""
     return os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 
 
@@ -59,8 +59,8 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def pages(site: Path, pytestconfig: pytest.Config) -> list[str]:
-    """All but the decks, which test_slides.py goes over: their figures are those of the chapters. With --pages those
-    that are named."""
+    """All pages but the decks, which test_slides.py covers: their figures are those of the chapters. With --pages, only
+    the given pages."""
     named = pytestconfig.getoption("--pages")
     every = sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
     return [name for name in every if not named or name in named.split(",")]
@@ -68,7 +68,7 @@ def pages(site: Path, pytestconfig: pytest.Config) -> list[str]:
 
 @pytest.fixture(scope="session")
 def alike(pages: list[str]) -> list[str]:
-    """The pages that are as another one, with other words: of one template, without a figure."""
+    """Pages that differ from another only in their words: the same template, without a figure."""
     return [path for path in pages if path.startswith("checks-")][1:]
 
 
@@ -80,10 +80,10 @@ def server(site: Path) -> Iterator[SiteServer]:
 
 
 class Reader:
-    """One reader of the site, and what went wrong in the pages that it opened.
+    """One reader of the site, and the faults in the pages that it opened.
 
-    Its pages are in a browser context of its own, or, where `media` is given, in one that others use as well: only what
-    is of a page may then be changed. The origin is each test's own, as its server is: nothing that is stored is shared.
+    Its pages are in their own browser context or, if `media` is given, in a shared one: then only settings of a page
+    may be changed. Each test's server has its own origin, so nothing that is stored is shared.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Reader:
 
     @property
     def context(self) -> BrowserContext:
-        """The browser context, where it is the reader's own. Raises ValueError where it is not."""
+        """The browser context, if it is the reader's own. Raises ValueError otherwise."""
         if self._media is not None:
             raise ValueError("this context is shared; ask for reader(alone=True)")
         return self._context
@@ -123,7 +123,7 @@ class Reader:
             self.foreign.append(request.url)
 
     def page(self) -> Page:
-        """A new page, nowhere yet."""
+        """A new page that has not been navigated."""
         page = self._context.new_page()
         if self._media is not None:
             if self._size != SIZE:
@@ -133,21 +133,21 @@ class Reader:
         return page
 
     def open(self, path: str = "index.html") -> Page:
-        """A page of the site, its figures set up where scripts run (it is painted first)."""
+        """Open a page of the site; if scripts run, its figures are set up (it is painted first)."""
         page = self.page()
         page.goto(f"{self.origin}/{path}")
         page.evaluate("globalThis.Ladder?.alive")
         return page
 
     def expect(self, *parts: str) -> None:
-        """Messages holding one of these parts are part of the test."""
+        """Messages that contain one of these parts are expected by the test."""
         self.expected = (BLOCKED, EARLY, *parts)
 
     def unexpected(self) -> list[str]:
         return [m for m in self.wrong if not any(part in m for part in self.expected)]
 
     def leave(self) -> None:
-        """Close the reader's pages, or its context with all."""
+        """Close the reader's pages, or its whole context."""
         for event, hears in self._heard:
             self._context.remove_listener(event, hears)
         if self._media is None:
@@ -158,7 +158,7 @@ class Reader:
 
 
 def _page_of(request: Request) -> Page | None:
-    """The page that asks; none where that is a service worker, or a page that is only coming up."""
+    """The page that makes the request; None for a service worker, or a page that is still being created."""
     try:
         return request.frame.page
     except Error:
@@ -167,8 +167,8 @@ def _page_of(request: Request) -> Page | None:
 
 @contextmanager
 def readers(browser: Browser, origin: str, shared: BrowserContext | None = None) -> Iterator[Callable[..., Reader]]:
-    """Makes readers; once they are done, what went wrong unasked is raised. The first is in
-    the shared context, if it asks for nothing that changes a whole one."""
+    """Make readers; once they are done, raise the unexpected faults. The first reader uses the shared context, unless
+    it needs to change a whole context."""
     made: list[Reader] = []
 
     def make(width: int = SIZE[0], height: int = SIZE[1], *, alone: bool = False, **options: Any) -> Reader:
@@ -191,7 +191,7 @@ def readers(browser: Browser, origin: str, shared: BrowserContext | None = None)
 
 
 def keep_python_up(context: BrowserContext, origin: str) -> None:
-    """A page with Python that stays: pages that come after it, in its process, find Python's code compiled."""
+    """Keep a page with Python open: later pages in its process find Python's code compiled."""
     page = context.new_page()
     page.goto(f"{origin}/{KEPT}")
     page.locator("figure.figure").first.scroll_into_view_if_needed()
@@ -200,7 +200,7 @@ def keep_python_up(context: BrowserContext, origin: str) -> None:
 
 @pytest.fixture(scope="session")
 def shared(browser: Browser, site: Path) -> Iterator[BrowserContext]:
-    """A context for all tests that change nothing of it, with Python up in a page beside theirs."""
+    """A context for all tests that do not change it, with Python running in a page beside theirs."""
     context, server = browser.new_context(viewport=VIEW, service_workers="block"), SiteServer(site)
     context.set_default_timeout(TIMEOUT)
     keep_python_up(context, server.origin)
@@ -217,7 +217,7 @@ def reader(browser: Browser, server: SiteServer, shared: BrowserContext) -> Iter
 
 @pytest.fixture(scope="session")
 def visit(browser: Browser, site: Path, pages: Sequence[str]) -> Callable[..., Found]:
-    """Visits every page once, but for those left out, see visits.py; the options are a reader's."""
+    """Visit every page once, except those left out, see visits.py; the options are a reader's."""
 
     def visited(checks: Mapping[str, Check], *, left_out: Collection[str] = (), **options: Any) -> Found:
         server = SiteServer(site)

@@ -1,4 +1,4 @@
-"""What a reader does to a figure, in words."""
+"""A reader's actions on a figure, by name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from playwright.sync_api import FloatRect, Locator, Page, expect
 from sitegen.bench.pages import until
 
 LIVE = 60_000  # ms: a start of Python on a busy machine
-TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it waits
+TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it waits each time
 
 
 class Figure:
@@ -26,7 +26,7 @@ class Figure:
         return self
 
     def becomes(self, state: str) -> Figure:
-        """Waits for the figure's state: static, tape, waiting, live or failed."""
+        """Wait for the figure's state: static, tape, waiting, live or failed."""
         expect(self.root).to_have_attribute("data-state", state, timeout=LIVE)
         return self
 
@@ -36,12 +36,12 @@ class Figure:
         return self
 
     def warm(self) -> Figure:
-        """Waits until Python's warm-up for this figure is over."""
+        """Wait until Python's warm-up for this figure is over."""
         expect(self.live().root).to_have_attribute("data-warm", "", timeout=LIVE)
         return self
 
     def boxes(self, selector: str) -> list[FloatRect]:
-        """Where the figure's things of that kind lie in the window, px; what is not drawn is left out."""
+        """The boxes of the figure's matching elements in the window, px; elements that are not drawn are left out."""
         places = [node.bounding_box() for node in self.root.locator(selector).all()]
         return [box for box in places if box is not None]
 
@@ -49,7 +49,7 @@ class Figure:
         return self.reached(f'[data-button="{name}"]')
 
     def reached(self, selector: str) -> Locator:
-        """A thing of the figure; where it waits behind More, that is opened first, as a reader would."""
+        """An element of the figure; if it is behind More, that is opened first, as a reader would."""
         more = self.root.locator("details.figure-rest:not([open])")
         if more.locator(selector).count():
             more.locator("summary").click()
@@ -69,7 +69,8 @@ class Figure:
         return self
 
     def changes(self, name: str, before: str) -> str:
-        """Waits until the readout is no longer `before` and nothing more is asked: of a drag this is its last frame."""
+        """Wait until the readout is no longer `before` and no request is pending: after a drag, this is its last
+        frame."""
         expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before, timeout=LIVE)
         return self.settled().readout(name)
 
@@ -83,17 +84,17 @@ class Figure:
         return self._told("frame")  # type: ignore[no-any-return]
 
     def _told(self, what: str) -> Any:
-        """What the figure knows of itself, once it is set up (the page is painted first)."""
+        """A property of the figure's controller, once it is set up (the page is painted first)."""
         message = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
         return self.page.evaluate(message, [self.name, what])
 
     def settled(self) -> Figure:
-        """Waits until nothing is asked or moving."""
+        """Wait until no request is pending and nothing moves."""
         until(self.page, f"Ladder.figures.get({self.name!r})?.busy === false")
         return self
 
     def set(self, name: str, value: str | bool) -> None:
-        """Moves a control as a reader would, by the keyboard's or pointer's end result."""
+        """Set a control to the value that a reader's keyboard or pointer would leave."""
         control = self.control(name)
         kind = control.first.get_attribute("type")
         if control.first.evaluate("e => e.localName") == "select":
@@ -106,7 +107,7 @@ class Figure:
             control.fill(str(value))
 
     def drag(self, name: str, dx: float, dy: float, steps: int = 8) -> None:
-        """Drags a handle by so many px with the mouse."""
+        """Drag a handle by this many px with the mouse."""
         self.handle(name).scroll_into_view_if_needed()
         box = self.handle(name).bounding_box()
         assert box is not None
@@ -130,7 +131,7 @@ def figures(page: Page) -> list[Figure]:
 
 
 def finger(page: Page, path: Sequence[tuple[float, float]]) -> None:
-    """A finger put down at the first place, drawn through the others and lifted at the last, as touch input."""
+    """Put a finger down at the first place, draw it through the others and lift it at the last, as touch input."""
     touch = page.context.new_cdp_session(page)
     for kind, places in (("touchStart", path[:1]), ("touchMove", path[1:]), ("touchEnd", [()])):
         for place in places:
@@ -139,8 +140,8 @@ def finger(page: Page, path: Sequence[tuple[float, float]]) -> None:
 
 
 def tap_after_drag(target: Locator) -> None:
-    """A tap right after a finger was lifted. Chromium takes it for none while it is still at the drag, which on a busy
-    machine has no end in time; then one taps again, as a reader would."""
+    """Tap right after a finger was lifted. Chromium ignores a tap while it still handles the drag, which can take any
+    time on a busy machine; then tap again, as a reader would."""
     target.evaluate("e => e.addEventListener('click', () => { e.dataset.tapped = ''; }, { once: true })")
     for _ in range(TAPS):
         target.tap()

@@ -1,4 +1,4 @@
-"""A slow device, in a test's hands: Python is asked nothing more while `holding`, and all at once when let go."""
+"""A slow device under a test's control: while `holding`, Python gets no requests; letting go sends them all at once."""
 
 HELD = """
 const { postMessage } = Worker.prototype;

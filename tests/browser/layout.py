@@ -1,4 +1,4 @@
-"""What can be wrong in a page's layout, each as a script that lists it."""
+"""Faults of a page's layout, each listed by a script."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from pathlib import Path
 from playwright.sync_api import Page
 
 SETTLED = 3_000  # ms: a figure's handles follow a new width a frame or two later
-# Where the focus can go, in its order: where it stands on the page and what it belongs to.
+# The elements that can have the focus, in tab order.
 STOPS = """() => [...document.querySelectorAll('a[href], button, input, select, summary, [tabindex="0"]')]
   .filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility({visibilityProperty: true}))"""
-# A link in a line of text is as tall as the line; so are the marks in it.
+# Targets smaller than 44 px. A link in a line of text is as tall as the line; so are the marks in it.
 SMALL = f"""() => ({STOPS})().map(e => e.matches('input[type=radio], input[type=checkbox]') ? e.closest('label') : e)
   .filter(e => !(e.matches('a') && getComputedStyle(e).display === 'inline')
     && !e.matches('.claim-mark, .note-number, .formula, .contents a, .figure-number a, pre, .skip, div'))
   .map(e => [e, e.getBoundingClientRect()]).filter(([, r]) => r.width && (r.width < 43.5 || r.height < 43.5))
   .map(([e, r]) => `${{e.outerHTML.slice(0, 90)}}: ${{r.width}} × ${{r.height}}`)"""
-# What reaches beyond the screen, but for what scrolls in a box of its own.
+# Elements that extend beyond the screen, except in a box that scrolls by itself.
 BEYOND = """() => {
   const width = document.documentElement.clientWidth;
   const boxed = e => {
@@ -42,13 +42,13 @@ SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
   return parseFloat(getComputedStyle(e).fontSize) * scale < 10.95;
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ': ' + e.textContent.slice(0, 30)).slice(0, 8)"""
 
-# Words in a drawing that its edge cuts off; a line of text is some px taller and wider than its letters.
+# Texts in a drawing that its edge cuts off; a line of text is some px taller and wider than its letters.
 CUT = """() => [...document.querySelectorAll('svg.plot text, .graph-svg text')].filter(e => {
   const whole = e.closest('svg').getBoundingClientRect(), r = e.getBoundingClientRect();
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
 }).map(e => `${e.closest('figure').id} cuts off: ${e.textContent}`)"""
-# Marks of claims that begin a line, apart from what they mark.
+# Claim marks that begin a line, apart from what they mark.
 TORN = """() => [...document.querySelectorAll('.claim-mark')].filter(e => e.checkVisibility()).filter(e => {
   const before = document.createRange();
   before.setStart(e.parentElement, 0);
@@ -56,12 +56,12 @@ TORN = """() => [...document.querySelectorAll('.claim-mark')].filter(e => e.chec
   const line = [...before.getClientRects()].filter(r => r.width).at(-1);
   return e.getBoundingClientRect().top > line.bottom;
 }).map(e => `a mark begins a line after: ${e.parentElement.textContent.slice(-30)}`)"""
-# Signs at the ends of the ladder's rungs that its edge cuts off.
+# Emblems at the ends of the ladder's rungs that its edge cuts off.
 CUT_RUNGS = """() => [...document.querySelectorAll('.step .emblem')].filter(e => {
   const r = e.getBoundingClientRect();
   return r.width && r.right > e.closest('.ladder').getBoundingClientRect().right;
 }).map(e => `the ladder cuts off the sign of ${e.closest('.step').textContent.trim()}`)"""
-# Fonts that a page asks for ahead of its styles and then uses nowhere.
+# Fonts that a page preloads but does not use.
 UNUSED_FONTS = """async () => {
   await document.fonts.ready;
   const bare = name => name.replaceAll('"', '');
@@ -74,8 +74,8 @@ UNUSED_FONTS = """async () => {
   return [...document.querySelectorAll('link[rel=preload][as=font]')].map(link => link.getAttribute('href'))
     .filter(href => face(rule(href))?.status !== 'loaded');
 }"""
-# Fonts that were used and not asked for early; a few single letters have small files of their own, which count if they
-# are to: those of the upright text are asked for where a page begins with them, the others come when they are seen.
+# Fonts that were used but not preloaded. A few single letters have small files of their own; with `letters`, those of
+# the upright text count: they are preloaded where a page begins with them. The others load when they are seen.
 LATE_FONTS = """(letters) => {
   const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);
   const styles = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules].map(rule => rule.style));
@@ -84,10 +84,10 @@ LATE_FONTS = """(letters) => {
   return performance.getEntriesByType('resource').map(e => e.name)
     .filter(name => name.endsWith('.woff2') && !rare.includes(name.split('/').pop()) && !early.includes(name));
 }"""
-# Resolves once the figures are alive, and formulas below that are too wide have become stops.
+# Resolves once the figures are alive, and formulas that are too wide below this have become tab stops.
 ALIVE = """() => globalThis.Ladder?.alive.then(() => new Promise((done) =>
   requestAnimationFrame(() => requestAnimationFrame(done))))"""
-# From the lead sentence's top to the bottoms of what must be seen with it, per figure.
+# The distances from the lead sentence's top to the bottoms of what must be seen with it, per figure.
 BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
   const first = figure.querySelector('.figure-lead') ?? figure.querySelector('.figure-stage');
   const {top} = first.getBoundingClientRect();
@@ -105,7 +105,7 @@ BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure =>
     asked: bottom('.figure-desk > .predict'),
   };
 })"""
-# What of a slide is cut off, lies under the bar, or is too small to be read from afar.
+# Parts of a slide that are cut off, lie under the bar, or are too small to be read from afar.
 MISFITS = """() => {
   const bar = document.querySelector('.deck-bar').getBoundingClientRect().height;
   return [...document.querySelectorAll('.slide')].flatMap(slide => {
@@ -129,18 +129,18 @@ MISFITS = """() => {
     return [...out.slice(0, 3), ...small, ...words, ...rows].map(each => `${slide.id}: ${each}`);
   });
 }"""
-# Opens them; some of the many checks of a chapter stand for all.
+# Opens details; a few of a chapter's many checks represent all of them.
 DETAILS = "[...document.querySelectorAll('details')].slice(0, 9).forEach(each => { each.open = true; })"
 FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
 def placed(site: Path, path: str) -> int:
-    """How many figures the build has put into a page."""
+    """The number of figures that the build has put into a page."""
     return (site / path).read_text("utf-8").count('data-widget="')
 
 
 def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int) -> tuple[int, list[str]]:
-    """How many figures a page of that size has, with text of so many percent, and what of them does not fit on it."""
+    """The number of figures of a page of this size with this text size in percent, and the parts that do not fit."""
     page.set_viewport_size({"width": width, "height": height})
     page.evaluate("percent => { document.documentElement.style.fontSize = `${percent}%`; }", percent)
     page.evaluate("(scrollTo(0, 0), document.fonts.ready)")  # scrolled, a picture may stick while its figure passes by
@@ -152,7 +152,7 @@ def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int)
 
 
 def remaining(page: Page, *scripts: str) -> list[str]:
-    """What scripts find wrong once the page is laid out anew, and go on finding."""
+    """The faults that the scripts find once the page has been laid out again, and keep finding."""
     return page.evaluate(  # type: ignore[no-any-return]
         f"""() => new Promise(done => {{
           const began = performance.now(), find = () => [{", ".join(scripts)}].flatMap(each => each());

@@ -1,4 +1,4 @@
-"""The page's scripts that need no page, tested by Node's own runner: each of its tests is one of pytest's."""
+"""The page's scripts that work without a page, tested by Node's own runner: each Node test is a pytest case."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES = [(path, name) for path in FILES for name in re.findall(r'^test\("([^"]+)
 
 @pytest.fixture(scope="module")
 def outcomes() -> dict[tuple[str, str], str]:
-    """(file, test) → what is wrong with it, "" where nothing is; by one run of all files."""
+    """(file, test) → its fault, "" if it passed; from one run of all files."""
     command = node_command("--no-warnings", "--test", "--test-reporter=junit", *FILES)
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment(), check=False)
     results = {}
@@ -32,10 +32,10 @@ def outcomes() -> dict[tuple[str, str], str]:
 
 @pytest.mark.parametrize(("path", "name"), NAMES, ids=[f"{path.stem}: {name}" for path, name in NAMES])
 def test_script(outcomes: dict[tuple[str, str], str], path: Path, name: str) -> None:
-    """A test of Node's has run and found nothing wrong."""
+    """The Node test has run and passed."""
     assert outcomes.get((path.name, name), "it did not run") == ""
 
 
 def test_every_test_of_node_is_listed(outcomes: dict[tuple[str, str], str]) -> None:
-    """None is run without being counted."""
+    """No test runs without being counted."""
     assert set(outcomes) == {(path.name, name) for path, name in NAMES}

@@ -1,4 +1,4 @@
-"""A slider's value reads the same as the build writes it and as the page's script does when it is moved."""
+"""A slider's value is written the same by the build and by the page's script when the slider is moved."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ console.log(JSON.stringify(asked.map(([spec, value]) => shownValue(spec, value))
 
 
 def sliders() -> list[tuple[Spec, float]]:
-    """Where the sliders of all figures may stand, and for each what rounds to nothing from below."""
+    """All positions of every figure's sliders, and for each slider a negative value that rounds to zero."""
     every = [spec for widget in WIDGETS.values() for spec in specs(widget.controls).values() if spec.kind == "slider"]
     return [
         (spec, value)

@@ -1,6 +1,6 @@
-"""For everyone: what axe-core sees of every page, names and roles, the order of the focus, and on a wide screen, what
-leads and what fits. One visit of every page, and of each thing that must hold a test; room and touch, on a phone, are
-tests/browser/pages/test_static.py's."""
+"""Accessibility: what axe-core finds on every page, names and roles, the order of focus, and on a wide screen, which
+parts lead and whether they fit. Every page is visited once, with one test per rule; tests/browser/pages/test_static.py
+covers room and touch on a phone."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRAWN = "([id, frames]) => +document.getElementById(id).dataset.frame > frames"
 HEADINGS = "() => [...document.querySelectorAll('h1, h2, h3, h4, h5, h6')].map(e => Number(e.tagName[1]))"
 LANDMARKS = """() => ['header.site-header', 'nav', 'main', 'footer.site-footer']
   .map(s => document.querySelectorAll(s).length)"""
-# A figure is one place, in whichever state a reference opens it.
+# Links to a figure count as one target, whatever state they open it in.
 LINKS = """() => [...document.querySelectorAll('main a[href]')].map(a =>
   [(a.getAttribute('aria-label') ?? a.textContent).trim().replace(/\\s+/g, ' '),
    a.getAttribute('href').replace(/[?]s=.*/, '')])"""
@@ -44,7 +44,7 @@ HANDLES = """async () => {
 
 
 def accessible(page: Page) -> list[dict[str, Any]]:
-    """Chromium's accessibility tree, what is left out of it left out."""
+    """Chromium's accessibility tree, without the nodes that it ignores."""
     session = page.context.new_cdp_session(page)
     session.send("Accessibility.enable")
     nodes = session.send("Accessibility.getFullAXTree")["nodes"]
@@ -59,7 +59,7 @@ def name(node: dict[str, Any]) -> str:
     return str(node.get("name", {}).get("value", ""))
 
 
-# Once read, a colour is known: axe reads the colours of all that lies under a text, for each text anew.
+# Colours that have been parsed are cached: for each text, axe parses the colours of everything under it anew.
 COLOURS = """(() => {
   const colour = axe.commons.color.Color.prototype, read = colour.parseString, known = new Map();
   colour.parseString = function (text) {
@@ -72,7 +72,7 @@ COLOURS = """(() => {
     return this;
   };
 })();"""
-# What passes is not gathered, and style sheets, which hold no video, are not fetched once more.
+# Passes are not collected, and style sheets, which contain no video, are not fetched again.
 QUICK = {"resultTypes": ["violations"], "preload": False}
 VIOLATIONS = """options => axe.run(options).then(({ violations }) =>
   violations.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${JSON.stringify(target)}`)))"""
@@ -86,7 +86,7 @@ def violations(page: Page, where: str, **options: Any) -> Iterator[str]:
 
 
 def press_main_button(figure: Figure) -> None:
-    """Where it has one; returns once the last picture stands."""
+    """Press it if the figure has one; return once the last picture is drawn."""
     button = figure.seen().root.locator(".buttons .primary")
     if button.count():
         before = figure.frames()
@@ -97,7 +97,7 @@ def press_main_button(figure: Figure) -> None:
 
 @pytest.fixture(scope="module")
 def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
-    """What is wrong with pages on a wide screen, by what must hold."""
+    """The faults of pages on a wide screen, by rule."""
     titles: set[str] = set()
 
     def leads(page: Page, path: str, width: int, height: int, percent: int) -> Iterator[str]:
@@ -155,19 +155,19 @@ def test_axe_finds_nothing_on_any_page(wide: Found) -> None:
 
 
 def test_names_roles_and_order_on_every_page(wide: Found) -> None:
-    """Landmarks, headings, titles and links; what a screen reader gets of every figure; the focus follows the eye."""
+    """Landmarks, headings, titles and links; what a screen reader gets from every figure; focus in visual order."""
     assert wide["named"] == []
 
 
 @pytest.mark.parametrize("percent", PERCENTS)
 @pytest.mark.parametrize(("width", "height"), SCREENS)
 def test_what_leads_fits_one_screen(wide: Found, width: int, height: int, percent: int) -> None:
-    """Sentence, pictures, main button, controls and readouts of every figure are seen at one look."""
+    """The sentence, pictures, main button, controls and readouts of every figure fit on one screen."""
     assert wide[f"{(width, height, percent)}"] == []
 
 
 def test_nothing_overflows_a_wide_page(wide: Found) -> None:
-    """None scrolls sideways, has tiny text or cuts off a label, nor on a tablet."""
+    """No page scrolls sideways, has tiny text or cuts off a label, on a tablet either."""
     assert wide["overflows"] == []
 
 
@@ -177,14 +177,15 @@ def test_the_browser_complains_of_no_page(wide: Found) -> None:
 
 
 def check_names(page: Page, path: str) -> None:
-    """Language, headings, landmarks; a link says where it leads, and one of the same words to the same place."""
+    """Language, headings and landmarks; links say where they lead, and links with the same words lead to the same
+    place."""
     assert page.evaluate("document.documentElement.lang") == "en"
     levels = page.evaluate(HEADINGS)
     assert levels.count(1) == 1, path
     assert levels[0] == 1
     assert all(b <= a + 1 for a, b in pairwise(levels)), f"{path}: {levels}"
     header, navs, main, footer = page.evaluate(LANDMARKS)
-    alone = path == "404.html"  # it stands without the site's frame: nothing to pass over, one link
+    alone = path == "404.html"  # it has no site frame: nothing to skip, and one link
     assert (header, main, footer) == ((0, 1, 0) if alone else (1, 1, 1))
     assert navs >= (not alone)
     leads: dict[str, set[str]] = {}
@@ -195,7 +196,8 @@ def check_names(page: Page, path: str) -> None:
 
 
 def check_focus(page: Page, path: str) -> None:
-    """The skip link comes first, is then seen and leads past the ladder; in a figure what stands lower comes later."""
+    """The skip link comes first, is visible on focus and leads past the ladder; in a figure the focus moves
+    downwards."""
     page.keyboard.press("Tab")
     skip = page.locator(".skip")
     expect(skip).to_be_focused()
@@ -207,7 +209,7 @@ def check_focus(page: Page, path: str) -> None:
 
 
 def check_tree(page: Page, path: str) -> None:
-    """Pictures say what they show; handles and crosshairs are sliders with a value in words; nothing is nameless."""
+    """Pictures say what they show; handles and crosshairs are sliders with a value in words; everything has a name."""
     page.evaluate(UNFOLD)
     page.wait_for_function("!document.querySelector('.figure-handles > .crosshair[data-away]:not([hidden])')")
     tree = accessible(page)

@@ -1,5 +1,5 @@
-"""What a figure tells those who hear it, where the focus goes and that it is seen, what stands still, what the system's
-colours leave."""
+"""What a figure announces to screen readers, where the focus goes and that it is visible, reduced motion, and forced
+colours."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.browser.figure import LIVE, Figure, experiments
 from tests.browser.figures.test_hover import place
 from tests.browser.layout import ALIVE, STOPS
 
-# Every change of every live region: when, and what it says then.
+# Records every change of every live region: its time, and the region's text then.
 LISTEN = """() => {
   window.heard = [];
   const hear = new MutationObserver(all => { for (const {target} of all) {
@@ -29,18 +29,18 @@ LISTEN = """() => {
 
 
 def heard(page: Page) -> list[tuple[float, str]]:
-    """What has been said since this was asked last; the page goes on."""
+    """The announcements since the last call; the page goes on."""
     return [(at, words) for at, words in page.evaluate("heard.splice(0)")]
 
 
 def says(page: Page, part: str) -> None:
-    """Waits until something that is said holds `part`."""
+    """Wait until an announcement contains `part`."""
     until(page, f"heard.some(([, words]) => words.includes({part!r}))")
 
 
 def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Reader]) -> None:
-    """Nothing before anything is done; of many moves, at most one saying a second, the last with the last numbers;
-    after a press its note and what it changed."""
+    """Nothing is announced before anything is done; during many moves, at most one announcement per second, the last
+    with the last numbers; after a press, its note and what it changed."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     page.evaluate(LISTEN)
     solve = Figure(page, "fig-solve").live().settled()
@@ -63,7 +63,7 @@ def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Re
 
 
 def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., Reader]) -> None:
-    """A handle is a slider whose text follows the keys; a crosshair likewise; a pointer that passes is not told."""
+    """A handle is a slider whose text follows the keys, and so is a crosshair; a passing pointer is not announced."""
     page = reader(reduced_motion="reduce").open("ndt-map.html")
     page.evaluate(LISTEN)
     cells = Figure(page, "fig-cells").live().settled()
@@ -86,7 +86,8 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
 
 
 def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> None:
-    """A handle that goes, a Retry that is taken: the picture has the focus then. Stop hands it back to what began."""
+    """If a handle disappears or Retry is used, the picture gets the focus. Stop returns it to the button that began the
+    job."""
     one = reader(reduced_motion="reduce")
     four = Figure(one.open("four.html"), "fig-four").live().settled()
     turn = four.root.locator(".handle.turn:not([aria-hidden])")
@@ -117,7 +118,7 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
 
 
 def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> None:
-    """Tab goes through a whole page, each stop shows that it has the focus, in both themes, and none is passed by."""
+    """Tab goes through a whole page in both themes; each stop shows its focus, and none is skipped."""
     for scheme in ("light", "dark"):
         page = reader(color_scheme=scheme, reduced_motion="reduce").open("kabsch.html")
         page.evaluate(ALIVE)
@@ -140,7 +141,7 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
 
 
 def test_a_table_that_fades_shows_that_it_has_the_focus(reader: Callable[..., Reader]) -> None:
-    """The mask by which it fades would cut off the ring round it."""
+    """The mask that fades it would cut off the focus ring."""
     page = reader(width=390, height=844).open("docs-commands.html")
     table = page.locator(".table").first
     table.scroll_into_view_if_needed()
@@ -150,7 +151,7 @@ def test_a_table_that_fades_shows_that_it_has_the_focus(reader: Callable[..., Re
     assert table.evaluate("e => [e.matches(':focus-visible'), getComputedStyle(e).maskImage]") == [True, "none"]
 
 
-# An outline of the element, of what is drawn for it or of the label around it; a slider's knob cannot be asked.
+# An outline of the element, of its pseudo-element or of the label around it; a slider's knob cannot be examined.
 SHOWN = """() => {
   const e = document.activeElement;
   const rims = [[e], [e, '::before'], [e.closest('label')]].filter(([x]) => x);
@@ -168,7 +169,7 @@ RADIOS = """() => { const sets = [...document.querySelectorAll('.options')].filt
 
 
 def test_nothing_moves_where_that_is_asked(reader: Callable[..., Reader]) -> None:
-    """Under reduced motion no rule animates or glides, and a press jumps: no picture is seen on its way."""
+    """Under reduced motion no rule animates or transitions, and a press jumps: no intermediate picture is drawn."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live().settled()
     assert page.evaluate(GLIDES) == []
@@ -198,7 +199,7 @@ WATCH = """() => {
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_systems_colours_leave_everything_to_be_seen(reader: Callable[..., Reader], scheme: str) -> None:
-    """Source and target differ in shape, size and colour; every key of a legend, knob, switch and button is seen."""
+    """Source and target differ in shape, size and colour; every legend key, knob, switch and button is visible."""
     one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
     for path in ("kabsch.html", "ransac.html", "ndt-score.html"):
         page = one.open(path)
@@ -215,7 +216,7 @@ CLOUDS = """() => Object.fromEntries(['source', 'target'].map(role => {
   const s = getComputedStyle(document.querySelector(`svg.plot path.${role}:is(.dot, .square)`));
   return [role, [s.stroke, parseFloat(s.strokeWidth), s.strokeLinecap]];
 }))"""
-# What has the ground's own colour, so that nobody sees it.
+# Elements that have the background's own colour, and so are invisible.
 LOST = """() => {
   const canvas = getComputedStyle(document.documentElement).backgroundColor;
   const clear = c => c === canvas || /^rgba.*, 0\\)$/.test(c);
@@ -242,7 +243,7 @@ LOST = """() => {
 
 
 def test_more_contrast_is_more(reader: Callable[..., Reader]) -> None:
-    """Who asks for contrast gets black on white, or white on black, and rims."""
+    """With more contrast requested, text is black on white or white on black, and panels have outlines."""
     for scheme, ink in (("light", "rgb(0, 0, 0)"), ("dark", "rgb(255, 255, 255)")):
         page = reader(contrast="more", color_scheme=scheme).open("kabsch.html")
         assert page.evaluate("getComputedStyle(document.documentElement).color") == ink

@@ -1,4 +1,4 @@
-"""Where the reader's system sets the colours, what is chosen and what hatching tells apart is seen as drawn."""
+"""With the system's forced colours, selections and hatched areas are still visible."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.browser.figure import Figure
 
 SCHEMES = ("light", "dark")
 HATCHED = ("turned", "quarter", "half", "none")
-# How something that can be chosen is drawn: its ground and its outline.
+# How an element that can be selected is drawn: its background and its outline.
 LOOK = "e => { const s = getComputedStyle(e); return [s.backgroundColor, s.outlineStyle, s.outlineColor].join(); }"
 
 
@@ -41,7 +41,7 @@ def test_the_areas_of_a_map_keep_their_hatching_in_its_legend(reader: Callable[.
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> None:
-    """A result of the search, an answer, the pen that is in hand, a deck's notes."""
+    """A search result, an answer, the active pen, a deck's notes."""
     one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
     page = one.open("icp.html")
     answers = Figure(page, "fig-atlas").live().root.locator(".predict-answers button")

@@ -1,4 +1,4 @@
-"""A deck in windows of other sizes, and two of it at once: the slide that is seen stays, and all of it can be read."""
+"""A deck in windows of other sizes, and in two at once: the current slide stays, and all of it can be read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.browser.deck.test_slides import opened, stands_at
 
 
 def test_a_window_of_another_size_keeps_the_slide(reader: Callable[..., Reader]) -> None:
-    """A tablet that is turned, a window made wider or taller: neither this window nor the second one leaves it."""
+    """When a tablet is rotated or a window is resized, neither this window nor the second one leaves the slide."""
     one = reader(768, 1024, reduced_motion="reduce")
     page, second = one.open("slides-icp.html#4"), one.open("slides-icp.html#4")
     resized = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -30,7 +30,7 @@ def test_a_window_of_another_size_keeps_the_slide(reader: Callable[..., Reader])
 
 @pytest.mark.parametrize("deck", ["icp", "race", "four", "landscape"])
 def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader], deck: str) -> None:
-    """On a phone a slide is taller than the screen: wherever a button is scrolled to, no picture lies over it."""
+    """On a phone a slide is taller than the screen: wherever a button is scrolled to, no picture covers it."""
     page = reader(390, 844, has_touch=True, is_mobile=True, reduced_motion="reduce").open(f"slides-{deck}.html")
     page.evaluate("Ladder.alive")
     buttons = page.locator(".slide .figure-desk > .buttons button:visible").all()
@@ -45,13 +45,14 @@ def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader],
 
 
 def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[..., Reader]) -> None:
-    """At 200 % zoom: a screen at a time until the next slide is seen, and back up; across they turn slides at once."""
+    """At 200 % zoom, keys scroll one screen at a time until the next slide is seen, and back up; left and right turn
+    slides at once."""
     page = opened(reader, "slides-icp.html#3", 640, 500)
     at = page.locator(".deck-at")
     assert page.locator("[id='3']").evaluate("slide => slide.offsetHeight") > 1000
 
     def pressed(key: str) -> float:
-        """How far the column has gone, px, once the scroll, which the browser draws out, has come to its end."""
+        """How far the column has moved, in px, once the browser's smooth scroll has ended."""
         before = page.evaluate("""() => {
           window.ended = new Promise(end => addEventListener("scrollend", end, { once: true }));
           return scrollY;

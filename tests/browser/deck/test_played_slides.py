@@ -1,4 +1,4 @@
-"""A slide whose figure was run: its words, its captions and its legend fit the screen as they did before."""
+"""A slide whose figure has run: its words, captions and legend fit the screen as before."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tests.browser.deck.test_slides import opened
 from tests.browser.figure import Figure
 from tests.browser.layout import CUT, MISFITS, remaining
 
-# Captions wider than the panels that they belong to.
+# Captions wider than their panels.
 WIDE_CAPTIONS = """() => [...document.querySelectorAll('.slide .panel-caption > *')].filter(e =>
   e.checkVisibility() && e.getBoundingClientRect().right > e.closest('.figure-panel').getBoundingClientRect().right + 1)
   .map(e => `wider than its panel: ${e.textContent}`)"""
-# Words of the legend that lie on a picture.
+# Legends that overlap a picture.
 COVERED = """() => [...document.querySelectorAll('.slide .legend')].flatMap(legend =>
   [...legend.closest('.slide').querySelectorAll('.figure-panel:not([hidden])')].filter(panel =>
     panel.getBoundingClientRect().bottom > legend.getBoundingClientRect().top + 1)
@@ -26,7 +26,7 @@ COVERED = """() => [...document.querySelectorAll('.slide .legend')].flatMap(lege
     ("deck", "figure"), [("four", "fig-four"), ("mmd", "fig-waves"), ("race", "fig-race"), ("search", "fig-everywhere")]
 )
 def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, figure: str) -> None:
-    """The longest status, the longest captions, and all that the legend names then."""
+    """With the longest status, the longest captions, and the full legend."""
     page = opened(reader, f"slides-{deck}.html")
     run = Figure(page, figure).live()
     if "finish" not in run.frame()["disabled"]:
@@ -39,6 +39,6 @@ def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, fi
 
 
 def test_charts_beside_two_maps_share_a_row(reader: Callable[..., Reader]) -> None:
-    """On a tablet too; in two rows they pushed the legend under the bar."""
+    """On a tablet too; in two rows they used to push the legend under the bar."""
     page = opened(reader, "slides-ndt-climb.html", 1024, 768)
     assert remaining(page, MISFITS, CUT, COVERED) == []

@@ -1,4 +1,4 @@
-"""A deck as one speaks from it: keys, fingers, the address, notes, paper; every slide of every deck fits the screen."""
+"""A deck in use: keys, touch, the address, notes, paper; every slide of every deck fits the screen."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CURRENT = """() => {
 
 @pytest.fixture(scope="session")
 def decks(site: Path, pytestconfig: pytest.Config) -> list[str]:
-    """All of them; with --pages those that are named."""
+    """All decks; with --pages, only the given ones."""
     named = pytestconfig.getoption("--pages")
     paths = sorted(path.name for path in site.glob("slides-*.html"))
     assert len(paths) >= 16
@@ -34,7 +34,7 @@ def decks(site: Path, pytestconfig: pytest.Config) -> list[str]:
 
 
 def stands_at(page: Page, number: int) -> None:
-    """The slide is at the top of the screen, and said to be so."""
+    """Check that the slide is at the top of the screen and named as the current one."""
     expect(page.locator(".deck-at")).to_have_text(re.compile(rf"^{number} of "))
     until(page, f"({CURRENT})() === {number}")
 
@@ -45,8 +45,8 @@ def opened(reader: Callable[..., Reader], path: str = DECK, width: int = 1280, h
 
 
 def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: list[str]) -> None:
-    """At each size all of a slide is seen, words are as large as said, and no label is under 11 px of 1280; with
-    scripts, which bring the buttons, and on paper."""
+    """At each size all of a slide is visible, words have their stated size, and no label is under 11 px of 1280; with
+    scripts, which add the buttons."""
     one, result = reader(reduced_motion="reduce"), []
     for name in decks:
         page = one.open(name)
@@ -62,7 +62,8 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
 
 
 def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
-    """Each key does what it says; the address, the words and the focus go along; Back goes where one jumped from."""
+    """Each key does what it says; the address, the words and the focus follow; Back returns to where one jumped
+    from."""
     page = opened(reader, "kabsch.html")
     page.locator(f'a[href="{DECK}"]').click()
     page.wait_for_url(f"**/{DECK}")
@@ -90,14 +91,15 @@ def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
     page.keyboard.press("Control+ArrowRight")
     page.get_by_role("button", name="Next slide").click()
     stands_at(page, 6)
-    page.keyboard.press("Space")  # the button has the focus still
+    page.keyboard.press("Space")  # the button still has the focus
     stands_at(page, 7)
     page.get_by_role("button", name="Previous slide").click()
     stands_at(page, 6)
 
 
 def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> None:
-    """A handle's arrows move the handle, a slider's keys the slider, Space presses a button; then the deck goes on."""
+    """Arrows move a focused handle, keys a focused slider, and Space presses a focused button; other keys turn
+    slides."""
     page = opened(reader, f"{DECK}#7")
     wrong = Figure(page, "fig-wrong").live().settled()
     before = wrong.record()
@@ -116,7 +118,7 @@ def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> Non
     page.keyboard.press("Space")
     until(page, f"Number(document.querySelector('#fig-wrong').dataset.frame) > {frames}")
     stands_at(page, 7)
-    page.keyboard.press("ArrowRight")  # which a button has no use for
+    page.keyboard.press("ArrowRight")  # a button does not use it
     stands_at(page, 8)
     page.goto(f"{page.url.split('#')[0]}#6")
     switch = Figure(page, "fig-mirror").control("correct")
@@ -127,7 +129,7 @@ def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> Non
 
 
 def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> None:
-    """Off screen it costs nothing; on its slide it draws the chapter's very bytes, live, and its links work."""
+    """Off screen it loads nothing; on its slide it draws the chapter's exact bytes, live, and its links work."""
     one = reader(1280, 720, reduced_motion="reduce")
     drawings = {}
     for path in ("kabsch.html", DECK):
@@ -155,7 +157,8 @@ def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> N
 
 
 def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:
-    """Across the words, and not from a picture or a slider; up and down the page scrolls."""
+    """A swipe across the words turns a slide, one on a picture or a slider does not; vertical swipes scroll the
+    page."""
     page = opened(reader, f"{DECK}#5", 1280, 720, has_touch=True)
     stands_at(page, 5)
     touch = page.context.new_cdp_session(page)
@@ -175,13 +178,13 @@ def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:
     assert box is not None
     swipe(box["x"] + 40, box["y"] + 30, 300)
     swipe(1100, 140, -20)
-    page.keyboard.press("ArrowRight")  # had one of these swipes counted, the next slide were another
+    page.keyboard.press("ArrowRight")  # had one of these swipes counted, the next slide would be another
     stands_at(page, 6)
 
 
 def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
-    """N shows the notes beside the slide, whose handles stay where they are drawn; Escape shows all slides, in which
-    arrows and Enter choose; while it is shown nothing on a slide can be reached."""
+    """N shows the notes beside the slide, and handles stay where they are drawn; Escape shows all slides, where arrows
+    and Enter choose one and nothing on a slide can be reached."""
     page = opened(reader, f"{DECK}#5")
     solve = Figure(page, "fig-solve").live().settled()
     notes = page.locator("[id='5'] .slide-notes")
@@ -227,7 +230,7 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_second_window_goes_along(reader: Callable[..., Reader]) -> None:
-    """The notes in a window of their own, both ways in step."""
+    """The notes are in a separate window, in step in both directions."""
     page = opened(reader, f"{DECK}#2")
     with page.expect_popup() as opening:
         page.get_by_role("button", name="Second window").click()
@@ -252,14 +255,14 @@ def test_the_screen_is_filled(reader: Callable[..., Reader]) -> None:
 
 
 def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path) -> None:
-    """A column that scrolls, whose numbers are addresses; from disk with keys and recorded frames."""
+    """Without scripts, a column that scrolls, whose numbers are addresses; from disk, with keys and recorded frames."""
     plain = opened(reader, f"{DECK}#5", java_script_enabled=False)
     expect(plain.locator("[id='5'] h2")).to_be_in_viewport()
     expect(plain.locator(".deck-steps")).to_be_hidden()
     expect(plain.locator("[id='5'] svg.plot")).to_be_visible()
     assert plain.locator("h1").count() == 1
     one = reader(1280, 720, reduced_motion="reduce")
-    one.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page from disk
+    one.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page opened from disk
     page = one.page()
     page.goto((site / DECK).as_uri())
     for _ in range(4):
@@ -276,7 +279,7 @@ def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path
 
 
 def test_on_paper_a_slide_is_a_page(reader: Callable[..., Reader]) -> None:
-    """Lying pages, as many as slides; higher ones where the notes are shown; nothing to press."""
+    """Landscape pages, as many as slides; taller ones if the notes are shown; no buttons."""
     page = opened(reader, DECK)
     count = page.locator(".slide").count()
 
@@ -295,7 +298,7 @@ def test_on_paper_a_slide_is_a_page(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_phone_scrolls_through(reader: Callable[..., Reader]) -> None:
-    """Slides as tall as what they hold, no snapping, and the steps all the same; the overview is a list."""
+    """Slides are as tall as their content and do not snap, but can still be stepped through; the overview is a list."""
     page = opened(reader, "slides-icp.html", 390, 844, has_touch=True)
     assert page.evaluate("getComputedStyle(document.documentElement).scrollSnapType") == "none"
     heights = page.locator(".slide").evaluate_all("all => all.map(e => e.scrollHeight - e.clientHeight)")
@@ -312,7 +315,7 @@ def test_a_phone_scrolls_through(reader: Callable[..., Reader]) -> None:
 
 
 def test_axe_finds_nothing_on_a_deck(reader: Callable[..., Reader]) -> None:
-    """With a figure alive and the notes shown, in the overview, on a phone; colours once more in the other theme."""
+    """With a live figure and the notes shown, in the overview, on a phone; colours once more in the other theme."""
     page = opened(reader, f"{DECK}#5", color_scheme="light")
     Figure(page, "fig-solve").live()
     page.keyboard.press("n")

@@ -1,4 +1,4 @@
-"""A deck of a site that has grown: with many chapters of long titles each title slide holds what it shows."""
+"""Decks of a much larger site: with many chapters of long titles, each title slide still fits."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ RUNGS_SEEN = """() => [...document.querySelectorAll('.slide-title .step')].map(e
 
 
 def grown(folder: Path, count: int) -> Path:
-    """A site of so many chapters, each with slides, and a title and a question as long as they may be."""
+    """Build a site of this many chapters, each with slides, and a title and a question of the greatest allowed
+    length."""
     project = Project(folder, cache_dir())
     for path in (folder / "content").glob("*.md"):
         path.unlink()
@@ -62,7 +63,7 @@ def server(many: tuple[int, Path]) -> Iterator[SiteServer]:
 def test_the_title_slide_fits_however_many_chapters_there_are(
     reader: Callable[..., Reader], many: tuple[int, Path]
 ) -> None:
-    """On each screen, in both themes: the first, a middle and the last deck; a rung is high enough to be hit."""
+    """On each screen: the first, a middle and the last deck; a rung is tall enough to be clicked."""
     count, result = many[0], []
     one = reader(reduced_motion="reduce")
     for number in (0, count // 2, count - 1):
@@ -81,7 +82,7 @@ def test_the_title_slide_fits_however_many_chapters_there_are(
 
 
 def stands(page: Page, number: int, count: int) -> None:
-    """The deck's own rung is among those shown; of the others it is said how many there are, with a way to them."""
+    """The deck's own rung is among those shown; links state how many others there are and lead to them."""
     rungs = [text for text, _, _ in page.evaluate(RUNGS_SEEN)]
     assert [text.split()[0] for text, _, current in page.evaluate(RUNGS_SEEN) if current] == [str(number)]
     assert len(rungs) == min(count, RUNGS)

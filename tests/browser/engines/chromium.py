@@ -25,7 +25,7 @@ class Chromium:
 
 
 class ChromiumWindow:
-    """A page in a context of its own."""
+    """A page in its own context."""
 
     def __init__(self, context: BrowserContext) -> None:
         self.context = context

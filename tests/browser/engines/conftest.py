@@ -1,4 +1,4 @@
-"""The engines that are asked for, each as one browser for all tests and one window a test."""
+"""The requested engines, each with one browser for all tests and one window per test."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.browser.engines.webkit import Webkit
 from tests.browser.engines.window import Browser
 from tests.browser.server import Doorkeeper, SiteServer
 
-# What drives an engine, and how its program is called where `build.py test` has not found it already.
+# What drives an engine, and its program's usual name if `build.py test` has not found the program already.
 DRIVERS: dict[str, tuple[Callable[[Path, Playwright], Browser], str]] = {
     "chromium": (Chromium, "chromium"),
     "firefox": (lambda program, playwright: Firefox(program), "firefox-esr"),
@@ -34,7 +34,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture(scope="session")
 def running(request: pytest.FixtureRequest, playwright: Playwright) -> Iterator[Browser]:
-    """The engine's browser. There is one Playwright a process, which all tests in Chromium share."""
+    """The engine's browser. There is one Playwright per process, shared by all tests in Chromium."""
     drive, usual = DRIVERS[request.param]
     program = os.environ.get(f"LADDER_{request.param.upper()}") or shutil.which(usual)
     assert program, f"no {usual} on the PATH: `python3 build.py test --engines {request.param}` finds or installs one"
@@ -52,7 +52,7 @@ def server(site: Path, running: Browser) -> Iterator[SiteServer]:
 
 @pytest.fixture
 def reading(running: Browser, server: SiteServer) -> Iterator[Reading]:
-    """A reader with a fresh window; what the browser complains of and no test expects fails the test."""
+    """A reader with a fresh window; complaints of the browser that no test expects fail the test."""
     window = running.window()
     one = Reading(window, server.origin)
     yield one

@@ -1,4 +1,4 @@
-"""Firefox, through WebDriver BiDi on its own remote debugging port: no driver program stands between."""
+"""Firefox, through WebDriver BiDi on its own remote debugging port, without a driver program."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import websocket
 
 from tests.browser.engines.window import PATIENCE, Place, key_actions, pointer_actions
 
-# A fresh profile asks for nothing, and nobody.
+# A fresh profile asks no questions and makes no requests.
 PREFERENCES = {
     "app.update.enabled": False,
     "browser.aboutwelcome.enabled": False,
@@ -25,13 +25,13 @@ PREFERENCES = {
     "network.connectivity-service.enabled": False,
     "toolkit.telemetry.enabled": False,
 }
-# Told of a formula that is laid out before the whole of it has arrived; that it is whole in the end, a test looks at.
+# Logged for a formula that is laid out before all of it has arrived; a test checks that it is whole in the end.
 HALF_READ = "Invalid markup: Incorrect number of children for <m"
 HEARD = ("log.entryAdded", "network.beforeRequestSent")
 
 
 class Firefox:
-    """A running Firefox with a profile of its own."""
+    """A running Firefox with its own profile."""
 
     def __init__(self, program: Path) -> None:
         self.profile = tempfile.TemporaryDirectory(prefix="ladder-firefox-", ignore_cleanup_errors=True)
@@ -48,7 +48,7 @@ class Firefox:
             raise
 
     def address(self, told: Path) -> str:
-        """Where Firefox listens: it writes that into its profile."""
+        """The address that Firefox listens on, which it writes into its profile."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             if self.process.poll() is not None:
@@ -56,7 +56,7 @@ class Firefox:
             try:
                 where = json.loads(told.read_text("utf-8"))
                 return f"ws://{where['ws_host']}:{where['ws_port']}/session"
-            except (OSError, ValueError):  # not there, or not whole
+            except (OSError, ValueError):  # missing or incomplete
                 time.sleep(0.05)
         raise RuntimeError(f"Firefox has not opened its debugging port within {PATIENCE} s")
 
@@ -70,7 +70,7 @@ class Firefox:
 
 
 class Session:
-    """A BiDi session: commands one at a time; the events that come between them are kept."""
+    """A BiDi session: one command at a time; events that arrive in between are kept."""
 
     def __init__(self, url: str) -> None:
         self.socket = websocket.create_connection(url, timeout=2 * PATIENCE, suppress_origin=True)
@@ -80,7 +80,7 @@ class Session:
         self.call("session.subscribe", events=HEARD)
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """A command's result. Raises RuntimeError with what the browser says is wrong."""
+        """A command's result. Raises RuntimeError with the browser's error."""
         self.asked += 1
         self.socket.send(json.dumps({"id": self.asked, "method": method, "params": params}))
         while (heard := json.loads(self.socket.recv())).get("id") != self.asked:
@@ -91,7 +91,7 @@ class Session:
 
 
 class FirefoxWindow:
-    """A tab in a user context, which is Firefox's storage apart."""
+    """A tab in a user context, which is Firefox's separate storage."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -124,7 +124,7 @@ class FirefoxWindow:
         return base64.b64decode(self.call("browsingContext.captureScreenshot")["data"])
 
     def complaints(self) -> list[str]:
-        self.session.call("session.status")  # brings the events that are under way
+        self.session.call("session.status")  # brings pending events
         logged = [event["params"] for event in self.session.events if event["method"] == "log.entryAdded"]
         mine = [entry for entry in logged if entry["source"].get("context", self.tab) == self.tab]
         messages = [str(entry["text"]) for entry in mine if entry["level"] in ("error", "warn")]

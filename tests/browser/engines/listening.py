@@ -1,4 +1,4 @@
-"""The built site on loopback with a listener in every page, for a driver that tells nothing of errors."""
+"""The built site on loopback with a listener in every page, for a driver that does not report errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ for (const level of ["error", "warn"]) console[level] = (...said) => complaints.
 
 
 class Listening(Doorkeeper):
-    """Serves pages whose first script is the listener; what keeps pages for later gets them as they were built."""
+    """Serve pages with the listener as their first script; requests that store pages get them as they were built."""
 
     def read(self, file: Path) -> bytes | None:
         if file.name == NAME:

@@ -1,4 +1,4 @@
-"""What a reader does with a page and its figures, whichever engine shows it."""
+"""What a reader does with a page and its figures, in any engine."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class Reading:
         window.size(1280, 1000)
 
     def open(self, page: str, origin: str = "") -> None:
-        """Goes to a page; its figures are then set up, after its first paint. origin: other than the server's."""
+        """Go to a page; its figures are then set up, after its first paint. `origin` replaces the server's."""
         self.window.open(f"{origin or self.origin}/{page}")
         self.run("() => globalThis.Ladder?.alive")
 
     def expect(self, *parts: str) -> None:
-        """Complaints that hold one of these parts belong to the test."""
+        """Complaints that contain one of these parts are expected by the test."""
         self.expected = parts
 
     def run(self, function: str, *given: Any) -> Any:
@@ -31,12 +31,12 @@ class Reading:
         until(self.window, function, *given)
 
     def figure(self, name: str) -> Figure:
-        """A figure, in the middle of the window."""
+        """A figure, scrolled to the middle of the window."""
         self.run("(name) => document.getElementById(name).scrollIntoView({block: 'center', behavior: 'instant'})", name)
         return Figure(self, name)
 
     def names(self) -> list[str]:
-        """The figures of the open page."""
+        """The names of the open page's figures."""
         return list(self.run("() => [...document.querySelectorAll('figure.figure')].map(({ id }) => id)"))
 
 
@@ -47,17 +47,17 @@ class Figure:
         self.reading, self.name = reading, name
 
     def of(self, function: str, *given: Any) -> Any:
-        """What a function gives of the figure's controller."""
+        """The result of a function of the figure's controller."""
         call = f"(name, ...given) => ({function})(Ladder.figures.get(name), ...given)"
         return self.reading.run(call, self.name, *given)
 
     def becomes(self, state: str) -> Figure:
-        """Waits for the figure's state: static, tape, waiting, live or failed."""
+        """Wait for the figure's state: static, tape, waiting, live or failed."""
         self.reading.until("(name, state) => document.getElementById(name).dataset.state === state", self.name, state)
         return self
 
     def live(self) -> Figure:
-        """Waits until Python is up; a start that the page calls slow goes on."""
+        """Wait until Python is up, even if the page calls the start slow."""
         self.reading.until(
             "() => { const { state, message } = Ladder.runtime;"
             " if (state === 'failed' && !message.includes('any further')) throw new Error(message);"
@@ -66,7 +66,7 @@ class Figure:
         return self
 
     def settled(self) -> Figure:
-        """Waits until nothing is asked or moving."""
+        """Wait until no request is pending and nothing moves."""
         self.reading.until("(name) => !Ladder.figures.get(name).busy", self.name)
         return self
 
@@ -75,7 +75,7 @@ class Figure:
         return str(self.of("({ root }, part) => root.querySelector(part).textContent", part))
 
     def changes(self, name: str, before: str) -> str:
-        """Waits until a readout is no longer `before`; gives what it is."""
+        """Wait until a readout is no longer `before`; return its new value."""
         part = f'[data-readout="{name}"] .value'
         differs = "(figure, part, before) => document.getElementById(figure).querySelector(part).textContent !== before"
         self.reading.until(differs, self.name, part, before)
@@ -91,7 +91,7 @@ class Figure:
         return round(left + width / 2), round(top + height / 2)
 
     def click(self, part: str) -> None:
-        """Brings a part into the middle of the window and clicks it with the mouse."""
+        """Scroll a part to the middle of the window and click it with the mouse."""
         show = "({ root }, part) => root.querySelector(part).scrollIntoView({block: 'center', behavior: 'instant'})"
         self.of(show, part)
         self.reading.window.pointer([self.middle(part)])
@@ -100,11 +100,11 @@ class Figure:
         self.of("({ root }, part) => root.querySelector(part).focus()", part)
 
     def drag(self, part: str, dx: int, dy: int, steps: int = 6) -> None:
-        """Drags a part by so many px with the mouse."""
+        """Drag a part by this many px with the mouse."""
         x, y = self.middle(part)
         path = [(round(x + dx * i / steps), round(y + dy * i / steps)) for i in range(steps + 1)]
         self.reading.window.pointer(path)
 
     def frame(self) -> Any:
-        """The frame that is shown."""
+        """The current frame."""
         return self.of("({ frame }) => frame")

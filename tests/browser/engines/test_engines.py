@@ -1,4 +1,4 @@
-"""Static, tape, live, drag, offline and from disk, on every engine that is asked for."""
+"""Static, tape, live, drag, offline and from disk, on every requested engine."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from widgets.engine.registry import WIDGETS
 
 pytestmark = pytest.mark.browser
 
-# A page as one sees it. empty: figures without a drawing; flat: formulas without height; whole: with all their parts;
-# stacked: numerators stand over denominators; aligned: in a table's cell one part stands after the other;
-# hanging: parentheses stand out of their place; plain: terms without a line; source: LaTeX is left over.
+# A page as rendered. empty: figures without a drawing; flat: formulas without height; whole: formulas with all their
+# parts; stacked: numerators above denominators; aligned: parts in a table's cell follow one another; hanging:
+# parentheses hang outside their place; plain: terms without an underline; source: LaTeX is left over.
 SEEN = """() => {
   const seen = (e) => { const { width, height } = e.getBoundingClientRect(); return width > 0 && height > 0; };
   // What is folded away has no size and needs no typeface; a figure's outcome is for readers without scripts.
@@ -61,7 +61,8 @@ SEEN = """() => {
 def test_every_page_is_complete_without_scripts(
     reading: Reading, server: SiteServer, pages: list[str], width: int
 ) -> None:
-    """No script arrives: text, mathematics, typefaces and every figure are there, nothing is wider than the window."""
+    """Without any script, text, mathematics, typefaces and every figure are there, and nothing is wider than the
+    window."""
     server.forbid(r"\.m?js$")
     reading.expect(".js")
     reading.window.size(width, 1000)
@@ -81,14 +82,14 @@ def test_every_page_is_complete_without_scripts(
         assert seen["wide"] <= 0, f"{name} at {width} px"
         assert not seen["source"], f"{name}: a dollar sign is left over"
         assert {"Ladder Serif", "Ladder Sans"} <= set(seen["fonts"]), name
-        there = "Ladder Math" in seen["fonts"]  # WebKit reads it for folded formulas too
+        there = "Ladder Math" in seen["fonts"]  # WebKit also loads it for folded formulas
         assert (seen["formulas"] > 0) <= there <= (seen["mathematics"] > 0), name
         formulas += seen["formulas"]
     assert formulas > 300
 
 
 def test_the_tape_answers_before_python_is_up(reading: Reading, server: SiteServer) -> None:
-    """With the runtime held back, Solve and Reset show what was recorded; a drag waits for Python."""
+    """With the runtime held back, Solve and Reset show recorded frames; a drag waits for Python."""
     server.hold("/runtime/")
     reading.open("kabsch.html")
     solve = reading.figure("fig-solve")
@@ -108,7 +109,7 @@ def test_the_tape_answers_before_python_is_up(reading: Reading, server: SiteServ
 
 
 def test_python_answers_with_the_build_s_bytes(reading: Reading) -> None:
-    """The runtime comes up; a press and a control answer live; every preset's frame is the build's, byte for byte."""
+    """The runtime starts; a press and a control answer live; every preset's frame equals the build's, byte for byte."""
     reading.open("kabsch.html")
     solve = reading.figure("fig-solve").live()
     start = solve.readout("rms")
@@ -127,7 +128,7 @@ def test_python_answers_with_the_build_s_bytes(reading: Reading) -> None:
 
 
 def test_pointer_and_keys_drag_a_handle(reading: Reading) -> None:
-    """A drag moves the handle by what the pointer moved; arrow keys move it on, and it keeps the focus."""
+    """A drag moves the handle by as much as the pointer; arrow keys move it further, and it keeps the focus."""
     reading.open("kabsch.html")
     solve = reading.figure("fig-solve").live().settled()
     part = '[data-handle="source"]'
@@ -154,7 +155,7 @@ NOTHING_YET = '[aria-disabled="true"], [data-button="back"], [data-button="reset
 # A map with levels of detail; many panels and a job.
 @pytest.mark.parametrize("page", ["landscape.html", "race.html"])
 def test_every_figure_of_a_page_answers(reading: Reading, page: str) -> None:
-    """Each figure's first button that can do something changes the picture; nothing is too wide once all is alive."""
+    """Each figure's first usable button changes the picture; nothing is too wide once all figures are live."""
     reading.open(page)
     for name in reading.names():
         figure = reading.figure(name).live().settled()
@@ -173,7 +174,7 @@ AT = "() => [...document.querySelectorAll('.slide')].findIndex((e) => Math.abs(e
 # Chapters with formulas, a map beside its charts, and many panels.
 @pytest.mark.parametrize("deck", ["slides-kabsch.html", "slides-landscape.html", "slides-race.html"])
 def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> None:
-    """Every slide fits the screen; keys lead from one to the next; on a slide the figure answers a press."""
+    """Every slide fits the screen; keys lead from one to the next; a slide's figure answers a press."""
     reading.window.size(1280, 720)
     reading.open(deck)
     assert reading.run(MISFITS) == []
@@ -185,7 +186,7 @@ def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> Non
     assert reading.run("() => location.hash") == f"#{at}"
     figure = Figure(reading, name).live().settled()
     before = figure.frame()["panels"]
-    # The slide is seen as it stands: bringing the button into the middle would turn the page half way.
+    # The slide is tested in place: scrolling the button to the middle would turn the page half-way.
     reading.window.pointer([figure.middle(f".figure-desk > .buttons [data-button]:not({NOTHING_YET})")])
     figure.becomes("live").settled()
     assert figure.frame()["panels"] != before
@@ -196,8 +197,9 @@ def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> Non
 def test_everything_works_with_the_server_gone(
     reading: Reading, server: SiteServer, site: Path, pages: list[str]
 ) -> None:
-    """After one visit the server goes away: every page opens in full, and a figure works with Python."""
-    # Firefox says so of what a page still waits for when it is left; that all is there, is asked in the end.
+    """After one visit the server goes away: every page opens completely, and a figure works with Python."""
+    # Firefox logs this for requests that are pending when a page is left; the end of the test checks that all are
+    # there.
     reading.expect("A ServiceWorker intercepted the request")
     reading.open("kabsch.html")
     reading.figure("fig-solve").live()
@@ -224,7 +226,7 @@ def test_everything_works_with_the_server_gone(
 
 def test_a_page_opened_from_disk_steps(reading: Reading, site: Path) -> None:
     """file:// has no worker: the tape answers, and one line says how to serve the site."""
-    # Chromium refuses fonts that are asked for early on disk; those of the style sheet, which follow, it grants.
+    # From disk, Chromium refuses preloaded fonts; the style sheet's requests, which follow, succeed.
     reading.expect("Access to font", "ERR_FAILED", "A preload for")
     reading.open("kabsch.html", site.as_uri())
     reading.until("() => document.documentElement.dataset.runtime === 'file'")

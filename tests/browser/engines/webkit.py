@@ -1,4 +1,4 @@
-"""A reader's window in WebKit: sitegen.check.webkit says how one is come by."""
+"""A reader's window in WebKit; see sitegen.check.webkit for how it is started."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.browser.engines.window import PATIENCE, Place, key_actions, pointer_a
 
 
 class Webkit:
-    """A display for one browser a window."""
+    """A display that starts one browser per window."""
 
     def __init__(self, driver: Path) -> None:
         self.driver = driver
@@ -57,7 +57,7 @@ class WebkitWindow:
         return base64.b64decode(self.driver.get_screenshot_as_base64())
 
     def complaints(self) -> list[str]:
-        """Its driver tells of none: the server's listener has gathered the page's, and they go with the page."""
+        """The driver reports none: the server's listener collects them in the page, and they are lost with the page."""
         self.wrong += self.driver.execute_script("return (globalThis.complaints ?? []).splice(0)")
         return self.wrong
 

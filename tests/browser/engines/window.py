@@ -1,4 +1,4 @@
-"""A browser window, whatever drives it: what a test may ask of one, and the input events as WebDriver writes them."""
+"""A browser window, whatever drives it: what a test can do with one, and input events in WebDriver's form."""
 
 from __future__ import annotations
 
@@ -12,52 +12,52 @@ Place = tuple[int, int]  # CSS px in the viewport
 
 
 class Window(Protocol):
-    """One window with storage of its own."""
+    """One window with its own storage."""
 
     def size(self, width: int, height: int) -> None:
-        """Makes the viewport so many CSS px wide; the height may differ by what the browser keeps for itself."""
+        """Make the viewport this many CSS px wide; the height may differ by the browser's own parts."""
 
     def open(self, url: str) -> None:
-        """Goes to an address; returns once the page has loaded."""
+        """Go to an address; return once the page has loaded."""
 
     def evaluate(self, expression: str) -> str:
-        """The text that a JavaScript expression, or the promise that it is, comes to. Raises where it throws."""
+        """The text to which a JavaScript expression, or its promise, evaluates. Raises if it throws."""
 
     def pointer(self, path: Sequence[Place]) -> None:
-        """Presses the mouse at the first place, goes through the others, lets go at the last."""
+        """Press the mouse at the first place, move it through the others, and release it at the last."""
 
     def press(self, key: str) -> None:
-        """Presses a key on what has the focus: ArrowLeft, Shift+ArrowUp, Enter …"""
+        """Press a key on the focused element: ArrowLeft, Shift+ArrowUp, Enter …"""
 
     def picture(self) -> bytes:
         """The viewport as PNG."""
 
     def complaints(self) -> list[str]:
-        """What the browser has found wrong since the window was made: errors and warnings."""
+        """The errors and warnings that the browser has reported since the window was made."""
 
     def close(self) -> None:
-        """Ends the window."""
+        """Close the window."""
 
 
 class Browser(Protocol):
     """A running browser."""
 
     def window(self) -> Window:
-        """A new window, as fresh as a first visit."""
+        """A new window, as fresh as on a first visit."""
 
     def close(self) -> None:
-        """Ends the browser."""
+        """Close the browser."""
 
 
 def run(window: Window, function: str, *given: Any) -> Any:
-    """What a JavaScript function (its source) gives for JSON values, as JSON; a promise is waited for."""
+    """The result of a JavaScript function (given as source) for JSON values, as JSON; a promise is awaited."""
     values = ", ".join(map(json.dumps, given))
     call = f"Promise.resolve(({function})({values})).then((value) => JSON.stringify(value ?? null))"
     return json.loads(window.evaluate(call))
 
 
 def until(window: Window, function: str, *given: Any) -> None:
-    """Waits in the page until the function gives something true; raises AssertionError when it does not."""
+    """Wait in the page until the function returns a true value; raise AssertionError if it does not."""
     looked = f"""async (...given) => {{
       const end = performance.now() + {PATIENCE} * 1000;
       for (;;) {{
@@ -84,7 +84,7 @@ Actions = list[dict[str, Any]]
 
 
 def pointer_actions(path: Sequence[Place]) -> Actions:
-    """WebDriver's input actions of a mouse that is dragged along a path."""
+    """WebDriver's input actions for a mouse dragged along a path."""
     moves: Actions = [{"type": "pointerMove", "x": x, "y": y, "duration": 0} for x, y in path]
     down, up = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
     taken = [moves[0], down, *moves[1:], up]
@@ -92,7 +92,7 @@ def pointer_actions(path: Sequence[Place]) -> Actions:
 
 
 def key_actions(key: str) -> Actions:
-    """WebDriver's input actions of one key with its modifiers."""
+    """WebDriver's input actions for one key with its modifiers."""
     held = [KEYS.get(name, name) for name in key.split("+")]
     down: Actions = [{"type": "keyDown", "value": value} for value in held]
     up: Actions = [{"type": "keyUp", "value": value} for value in reversed(held)]

@@ -1,4 +1,4 @@
-"""What is done twice, held down, or done while something is pointed at, is done as often as a reader means."""
+"""A press that is doubled, held down or made while pointing acts as often as the reader means."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.browser.widgets.test_atlas import log, place
 
 @pytest.fixture
 def slow(reader: Callable[..., Reader]) -> Figure:
-    """ICP's figure, with Python up, whose answers wait from now on."""
+    """ICP's figure with Python up, whose answers are held back from now on."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(HELD)
     page = one.open("icp.html")
@@ -27,7 +27,7 @@ def slow(reader: Callable[..., Reader]) -> Figure:
 
 
 def test_to_the_end_is_pressed_once_by_a_double_click(slow: Figure) -> None:
-    """One Back takes it back, then."""
+    """A single Back then undoes it."""
     before = slow.readout("rms")
     slow.button("finish").dblclick()
     slow.page.evaluate("letGo()")
@@ -38,7 +38,7 @@ def test_to_the_end_is_pressed_once_by_a_double_click(slow: Figure) -> None:
 
 
 def test_a_key_that_is_held_does_no_more_than_is_seen(slow: Figure) -> None:
-    """While Enter repeats, no press waits behind the one that is being drawn; Run is not paused by it."""
+    """While Enter repeats, no press queues behind the one being drawn; the repeats do not pause Run."""
     slow.button("step").focus()
     for _ in range(12):
         slow.page.keyboard.down("Enter")
@@ -55,7 +55,8 @@ def test_a_key_that_is_held_does_no_more_than_is_seen(slow: Figure) -> None:
 
 
 def test_a_handle_stops_with_the_key(slow: Figure) -> None:
-    """A key held for twelve repeats moves it twice: by what is drawn, and by the one that waits."""
+    """A key held for twelve repeats moves the handle twice: once for the frame being drawn, once for the one that
+    waits."""
     handle = slow.handle("source")
     x = slow.frame()["handles"][0]["slider"][2]
     handle.focus()
@@ -69,7 +70,7 @@ def test_a_handle_stops_with_the_key(slow: Figure) -> None:
 
 
 def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
-    """Also after a reset, when the address has that state already; and where a program has encoded the address."""
+    """Even after a reset, when the address already has that state; and if a program has percent-encoded the address."""
     name = "fig-solve"
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure = Figure(page, name).live()
@@ -99,7 +100,7 @@ def atlas(reader: Callable[..., Reader]) -> Figure:
 
 
 def test_pressing_while_pointing_leaves_nothing_of_the_pointing(atlas: Figure) -> None:
-    """The pointer rests on another start: Step is one of the run that was there, and Back takes back the step."""
+    """With the pointer on another start, Step continues the previous run, and Back undoes the step."""
     atlas.button("step").focus()
     atlas.page.mouse.move(*place(atlas, 170.0, 1.0))
     until(atlas.page, "Ladder.figures.get('fig-atlas').record.log.length === 1")
@@ -124,13 +125,13 @@ def test_a_run_goes_on_where_it_was_after_pointing(atlas: Figure) -> None:
 
 
 def test_back_takes_back_a_doing_not_a_pointing(reader: Callable[..., Reader]) -> None:
-    """In a figure where what was pointed at last stays."""
+    """In a figure where the last place pointed at stays."""
     cells = Figure(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells").live().settled()
     button = cells.root.locator('.buttons [data-button]:not([aria-disabled="true"])').first
     name = button.get_attribute("data-button")
     button.click()
     until(cells.page, "Ladder.figures.get('fig-cells').record.log.length === 1")
-    cells.settled()  # the picture stays while it is measured
+    cells.settled()  # the picture must not change while it is measured
     box = cells.root.locator('.figure-panel[data-panel="main"] svg').bounding_box()
     assert box
     cells.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

@@ -1,4 +1,4 @@
-"""What stands beside a figure's picture: beneath it on a tablet, a chart is no larger than its picture."""
+"""Charts beside a figure's picture: below it on a tablet, a chart is no larger than its picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LARGE = """() => [...document.querySelectorAll('.figure-charts > .figure-panel')
   const {width, height} = e.getBoundingClientRect();
   return width > Math.max(0.7 * main.width, 360) || height > main.height + 24;
 }).map(e => `${e.closest('figure').id}: ${e.dataset.panel}`)"""
-# Words of a drawing that lie on others.
+# Texts of a drawing that overlap others.
 COLLIDING = """() => [...document.querySelectorAll('svg.plot')].flatMap(svg => {
   const words = [...svg.querySelectorAll('text')].filter(e => e.checkVisibility() && e.getBoundingClientRect().width)
     .map(e => [e.textContent, e.getBoundingClientRect()]);
@@ -34,7 +34,7 @@ def test_a_chart_is_no_larger_than_its_picture(reader: Callable[..., Reader], pa
 
 @pytest.mark.parametrize("width", [390, 768, 1024])
 def test_words_over_a_chart_do_not_meet(reader: Callable[..., Reader], width: int) -> None:
-    """With *More* open: what the benchmark's strips show, and what their bars and dashes are."""
+    """With *More* open: the titles of the benchmark's strips, and the meaning of their bars and dashes."""
     page = reader(width, 900, reduced_motion="reduce").open("race.html")
     page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
     assert page.locator("svg.plot text", has_text="bar: median").count()

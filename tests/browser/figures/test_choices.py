@@ -1,4 +1,4 @@
-"""Options that set other controls: a choice says when those were moved since, and sets them again at a click."""
+"""Options that set other controls: a choice says when those have been moved since, and a click sets them again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLACE = "e => { const { x, y } = e.getBoundingClientRect(); return [x + scrollX,
 
 @pytest.mark.parametrize(("page", "name"), [("icp", "fig-nearest"), ("race", "fig-race")])  # a list, and radio buttons
 def test_a_choice_says_that_what_it_set_was_moved(reader: Callable[..., Reader], page: str, name: str) -> None:
-    """And no longer where it is moved back; nothing else moves for that."""
+    """And no longer says so once it is moved back; nothing else moves meanwhile."""
     figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).live()
     slider = figure.control("noise")
     room = figure.root.locator(f'.control:has([name="{"scene" if page == "icp" else "setting"}"])')
@@ -48,7 +48,7 @@ def test_a_start_says_that_a_handle_was_dragged(reader: Callable[..., Reader], p
 
 
 def test_a_slider_is_called_what_it_stands_for(reader: Callable[..., Reader]) -> None:
-    """Under the chosen option; at once, and from the tape as well."""
+    """It changes with the chosen option, at once and from the tape too."""
     figure = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-dial-nearest").live()
     label = figure.root.locator('.control:has([name="length"]) .control-label')
     expect(label).to_have_text("Cap τ")
@@ -60,7 +60,7 @@ def test_a_slider_is_called_what_it_stands_for(reader: Callable[..., Reader]) ->
 
 @pytest.mark.parametrize("way", ["pointer", "key"])
 def test_the_chosen_option_sets_its_values_again(reader: Callable[..., Reader], way: str) -> None:
-    """Without another one between; once they hold, a further click asks for nothing."""
+    """Without choosing another in between; once the values are set, another click requests nothing."""
     figure = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-nearest").live()
     figure.set("turn", "90")
     start = figure.root.locator('.control:has([name="start"])')

@@ -1,4 +1,4 @@
-"""What a reader takes away: the picture as SVG and PNG, pinned runs as CSV; and what a page looks like on paper."""
+"""What a reader can export: the picture as SVG and PNG, pinned runs as CSV; and how a page prints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def saved(page: Page, button: Locator, to: Path) -> Path:
     ("name", "figure"), [("kabsch", "fig-solve"), ("ndt-score", "fig-score"), ("race", "fig-curves")]
 )
 def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, name: str, figure: str) -> None:
-    """Nothing leads out of the SVG; its colours are the light theme's; the PNG is its picture."""
+    """The SVG refers to nothing outside; its colours are the light theme's; the PNG shows the same picture."""
     page = reader(color_scheme="dark").open(f"{name}.html")
     root = page.locator(f"#{figure}")
     root.locator(".figure-more summary").click()
@@ -58,13 +58,13 @@ def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, n
     assert picture.size == (2 * shot.width, 2 * shot.height)
     assert picture.getpixel((2, 2)) == (255, 255, 255)
     apart = Image.composite(shot, picture.resize(shot.size), Image.new("L", shot.size, 128)).histogram()
-    assert sum(apart[:3]) < 0.2 * shot.width * shot.height  # nothing of the dark page's ground
+    assert sum(apart[:3]) < 0.2 * shot.width * shot.height  # without the dark page's background
     used = {colour for _, colour in picture.getcolors(picture.width * picture.height) or []}
     assert len(used) > 20
 
 
 def test_a_picture_that_cannot_be_made_says_so(reader: Callable[..., Reader]) -> None:
-    """A canvas that is too large gives nothing; the next that can be made takes the word away."""
+    """A canvas that is too large yields no image; the next success removes the message."""
     page = reader(accept_downloads=True).open("kabsch.html")
     root = page.locator("#fig-solve")
     root.locator(".figure-more summary").click()
@@ -84,7 +84,7 @@ def test_a_picture_that_cannot_be_made_says_so(reader: Callable[..., Reader]) ->
 
 
 def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """Every control, the seed and the readouts, as numbers that a spreadsheet reads."""
+    """Every control, the seed and the readouts, as numbers that a spreadsheet can read."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
     solve.reached("[data-pin]").click()
     before = solve.readout("rms")
@@ -104,7 +104,7 @@ def link(record: dict[str, Any]) -> str:
 
 
 def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None:
-    """A value out of range, an unknown control, a seed that is none and unknown actions are left out, and named."""
+    """A value out of range, an unknown control, an invalid seed and unknown actions are left out, and named."""
     one = reader(reduced_motion="reduce")
     given = {
         "widget": "kabsch",
@@ -125,7 +125,7 @@ def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None
 
 
 def test_a_chapter_prints_with_its_figures_as_they_are(reader: Callable[..., Reader]) -> None:
-    """On paper there is each figure's picture as it was left, in light colours, whole, and nothing to press."""
+    """On paper, each figure's picture is as it was left, in light colours, complete, and without buttons."""
     one = reader(color_scheme="dark", reduced_motion="reduce")
     page = one.open("race.html")
     page.emulate_media(media="print")
@@ -138,7 +138,7 @@ def test_a_chapter_prints_with_its_figures_as_they_are(reader: Callable[..., Rea
     page.emulate_media(media="print")
     assert page.locator("button:not(.try):visible, input:visible, .ladder:visible").count() == 0
     assert solve.readout("rms") == after
-    panels = page.locator("figure .figure-panel:not(.figure-rest *) > svg")  # what waits behind More stays there
+    panels = page.locator("figure .figure-panel:not(.figure-rest *) > svg")  # pictures behind More stay there
     assert panels.count() >= 3
     for panel in panels.all():
         box = panel.bounding_box()

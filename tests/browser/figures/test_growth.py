@@ -1,4 +1,4 @@
-"""Nothing grows with use: the worker's memory over a thousand drags, the page's own over hundreds of presses."""
+"""Memory does not grow with use: the worker's over a thousand drags, the page's own over hundreds of presses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.browser.figure import Figure
 
 pytestmark = pytest.mark.browser
 
-# One entry after another at places round a circle, each asked for once the one before is answered, drawn coarsely.
+# Entries at places round a circle, each requested once the previous one is answered, drawn coarsely.
 ENTRIES = """async ([name, kind, what, count]) => {
   for (let i = 0; i < count; i++) {
     const record = structuredClone(Ladder.figures.get(name).record);
@@ -40,7 +40,8 @@ def test_a_thousand_actions_leave_the_worker_s_heap_alone(
 
 
 def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reader]) -> None:
-    """Step and Reset, pictures swapped each time: as many nodes and listeners as before, and no heap that grows."""
+    """Step and Reset, with pictures swapped each time: about as many nodes and listeners as before, and a heap of
+    nearly constant size."""
     page = reader(reduced_motion="reduce").open("icp.html")
     figure = Figure(page, "fig-nearest").live()
     meter = page.context.new_cdp_session(page)
@@ -56,13 +57,13 @@ def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reade
 
 
 def press(figure: Figure, count: int) -> None:
-    """So many presses, every third a Reset."""
+    """Press this many times, every third time Reset."""
     for i in range(count):
         figure.button("reset" if i % 3 == 2 else "step").evaluate("button => button.click()")
         until(figure.page, IDLE)
 
 
 def measured(meter: CDPSession) -> dict[str, float]:
-    """The page's metrics by name, after its garbage is collected."""
+    """The page's metrics by name, after garbage collection."""
     meter.send("HeapProfiler.collectGarbage")
     return {one["name"]: one["value"] for one in meter.send("Performance.getMetrics")["metrics"]}

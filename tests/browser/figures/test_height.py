@@ -1,4 +1,4 @@
-"""What is pressed or chosen in a figure does not move the page below it: words come and go in room kept for them."""
+"""Presses and choices in a figure do not move the page below it: words appear in space reserved for them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_figure_keeps_its_height(
     pressed: tuple[str, ...],
     chosen: dict[str, str],
 ) -> None:
-    """With *More* open, at first, after each choice and after each press."""
+    """With *More* open: initially, after each choice and after each press."""
     figure = Figure(reader(*size, reduced_motion="reduce").open(page), name).live()
     figure.root.locator("details.figure-rest > summary").click()
     heights = [_height(figure)]

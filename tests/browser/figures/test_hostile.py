@@ -1,4 +1,4 @@
-"""What comes from an address or from storage is data: never markup, never the end of the page."""
+"""Input from an address or from storage is data: it never becomes markup and never breaks the page."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def state(record: Any) -> str:
 
 
 def records() -> list[Any]:
-    """Hostile records: each of their parts in turn is something that it may not be."""
+    """Hostile records: each of their parts in turn has an invalid value."""
     sound = {"widget": "kabsch", "preset": "noisy", "controls": {}, "seed": 7, "log": []}
     made: list[Any] = [*MARKUP, *ODD, json.loads('{"widget": "kabsch", "__proto__": {"polluted": 1}}')]
     for bad in (*MARKUP[:3], *ODD):
@@ -89,7 +89,7 @@ def test_no_address_becomes_markup(reader: Callable[..., Reader]) -> None:
 
 
 def test_no_storage_becomes_markup(reader: Callable[..., Reader]) -> None:
-    """Pins and themes that somebody else wrote: what is no pin is passed over, the rest is text, the page is alive."""
+    """Pins and themes written by others: an invalid pin is skipped, the rest is text, and the page is live."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     Figure(page, "fig-solve").seen().reached("[data-pin]").click()
     sound = page.evaluate(
@@ -145,7 +145,8 @@ def test_a_fragment_that_cannot_be_decoded_leaves_the_deck_alive(
 
 @pytest.mark.parametrize("width", [1280, 390])
 def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Reader], width: int) -> None:
-    """A link of 143 kB that names thousands of settings: the status stays a few lines, and so does what is heard."""
+    """With a link of 143 kB that names thousands of settings, the status stays a few lines long, and so does its
+    announcement."""
     page = reader(width, reduced_motion="reduce").open("kabsch.html")
     record = {"widget": "kabsch", "controls": {f"{i} {'setting' * 5}": 1 for i in range(2300)}, "seed": 7, "log": []}
     link = state(record)
@@ -159,7 +160,7 @@ def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Read
     assert len(solve.root.locator(".figure-voice").inner_text()) < 400
 
 
-# What a worker can ask the network by, each for an address of another origin; resolves to what came of it.
+# Every way for a worker to use the network, each for an address of another origin; resolves to their outcomes.
 REACHES = """async (other) => {
   const heard = (thing) => new Promise((done) => {
     thing.onload = thing.onopen = () => done("reached");
@@ -188,7 +189,7 @@ REACHES = """async (other) => {
 
 
 class Listener(BaseHTTPRequestHandler):
-    """Another origin, which notes what it is asked for."""
+    """Another origin, which records its requests."""
 
     asked: ClassVar[list[str]] = []
 
@@ -200,12 +201,12 @@ class Listener(BaseHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing to tell."""
+        """Log nothing."""
 
 
 @pytest.mark.parametrize("bare", [False, True])
 def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer, bare: bool) -> None:
-    """Not by any way, also on a host that sends no headers: the policy in the page holds in its worker as well."""
+    """By no means, even on a host that sends no headers: the page's policy applies to its worker as well."""
     other = ThreadingHTTPServer(("127.0.0.1", 0), Listener)
     threading.Thread(target=other.serve_forever, daemon=True).start()
     server.bare = bare

@@ -1,4 +1,4 @@
-"""What is pointed at answers: under the mouse, by a tap, by arrow keys; and never makes a page wait for Python."""
+"""Pointing is answered: with the mouse, by a tap, by arrow keys; and it never makes a page wait for Python."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def cells(reader: Callable[..., Reader]) -> Figure:
 
 
 def place(cells: Figure, x: float, y: float) -> tuple[float, float]:
-    """Where a world place of the map is on the screen."""
+    """The place on the screen of a world place of the map."""
     drawing = cells.root.locator('.figure-panel[data-panel="main"] svg')
     drawing.scroll_into_view_if_needed()
     box = drawing.bounding_box()
@@ -29,7 +29,7 @@ def place(cells: Figure, x: float, y: float) -> tuple[float, float]:
 
 
 def test_the_cell_under_the_mouse_is_shown_and_hovers_replace_each_other(cells: Figure) -> None:
-    """Over the stuck beam its cell is shown, over a wall that; one entry in the log, at the place pointed at."""
+    """Over the stuck beam its cell is shown, over a wall the wall's; the log has one entry, at the place pointed at."""
     before = cells.readout("mean")
     cells.page.mouse.move(*place(cells, -2.5, 0.4))
     stuck = cells.changes("mean", before)
@@ -43,7 +43,7 @@ def test_the_cell_under_the_mouse_is_shown_and_hovers_replace_each_other(cells: 
 
 
 def test_arrow_keys_point(cells: Figure) -> None:
-    """The crosshair takes the focus; arrows move it over the map and the cell under it is shown at each press."""
+    """The crosshair takes the focus; arrows move it over the map, and the cell under it is shown at each press."""
     cells.seen()
     cross = cells.root.locator('[data-pick="main"]')
     cross.focus()
@@ -60,7 +60,7 @@ def test_arrow_keys_point(cells: Figure) -> None:
 
 
 def test_a_tap_points_and_a_finger_still_scrolls(reader: Callable[..., Reader]) -> None:
-    """A tap on the drawing chooses the cell there; the drawing leaves panning to the page."""
+    """A tap on the drawing chooses the cell there; panning is left to the page."""
     page = reader(390, 800, has_touch=True, reduced_motion="reduce").open(PAGE)
     cells = Figure(page, NAME).live()
     before = cells.readout("cell")
@@ -73,7 +73,7 @@ def test_a_tap_points_and_a_finger_still_scrolls(reader: Callable[..., Reader]) 
 def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(
     reader: Callable[..., Reader], server: SiteServer
 ) -> None:
-    """With the runtime not live a mouse move changes no record and leaves the figure as it was printed."""
+    """While the runtime is not live, a mouse move changes no record and leaves the figure as built."""
     server.hold("/runtime/.*wasm")
     cells = Figure(reader().open(PAGE), NAME)
     cells.page.mouse.move(*place(cells, -2.5, 0.4))
@@ -83,7 +83,7 @@ def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(
 
 
 def test_a_window_made_wider_moves_what_is_pointed_at(cells: Figure) -> None:
-    """The column is as wide as before and elsewhere: no scroll and no size tells of it."""
+    """The column keeps its width but moves, with no scroll or resize event of its own."""
     page = cells.page
     page.set_viewport_size({"width": 1500, "height": 800})
     before = cells.readout("mean")

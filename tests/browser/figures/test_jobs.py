@@ -1,4 +1,4 @@
-"""A figure's long work: the benchmark in the tab, its table, Stop, and that a reader comes first."""
+"""A figure's long work: the benchmark in the tab, its table, Stop, and priority for the reader's requests."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def rows(figure: Figure) -> list[list[str]]:
 
 
 def test_the_benchmark_is_the_native_one(race: Figure) -> None:
-    """In the tab as natively: counts within one, and medians of those that do not choose to the digits shown."""
+    """The tab agrees with native Python: counts within one, and for ICP, point-to-plane, GICP and soft targets the
+    medians to the digits shown."""
     built = rows(race)
     begin, words = job(race).locator('[data-do="begin"]'), job(race).locator(".job-words")
     begin.click()
@@ -51,7 +52,7 @@ def test_the_benchmark_is_the_native_one(race: Figure) -> None:
 
 
 def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
-    """While it runs a step of the race is answered; Stop ends it within 100 ms, and it can begin again."""
+    """While it runs, a step of the race is answered; Stop ends it within 100 ms, and it can begin again."""
     page, begin, stop = race.page, *(job(race).locator(f'[data-do="{what}"]') for what in ("begin", "stop"))
     begin.click()
     expect(job(race)).to_have_attribute("data-state", "running")
@@ -79,7 +80,7 @@ def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
 
 
 def test_the_table_sorts_by_any_column(race: Figure) -> None:
-    """A heading sorts, upwards and then downwards, says so, and keeps the focus."""
+    """A heading sorts ascending, then descending, says so, and keeps the focus."""
     names = [row[0] for row in rows(race)]
     for column in range(6):
         heading = job(race).locator(f'[data-sort="{column}"]')
@@ -89,14 +90,15 @@ def test_the_table_sorts_by_any_column(race: Figure) -> None:
             expect(job(race).locator("thead th").nth(column + 1)).to_have_attribute("aria-sort", way)
             shown = [row[column + 1] for row in rows(race)]
             values = [float(text) for text in shown if text != "–"]
-            assert len(values) == (0 if column == 5 else len(names))  # the time is known after a run alone
+            assert len(values) == (0 if column == 5 else len(names))  # the time is known only after a run
             assert values == sorted(values, reverse=way == "descending")
     job(race).locator('[data-sort="-1"]').click()
     assert [row[0] for row in rows(race)] == sorted(names, key=str.lower)
 
 
 def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
-    """The static run is kept; of a new one at other settings each row has both numbers, as far as it has come."""
+    """The static run is kept; each row of a new run at other settings shows both numbers, as far as the run has
+    come."""
     kept = {row[0]: row[1] for row in rows(race)}
     job(race).locator('[data-do="keep"]').click()
     race.set("setting", "clean")
@@ -114,7 +116,7 @@ def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
 
 
 def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> None:
-    """The native table for the figure's settings stands in the page, with its drawings and no button."""
+    """The native table for the figure's settings is in the page, with its drawings but without buttons."""
     page = reader(java_script_enabled=False).open("race.html")
     page.locator(".figure-rest > summary").click()
     box = page.locator("section.job")
@@ -131,7 +133,7 @@ def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> No
 
 
 def test_a_begin_before_python_is_up_waits_for_it(reader: Callable[..., Reader]) -> None:
-    """Pressed at once, it begins when the runtime is live; a worker that dies meanwhile is told."""
+    """Pressed at once, it begins when the runtime is live."""
     race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").seen()
     job(race).locator('[data-do="begin"]').click()
     expect(job(race)).to_have_attribute("data-state", "running")
@@ -140,7 +142,7 @@ def test_a_begin_before_python_is_up_waits_for_it(reader: Callable[..., Reader])
 
 
 def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Reader]) -> None:
-    """What was asked for and stopped while Python started does not stay under way in it."""
+    """A job requested and stopped while Python starts is not left running in it."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("""
       globalThis.asked = [];
@@ -163,7 +165,7 @@ def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Re
 
 
 def test_every_panel_takes_the_start(race: Figure) -> None:
-    """A drag of the start in the fifth panel is a drag of the start, and the focus is on the handle of the first."""
+    """Dragging the start in the fifth panel drags the start, and the handle in the first panel gets the focus."""
     grip = race.root.locator('.handle.copy[data-handle="source"]').nth(3)
     grip.scroll_into_view_if_needed()
     box = grip.bounding_box()

@@ -12,7 +12,7 @@ from tests.browser.figure import Figure, experiments
 
 
 def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reader]) -> None:
-    """Two pinned runs differ in the control that was moved; Restore brings the run back; they outlive a reload."""
+    """Two pinned runs differ in the control that was moved; Restore brings a run back; pins survive a reload."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     before = solve.readout("rms")
@@ -38,7 +38,7 @@ def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reade
 
 
 def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[..., Reader]) -> None:
-    """Its record is filled up as a link's is: nothing in the table is missing, and the page comes alive."""
+    """Its record is completed like a link's: nothing in the table is missing, and the page becomes live."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     solve.reached("[data-pin]").click()
@@ -61,7 +61,7 @@ def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[.
 
 
 def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable[..., Reader]) -> None:
-    """Where nothing more can be stored the run is pinned for this page alone; the 51st takes the place of the first."""
+    """If nothing more can be stored, the run is pinned for this page only; the 51st pin replaces the first."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     pin, status = solve.reached("[data-pin]"), solve.root.locator(".figure-status")
@@ -93,7 +93,7 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
 
 
 def test_a_further_pin_leaves_the_table_where_it_was_scrolled(reader: Callable[..., Reader]) -> None:
-    """On a narrow screen, and the focus stays on its button, also when another tab pins."""
+    """On a narrow screen; the focus stays on its button too, even when another tab pins."""
     one = reader(420, 900, reduced_motion="reduce")
     solve, other = (Figure(one.open("kabsch.html"), "fig-solve").seen() for _ in range(2))
     solve.reached("[data-pin]").click()
@@ -125,7 +125,7 @@ def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_hostile_link_harms_nothing(reader: Callable[..., Reader]) -> None:
-    """Broken and hostile states in the address leave the figure at its preset, with a note."""
+    """Damaged and hostile states in the address leave the figure at its preset, with a note."""
     one = reader()
     for state in ("%%%", "bm90IGpzb24"):
         page = one.open(f"kabsch.html#fig-solve?s={state}")
@@ -158,7 +158,7 @@ def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
 
 
 def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
-    """Auto, light, dark: the choice changes the colours and outlives a reload."""
+    """Auto, light, dark: the choice changes the colours and survives a reload."""
     page = reader(color_scheme="light").open("kabsch.html")
     ground = "getComputedStyle(document.documentElement).backgroundColor"
     light = page.evaluate(ground)
@@ -195,7 +195,7 @@ def test_citation_cards(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_term_shows_what_it_means(reader: Callable[..., Reader]) -> None:
-    """On focus and hover its card says it, Escape closes that; the link leads to its entry."""
+    """On focus and on hover its card shows the meaning, and Escape closes it; the link leads to its entry."""
     page = reader().open("surfaces.html")
     link = page.locator("a.term[data-card]").first
     card = page.locator(f"#{link.get_attribute('data-card')}")

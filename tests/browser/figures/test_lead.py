@@ -1,6 +1,6 @@
-"""What does not lead in a figure waits behind More; of many panels one is large. That what leads is seen at one look,
-tests/browser/accessibility/test_axe.py holds of every wide page, tests/browser/pages/test_static.py of every one on a
-phone."""
+"""The parts of a figure that do not lead are behind More; of many panels one is large. That the leading parts fit on
+one screen is tested in tests/browser/accessibility/test_axe.py for every wide page and in
+tests/browser/pages/test_static.py for every page on a phone."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def link(figure: Figure) -> str:
 
 
 def test_a_click_on_a_chart_behind_more(reader: Callable[..., Reader]) -> None:
-    """Its crosshair is there once the chart is, and the chart answers."""
+    """Its crosshair appears with the chart, and the chart answers."""
     race = Figure(reader(height=1400).open("race.html"), "fig-race").live()
     cross = race.root.locator('[data-pick="errors"]')
     expect(cross).to_be_hidden()
@@ -68,7 +68,7 @@ def test_a_panel_enlarged_at_a_touch(reader: Callable[..., Reader], name: str) -
 
 
 def test_on_a_phone_the_large_panel_has_the_handles_for_keys(reader: Callable[..., Reader]) -> None:
-    """Whichever panel is large: a handle is a slider there, and an arrow key moves the cloud."""
+    """Whichever panel is large, a handle is a slider there, and an arrow key moves the cloud."""
     four = Figure(reader(width=390, height=844).open("four.html"), "fig-four").live()
     handle = four.root.locator('.handle:not(.copy)[data-handle="source"]')
     expect(handle).to_have_attribute("data-panel", "cpd")

@@ -26,8 +26,9 @@ def solve(reader: Callable[..., Reader]) -> Figure:
 
 
 def records() -> list[dict[str, Any]]:
-    """Every widget as it opens, what its tape begins with, and a drag or pick of each of its places. What node draws by
-    the same Python, tests/pyodide/test_frames.py, has the other presets, the rest of the tape and every control too."""
+    """Every widget as it opens, the first run of its tape, and a drag, click or hover at each of its places.
+    tests/pyodide/test_frames.py, where node draws with the same Python, adds the other presets, the rest of the tape
+    and every control."""
     results = []
     for widget in WIDGETS.values():
         plain = preset(widget, "default").plain()
@@ -42,21 +43,21 @@ def records() -> list[dict[str, Any]]:
 
 
 def test_live_frames_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
-    """For every widget, its taped states and a drag of each handle: native and browser frames are equal bytes. Maps
-    are drawn finely as they open, and after that at their first level."""
+    """For these records of every widget, native and browser frames are equal byte for byte. Maps are drawn finely as
+    they open, and otherwise at their first level."""
     page = reader().open("kabsch.html")
     Figure(page, "fig-solve").live()
     host = Host()
     for record in records():
         levels = WIDGETS[record["widget"]].details if record["log"] == [] else 1
-        for level in range(levels):  # one after the other, as a page asks: none takes long
+        for level in range(levels):  # one after the other, as a page requests them: none takes long
             request = {"figure": "fig-x", "record": record, "detail": level}
             live = page.evaluate("request => Ladder.runtime.frame(request)", request)
         assert live == host.render("fig-x", record, level), record
 
 
 def test_a_drag_moves_the_source_and_solve_finds_the_same_optimum(solve: Figure) -> None:
-    """Two different starts by drag, two Solves: the same residual, and the spread of the solutions is rounding."""
+    """From two starts by drag, two Solves reach the same residual."""
     before = solve.readout("rms")
     solve.drag("source", 90, 60)
     moved = solve.changes("rms", before)
@@ -75,7 +76,7 @@ def test_a_drag_moves_the_source_and_solve_finds_the_same_optimum(solve: Figure)
 
 
 def test_a_drag_keeps_its_offset_and_follows_the_pointer(solve: Figure) -> None:
-    """Grabbed off centre, the handle moves by just what the pointer moved."""
+    """Grabbed off centre, the handle moves by exactly as much as the pointer."""
     solve.seen()
     box = solve.handle("source").bounding_box()
     assert box
@@ -92,7 +93,7 @@ def test_a_drag_keeps_its_offset_and_follows_the_pointer(solve: Figure) -> None:
 
 
 def test_keys_do_what_a_drag_does(solve: Figure) -> None:
-    """Arrow keys on the focused handle move it; Shift moves further; the page does not scroll; focus stays."""
+    """Arrow keys move the focused handle; Shift moves it further; the page does not scroll; the focus stays."""
     handle = solve.seen().handle("source")
     top = solve.page.evaluate("scrollY")
     before = solve.frame()["handles"]
@@ -117,7 +118,7 @@ def test_keys_do_what_a_drag_does(solve: Figure) -> None:
 
 
 def test_a_new_draw_is_the_next_seed_s(solve: Figure) -> None:
-    """Other clouds, which the record names; pressing again goes on."""
+    """Other clouds with the seed that the record names; pressing again goes to the next."""
     solve.set("noise", "0.3")
     solve.settled()
     seeds, pictures = [solve.record()["seed"]], {json.dumps(solve.frame()["panels"])}
@@ -146,7 +147,7 @@ def test_escape_puts_a_drag_back(solve: Figure) -> None:
 
 
 def test_everything_by_keyboard_alone(solve: Figure) -> None:
-    """Tab reaches handles, buttons and controls in this order; Enter solves; a slider answers to arrows."""
+    """Tab reaches handles, buttons and controls in this order; Enter solves; a slider responds to arrows."""
     page = solve.page
     solve.handle("source").focus()
     reached = []
@@ -188,7 +189,7 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
 
 
 def drag_by_finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
-    """A touch drag of a handle that is large enough for a finger."""
+    """Drag a handle, which must be large enough for a finger, by touch."""
     figure.handle(name).scroll_into_view_if_needed()
     box = figure.handle(name).bounding_box()
     assert box
@@ -203,7 +204,7 @@ PLACED = re.compile(
     r'<figure class="figure" id="([\w-]+)".*?<script type="application/json" class="figure-record">(.*?)</script>', re.S
 )
 
-# They cut clouds in space, which a reader has to bring: see tests/browser/widgets/test_own_clouds.py.
+# These slice spatial clouds, which a reader has to supply: see tests/browser/widgets/test_own_clouds.py.
 SLICING = {("own-clouds", "height"), ("own-clouds", "thickness")}
 
 
@@ -215,15 +216,15 @@ def others(spec: dict[str, Any], value: Any) -> list[Any]:
 
 
 def pressed(record: Record, button: str) -> Record:
-    """The record after a press of a button; "run" repeats another one a few times."""
+    """The record after a press of a button; "run" repeats another button a few times."""
     (result,) = (each for each in WIDGETS[record["widget"]].buttons if each.name == button)
     presses = [["press", result.repeats]] * 4 if result.does == "run" else [["press", button]]
     return {**record, "log": [*record["log"], *presses]}
 
 
 def settings(record: Record, controls: dict[str, Any], control: str) -> Iterator[Record]:
-    """The figure as it opens; and with each of its choices and toggles at another value, or in another preset, since
-    some controls belong to one choice of another, as the number of a scan does to the drive."""
+    """The figure as it opens; with each of its choices and toggles at another value; and in each preset, since some
+    controls matter only under one choice of another, as a scan's number does with the drive."""
     yield record
     for name, spec in controls.items():
         for value in others(spec, record["controls"][name]) if name != control and spec["kind"] != "slider" else []:
@@ -233,13 +234,13 @@ def settings(record: Record, controls: dict[str, Any], control: str) -> Iterator
 
 
 def moved(record: Record, spec: dict[str, Any], control: str, value: Any) -> Record:
-    """The record with the control at a value, and at theirs what that value sets."""
+    """The record with the control at a value, and with the values that this option sets."""
     return {**record, "controls": {**record["controls"], control: value, **spec.get("sets", {}).get(value, {})}}
 
 
 def asked(plain: Record, other: Record, primary: str) -> Iterator[tuple[Record, Record]]:
-    """Both as they open, and, since some controls speak only then, after the figure's main action, and at the end of
-    the longest run on its tape."""
+    """Both as they open and, since some controls only take effect then, after the figure's main action and at the end
+    of its tape's longest run."""
     yield plain, other
     if primary:
         yield pressed(plain, primary), pressed(other, primary)
@@ -249,11 +250,11 @@ def asked(plain: Record, other: Record, primary: str) -> Iterator[tuple[Record, 
 
 
 def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], site: Path, pages: list[str]) -> None:
-    """On every figure of every page, each control at another value gives another picture. What the page's Python draws
-    is what is drawn here, byte for byte, as the test above says; and a control of each kind is moved in the page."""
+    """In every figure of every page, each control at another value gives another picture. The frames drawn here are
+    those of the page's Python, byte for byte, as tested above; and one control of each kind is moved in the page."""
     one, host = reader(reduced_motion="reduce"), Host()
     unmoved: dict[str, tuple[str, str, str]] = {}
-    known: dict[str, list[Any]] = {}  # what was drawn: each state is compared with many others
+    known: dict[str, list[Any]] = {}  # drawings by record: each state is compared with many others
 
     def panels(record: Record) -> list[Any]:
         key = json.dumps(record)
@@ -304,12 +305,12 @@ def test_a_thousand_drags_leave_the_heap_alone(solve: Figure) -> None:
       }
       return (await Ladder.runtime.heap());
     }"""
-    warm = solve.page.evaluate(drag, [solve.name, 1500])  # the collector's oldest objects take that long to go round
+    warm = solve.page.evaluate(drag, [solve.name, 1500])  # the collector's oldest generation takes that long
     assert solve.page.evaluate(drag, [solve.name, 1000]) == warm
 
 
 def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., Reader]) -> None:
-    """Solve moves the group through poses in between; with reduced motion it is there at once."""
+    """Solve moves the group through intermediate poses; with reduced motion it jumps."""
     watch = """name => { window.seen = 0; new MutationObserver(list => { window.seen += list.length; })
         .observe(document.getElementById(name), {subtree: true, attributes: true, attributeFilter: ['transform']}); }"""
     counts = {}
@@ -327,7 +328,7 @@ def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., 
 
 
 def test_all_eight_scans_turn_to_where_their_runs_end(reader: Callable[..., Reader]) -> None:
-    """Their ends are known in the second drawing of the press, not the first."""
+    """Their ends are known in the second drawing after the press, not the first."""
     page = reader().open("index.html")
     figure = Figure(page, "fig-map").live()
     page.evaluate("""name => {
@@ -341,7 +342,7 @@ def test_all_eight_scans_turn_to_where_their_runs_end(reader: Callable[..., Read
     assert page.evaluate("[...window.seen].every(id => id.endsWith('-source'))")
     figure.settled()
     page.evaluate("window.seen.clear()")
-    for turn in ("-40", "100"):  # another start is no motion, although its ends too come with a finer drawing
+    for turn in ("-40", "100"):  # another start is not animated, although its ends also come with a finer drawing
         figure.set("turn", turn)
         until(page, "!Ladder.figures.get('fig-map').busy && Ladder.figures.get('fig-map').frame.detail === 2")
     assert page.evaluate("window.seen.size") == 0

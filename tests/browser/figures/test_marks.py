@@ -1,4 +1,4 @@
-"""A drag sets a drawing in place: what stays is the same element, and what is seen is the frame's own markup."""
+"""A drag updates a drawing in place: elements that stay are kept, and the result equals the frame's own markup."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SAME = """name => Ladder.figures.get(name).frame.panels.every(({ name: panel, sv
 
 
 def test_a_drag_keeps_the_drawing_s_elements(reader: Callable[..., Reader]) -> None:
-    """The first frame takes the place of the build's; from then on nothing of the panel is made anew."""
+    """The first live frame replaces the build's; from then on none of the panel's elements is replaced."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
     before = solve.readout("rms")
     solve.drag("source", 40, 20)
@@ -30,7 +30,7 @@ def test_a_drag_keeps_the_drawing_s_elements(reader: Callable[..., Reader]) -> N
 
 
 def test_what_does_not_belong_to_the_drawing_goes_with_the_next_frame(reader: Callable[..., Reader]) -> None:
-    """Ink of a pen in it: the drawing is swapped whole."""
+    """With a pen's ink in it, for instance, the whole drawing is swapped."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
     before = solve.readout("rms")
     solve.drag("source", 40, 20)
@@ -47,7 +47,7 @@ def test_what_does_not_belong_to_the_drawing_goes_with_the_next_frame(reader: Ca
 
 
 def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
-    """It stands in the layer's corner and is translated to its place, where the frame has it."""
+    """It is placed at the layer's corner and translated to the frame's place."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
     before = solve.readout("rms")
     solve.drag("source", 40, 20)
@@ -63,7 +63,8 @@ def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
 
 
 def test_marks_on_a_field_have_an_edge(reader: Callable[..., Reader]) -> None:
-    """Those in the group that is drawn out as well, and those of earlier clicks; orange on light purple is weak."""
+    """Including those in the animated group, and those of earlier clicks; orange on light purple has little
+    contrast."""
     terrain = Figure(reader(color_scheme="dark", reduced_motion="reduce").open("landscape.html"), "fig-mmd").live()
     area = terrain.root.locator('[data-panel="map"] > svg').bounding_box()
     assert area

@@ -1,4 +1,4 @@
-"""Regression figures in a browser: one drawing for each width, type that can be read, words and numbers beneath."""
+"""Plots in a browser: one drawing per width, legible type, words and numbers below."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.browser.conftest import Reader
 
-# Of the drawing that shows: which, its smallest type in px of the screen, and the texts that leave it.
+# For the visible drawing: which it is, its smallest type in screen px, and the texts that extend beyond it.
 SEEN = """root => {
   const shown = [...root.querySelectorAll('.graph-svg')].filter(svg => svg.getBoundingClientRect().width > 0);
   const [svg] = shown, box = svg.getBoundingClientRect(), scale = box.width / svg.viewBox.baseVal.width;
@@ -24,7 +24,7 @@ SEEN = """root => {
 
 @pytest.fixture(scope="session")
 def with_plots(site: Path, pages: list[str]) -> list[str]:
-    """The pages that hold plots."""
+    """The pages that contain plots."""
     return [name for name in pages if 'class="graph wide"' in (site / name).read_text("utf-8")]
 
 
@@ -49,14 +49,14 @@ def test_each_width_has_a_drawing_that_can_be_read(
 
 
 def test_paper_gets_the_wide_drawing(reader: Callable[..., Reader], with_plots: list[str]) -> None:
-    """Printed on a page of A4 with its margins."""
+    """Printed on an A4 page with its margins."""
     page = reader(642).open(with_plots[0])
     page.emulate_media(media="print")
     assert page.locator("figure.graph").first.evaluate(SEEN)["kind"] == "graph-wide"
 
 
 def test_words_and_numbers_stand_beneath(reader: Callable[..., Reader], with_plots: list[str]) -> None:
-    """The words that describe a drawing open with a table, and its colours follow the theme."""
+    """The description of a drawing unfolds together with a table, and the drawing's colours follow the theme."""
     page = reader(1280, color_scheme="dark").open(with_plots[0])
     root = page.locator("figure.graph").first
     root.locator("summary").click()

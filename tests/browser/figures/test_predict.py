@@ -24,7 +24,7 @@ WRONG = "fig-wrong"
 
 
 def source(page: Page, state: str) -> np.ndarray[Any, Any]:
-    """The source's points in a figure's state, as Python draws them: that of its "record" or of its "prediction"."""
+    """The source's points as Python draws them in one of the figure's states: its "record" or its "prediction"."""
     root = page.locator(f"#{WRONG}")
     plain = json.loads(root.locator("script.figure-record").text_content() or "")["record"]
     if state == "prediction":
@@ -48,7 +48,7 @@ def asks(page: Page, name: str) -> tuple[Figure, Locator]:
 def test_every_chapter_asks_and_every_question_is_answered_from_disk(
     browser_page: Callable[[str], Page], site: Path
 ) -> None:
-    """Each chapter has a question; each is decided without Python, by what the page was built with."""
+    """Each chapter has a question, and each is decided without Python, by the data that the page was built with."""
     chapters = [path.stem for path in sorted((site / "notebooks").glob("*.ipynb"))]
     assert len(chapters) >= 17
     for chapter in chapters:
@@ -71,7 +71,7 @@ def test_every_chapter_asks_and_every_question_is_answered_from_disk(
 
 @pytest.fixture
 def browser_page(reader: Callable[..., Reader], site: Path) -> Callable[[str], Page]:
-    """A page of the site as it lies on disk."""
+    """Open a page of the site from disk."""
     one = reader(reduced_motion="reduce")
     one.expect("Access to font", "ERR_FAILED", "A preload for", "was preloaded using link preload")
 
@@ -97,7 +97,7 @@ def test_an_answer_by_keyboard_is_told_and_can_be_given_again(reader: Callable[.
     expect(status).to_contain_text("0 of 1 right in this tab")
     right.focus()
     page.keyboard.press("Enter")
-    expect(box).to_have_attribute("data-told", "wrong")  # it has been answered
+    expect(box).to_have_attribute("data-told", "wrong")  # it has already been answered
     status.get_by_role("button", name="Ask again").press("Enter")
     expect(box).not_to_have_attribute("data-told", re.compile("."))
     assert box.locator(".predict-answers :focus").count() == 1
@@ -124,7 +124,8 @@ def test_the_score_goes_through_the_tab_and_no_further(reader: Callable[..., Rea
 
 
 def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., Reader]) -> None:
-    """Moved three steps right and a large one up, turned by 15°: the distance told is that from where Python stops."""
+    """Moved three steps right and one large step up, and turned by 15°: the distance shown is that from Python's final
+    pose."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     start, end = source(page, "record"), source(page, "prediction")
@@ -152,7 +153,7 @@ def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., R
 
 
 def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader]) -> None:
-    """By mouse: the place first, then the turn."""
+    """By mouse: first the place, then the turn."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     start, end = source(page, "record"), source(page, "prediction")
@@ -160,7 +161,7 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
     view = figure.frame()["panels"][0]["view"]
     drawn = figure.root.locator('[data-panel="main"] > svg.plot').first.bounding_box()
     assert drawn
-    scale = drawn["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px to a u
+    scale = drawn["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px per u
 
     def drag(name: str, to: Callable[[float, float], tuple[float, float]]) -> None:
         box = figure.root.get_by_role("slider", name=name).bounding_box()
@@ -180,7 +181,7 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
     mx, my = middle["x"] + middle["width"] / 2, middle["y"] + middle["height"] / 2
 
     def around(x: float, y: float) -> tuple[float, float]:
-        c, s = math.cos(-angle), math.sin(-angle)  # down the screen
+        c, s = math.cos(-angle), math.sin(-angle)  # y points down on the screen
         return mx + c * (x - mx) - s * (y - my), my + s * (x - mx) + c * (y - my)
 
     drag("Ghost, turn", around)
@@ -190,7 +191,7 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
 
 
 def test_escape_puts_the_ghost_back(reader: Callable[..., Reader]) -> None:
-    """While the pointer holds it, at its middle or at its knob; what the pointer does next moves nothing."""
+    """While the pointer drags it, by its middle or its knob; further pointer moves then have no effect."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     box.get_by_role("button", name="Place a ghost").click()
@@ -226,7 +227,7 @@ def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> None:
-    """A reader who presses the figure's own button takes nothing of the question away."""
+    """Pressing the figure's own button first does not affect the question."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     figure.button("solve").click()
@@ -238,12 +239,12 @@ def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> 
 
 
 def test_a_ghost_comes_only_to_who_waits_for_it(reader: Callable[..., Reader]) -> None:
-    """Not to a reader who went elsewhere before its picture was there, and once to who pressed twice."""
+    """Not to a reader who went elsewhere before its picture arrived, and only once to one who pressed twice."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     figure.live()
     ghost = figure.root.locator(".predict-ghost")
-    press = "(figure, names) => names.forEach(name => figure.querySelector(name).click())"  # before any picture comes
+    press = "(figure, names) => names.forEach(name => figure.querySelector(name).click())"  # before any picture arrives
     place, new = "[data-do=place]", "[data-button=new]"
     figure.button("solve").click()
     figure.settled()
@@ -271,7 +272,7 @@ def test_without_scripts_nothing_is_asked(reader: Callable[..., Reader]) -> None
 
 
 def steps(figure: Figure) -> list[int]:
-    """How many presses each frame has, as the page saw them."""
+    """The number of presses in each frame, as the page drew them."""
     return figure.page.evaluate("id => window.seen[id]", figure.name)
 
 
@@ -292,7 +293,7 @@ WATCH = """id => {
 def test_the_run_that_decides_is_seen_step_by_step(
     reader: Callable[..., Reader], page: str, name: str, most: int | None
 ) -> None:
-    """As by Run, and told where it stops; on the way nothing is told."""
+    """As if by Run; the outcome is told when it stops, and nothing before."""
     figure, box = asks(reader().open(f"{page}.html"), name)
     figure.live()
     figure.page.evaluate(WATCH, name)
@@ -310,7 +311,7 @@ def test_the_run_that_decides_is_seen_step_by_step(
 
 
 def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Reader]) -> None:
-    """And one that is reset half-way asks anew."""
+    """One that is reset half-way asks again."""
     figure, box = asks(reader().open("icp.html"), "fig-wall")
     figure.live()
     for button, report in (("reset", None), ("finish", "right")):
@@ -326,7 +327,7 @@ def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Read
 
 
 def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Callable[..., Reader]) -> None:
-    """Either keeps the pace of a run, and the end is told."""
+    """Either continues at the pace of a run, and the outcome is told."""
     figure, box = asks(reader().open("icp.html"), "fig-wall")
     figure.live()
     answer = box.locator("[data-right=yes]").first
@@ -339,7 +340,7 @@ def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Call
         then.click()
         expect(box).to_have_attribute("data-told", "right")
         assert figure.page.evaluate("seen.running.slice(2, -1).every(Boolean)")
-        until(figure.page, "!Ladder.figures.get('fig-wall').running")  # a run of the reader's stops at its next press
+        until(figure.page, "!Ladder.figures.get('fig-wall').running")  # a run that the reader started stops at its next press
         box.get_by_role("button", name="Ask again").click()
 
 
@@ -367,7 +368,8 @@ def test_a_prediction_that_cannot_be_drawn_is_asked_anew(reader: Callable[..., R
 
 
 def test_settings_of_the_question_are_not_put_back(reader: Callable[..., Reader]) -> None:
-    """A reader who has set just what it asks about is told nothing of settings; one who places a ghost is."""
+    """A reader who has set exactly what the question asks about is told nothing of settings; one who places a ghost
+    after changing a setting is."""
     figure, box = asks(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells")
     figure.live().set("size", "2.4")
     box.locator("[data-right=yes]").click()

@@ -1,4 +1,4 @@
-"""Show me the Python: what a reader copies or saves is a script that prints the numbers beside it."""
+"""Show me the Python: the copied or saved script prints the numbers beside it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.browser.figure import Figure
 
 
 def test_the_python_of_a_dragged_figure_is_saved_and_runs(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """A drag and two steps, then Download: the file is the script shown, and prints the figure's own readouts."""
+    """After a drag and two steps, Download saves the script shown, which prints the figure's own readouts."""
     page = reader(reduced_motion="reduce").open("icp.html")
     icp = Figure(page, "fig-nearest").live()
     icp.drag("source", 40, -30)
@@ -38,7 +38,7 @@ def test_the_python_of_a_dragged_figure_is_saved_and_runs(reader: Callable[..., 
 
 
 def test_the_python_is_copied(reader: Callable[..., Reader]) -> None:
-    """What is put on the clipboard begins with the line that installs the wheel linked beneath, and that is there."""
+    """The copied text begins with the line that installs the wheel linked below it, and that wheel exists."""
     made = reader(permissions=["clipboard-read", "clipboard-write"])
     page = made.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()

@@ -1,6 +1,6 @@
 """A random walk of real clicks on every page with a figure: nothing breaks, and the state is in the link.
 
---walk-steps=100 --walk-seed=7 takes a longer one; --walk-pages=icp.html,race.html on these pages alone.
+--walk-steps=100 --walk-seed=7 takes a longer one; --walk-pages=icp.html,race.html limits it to these pages.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from tests.browser.walk import SEEN, Walk
 from widgets.engine.host import Host
 
 pytestmark = pytest.mark.browser
-STEPS, SEED = 6, 1  # a page
+STEPS, SEED = 6, 1  # per page
 
 
 def test_whatever_a_reader_does_the_state_is_in_the_link(
     reader: Callable[..., Reader], site: Path, pages: list[str], pytestconfig: pytest.Config
 ) -> None:
-    """After every few steps: no complaint of the browser, no number that is none, inputs, readouts, words, handles and
-    picture of one and the same frame. In the end the record in each figure's link gives the same bytes: natively, and
-    on the first page, or on a longer walk on every one, in a browser window of its own."""
+    """After every few steps the browser has no complaints, no number is NaN, and the inputs, readouts, words, handles
+    and picture are those of a single frame. At the end the record in each figure's link gives the same bytes: natively
+    and, on the first page or on every page of a longer walk, in a separate browser window."""
     given, seed = pytestconfig.getoption("walk_steps"), pytestconfig.getoption("walk_seed") or SEED
     chosen = pytestconfig.getoption("walk_pages")
     walked = chosen.split(",") if chosen else [p for p in pages if "data-widget=" in (site / p).read_text("utf-8")]
@@ -49,7 +49,7 @@ def test_whatever_a_reader_does_the_state_is_in_the_link(
         page.close()
 
 
-# A figure's link, the record that the page itself reads in it, and whether the reader's own clouds would be missing.
+# A figure's link, the record that the page itself reads from it, and which parts of that record it would ignore.
 LINK = """id => {
   const figure = Ladder.figures.get(id);
   const { record: records, sound } = Ladder;
@@ -65,7 +65,7 @@ MARKUP = """svgs => {
 
 
 def links(page: Page) -> dict[str, Any]:
-    """Of each figure of the page: its link, whose record is the figure's whole state."""
+    """Each figure's link, checked to hold the figure's whole state."""
     results = {name: page.evaluate(LINK, name) for name in page.evaluate("[...Ladder.figures.keys()]")}
     for name, link in results.items():
         assert link["same"], f"{name}: its link {link['url']} is read as {link['record']}"
@@ -74,8 +74,9 @@ def links(page: Page) -> dict[str, Any]:
 
 
 def draw_natively(page: Page, host: Host) -> None:
-    """The build's Python draws the bytes that the page shows, but for a reader's own clouds, which it does not have."""
-    until(page, "[...Ladder.figures.values()].every(f => !f.pending && !(f.running && f.visible))")  # a play goes on
+    """The build's Python draws the bytes that the page shows, except for a reader's own clouds, which it does not
+    have."""
+    until(page, "[...Ladder.figures.values()].every(f => !f.pending && !(f.running && f.visible))")  # playback goes on
     for name, link in links(page).items():
         if "given" not in link["record"]:
             frame, seen = host.render(name, link["record"]), page.evaluate(SEEN, name)
@@ -85,8 +86,8 @@ def draw_natively(page: Page, host: Host) -> None:
 
 
 def open_links(page: Page) -> None:
-    """Each figure's link, opened in another window, shows what the page shows; a reader's own clouds, which no link
-    holds, a worker started anew."""
+    """Each figure's link, opened in another window, shows what the page shows. Figures of a reader's own clouds, which
+    no link contains, are drawn again by a restarted worker instead."""
     fresh = page.context.new_page()
     brought = []
     for name, link in links(page).items():

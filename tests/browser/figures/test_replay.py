@@ -1,4 +1,4 @@
-"""What was done comes back, however long that takes: after a restart, from a link, with files that are read again."""
+"""Actions are replayed, however long it takes: after a restart, from a link, with files that are read again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.browser.figure import LIVE, Figure, first_record
 from tests.browser.widgets.test_own_clouds import choose, clouds, lines, told
 from widgets.engine.host import Host
 
-# Every action of the figures of this widget takes half a second, and every file four seconds.
+# Every action of this widget's figures takes half a second, and reading a file takes four.
 SLOW = """
 self.addEventListener("message", ({ data }) => {
   if (data.type === "give") for (const end = Date.now() + 4000; Date.now() < end; );
@@ -43,15 +43,15 @@ def act(state, action, quick=kabsch.act):
 object.__setattr__(kabsch, "act", act)
 `;
 """
-FRAME = 5000  # ms: the limit of an answer here; what comes back takes longer than this
+FRAME = 5000  # ms: the time limit of an answer here; replays take longer
 DONE = [["drag", "source", 0.1 * i, -0.2 * i] if i % 2 else ["press", "solve"] for i in range(14)]
 
 
 def slowed(one: Reader) -> None:
-    """Pages opened after this have a worker whose work takes long."""
+    """Give pages that open after this a slow worker."""
 
     def answer(route: Route) -> None:
-        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # the bundle has other names for its own
+        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # the bundle renames the worker's own variables
         route.fulfill(response=route.fetch(), body=SLOW + written)
 
     one.context.route("**/worker*.mjs", answer)
@@ -66,7 +66,7 @@ def opened(reader: Callable[..., Reader]) -> Figure:
 
 
 def follow_link(figure: Figure, log: list[Any]) -> dict[str, Any]:
-    """Has the page go to the address of the figure's first record with this log; that record."""
+    """Navigate to the address of the figure's first record with this log; return that record."""
     record = {**first_record(figure), "log": log}
     figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={state(record)}")
     return record
@@ -78,14 +78,14 @@ def state(record: dict[str, Any]) -> str:
 
 
 def done(figure: Figure, count: int) -> None:
-    """Waits until so many actions are seen, and nothing is asked."""
+    """Wait until this many actions are shown and no request is pending."""
     until(figure.page, f"Ladder.figures.get({figure.name!r}).shown.log.length === {count}")
     figure.settled()
 
 
 def test_a_long_replay_tells_how_far_it_is_and_comes_to_its_end(reader: Callable[..., Reader]) -> None:
-    """A link whose actions, one by one answered in time, take longer than an answer may; what is done meanwhile comes
-    on top; after a restart of the worker the next drag brings all of it back."""
+    """Each action of a link is answered in time, but together they take longer than an answer may; actions made
+    meanwhile are added; after the worker restarts, the next press replays everything."""
     solve = opened(reader)
     status = solve.root.locator(".figure-status")
     record = follow_link(solve, DONE)
@@ -105,7 +105,7 @@ def test_a_long_replay_tells_how_far_it_is_and_comes_to_its_end(reader: Callable
 
 
 def test_a_long_replay_can_be_cancelled(reader: Callable[..., Reader]) -> None:
-    """While it goes on another figure answers; Cancel leaves the figure as it was, and it answers at once."""
+    """While it goes on, another figure answers; Cancel leaves the figure as it was, and it answers at once."""
     solve = opened(reader)
     other = Figure(solve.page, "fig-mirror").seen()
     follow_link(solve, DONE * 20)
@@ -140,12 +140,12 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 
 def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
-    """Of a link that the page was opened with: the next action costs one answer, and so does Back."""
+    """For a link that the page was opened with, the next action costs one answer, and so does Back."""
     one = reader(alone=True, reduced_motion="reduce")
     slowed(one)
     one.context.add_init_script(ASKED)
     page = one.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
-    page.evaluate("() => { Ladder.limits.pause = 1e9; }")  # no warm-up, which asks as well
+    page.evaluate("() => { Ladder.limits.pause = 1e9; }")  # no warm-up, which also makes requests
     solve = Figure(page, "fig-solve").live()
     done(solve, len(DONE))
     before = page.evaluate("window.asked")
@@ -158,7 +158,7 @@ def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
 
 
 def test_clouds_are_read_again_under_the_limit_of_reading(reader: Callable[..., Reader]) -> None:
-    """Two files that take longer to read than an answer may come back after a restart of the worker."""
+    """Two files that take longer to read than an answer may are read again after the worker restarts."""
     one = reader(alone=True, reduced_motion="reduce")
     slowed(one)
     own = Figure(one.open("clouds.html"), "fig-own").live()

@@ -1,4 +1,4 @@
-"""Before Python is up: a figure answers from its tape, and what is not on it waits and is done."""
+"""Before Python is up, a figure answers from its tape; actions that are not on it wait and are then applied."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.browser.server import SiteServer
 
 
 def test_solve_answers_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With the runtime held back, Solve, Back and Reset show the recorded frames."""
+    """With the runtime held back, Solve and Reset show the recorded frames."""
     server.hold("/runtime/")
     page = reader().open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
@@ -27,7 +27,7 @@ def test_solve_answers_from_the_tape(reader: Callable[..., Reader], server: Site
 
 
 def test_a_scene_changes_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Recorded scenes are there at once: no byte of the runtime has arrived."""
+    """Recorded scenes appear at once, before a byte of the runtime has arrived."""
     server.hold("/runtime/")
     page = reader().open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
@@ -36,7 +36,7 @@ def test_a_scene_changes_from_the_tape(reader: Callable[..., Reader], server: Si
 
 
 def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """A drag made before Python is up is said to wait, and is applied once Python is there."""
+    """A drag made before Python is up is shown as waiting, and applied once Python is there."""
     server.hold("/runtime/.*wasm")
     page = reader().open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
@@ -53,9 +53,9 @@ def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader],
 
 
 def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reader]) -> None:
-    """file:// allows no worker: the tape answers all the same, and one line says how to serve the site."""
+    """file:// allows no worker: the tape still answers, and one line says how to serve the site."""
     one = reader()
-    # The early request for fonts is one that Chromium refuses on disk; the style sheet's own, which follows, it grants.
+    # From disk, Chromium refuses preloaded fonts; the style sheet's requests, which follow, succeed.
     one.expect("Access to font", "ERR_FAILED", "A preload for")
     page = one.page()
     page.goto((site / "kabsch.html").as_uri())
@@ -70,7 +70,7 @@ def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reade
 
 
 def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The live frame of a record is the tape's frame of that record, byte for byte."""
+    """The live frame of a record equals the tape's frame of that record, byte for byte."""
     server.hold("/runtime/")
     page = reader().open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
@@ -91,7 +91,7 @@ def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: Si
 def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
     site: Path, reader: Callable[..., Reader]
 ) -> None:
-    """The answer comes with the tape; where that never comes, the figure says so and stays what it was."""
+    """The answer comes with the tape; if the tape never arrives, the figure says so and stays as it was."""
     one = reader(alone=True)
     one.expect("Access to font", "ERR_FAILED", "A preload for", "ERR_FILE_NOT_FOUND")
     held: list[Route] = []

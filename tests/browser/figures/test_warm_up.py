@@ -1,4 +1,4 @@
-"""The moves that Python draws unseen while nobody asks it anything, so that a reader's first is not the slowest."""
+"""Moves that Python draws off screen while it is idle, so that a reader's first move is not the slowest."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 
-# What the worker is asked to draw, in order.
+# The worker's requests for frames, in order.
 LISTEN = """(() => {
   window.posted = [];
   window.Worker = class extends Worker {
@@ -24,7 +24,7 @@ LISTEN = """(() => {
     }
   };
 })()"""
-# What a reader sees and hears of a figure, and where it stands.
+# Everything that a reader sees and hears of a figure, and its state.
 SEEN = """name => {
   const { root, record, shown } = Ladder.figures.get(name);
   const parts = ['.figure-panel', '.handle', '.readouts', '.figure-status', '.figure-voice'];
@@ -35,14 +35,14 @@ SEEN = """name => {
 
 
 def posted(figure: Figure) -> list[dict[str, Any]]:
-    """What Python was asked about the figure so far."""
+    """The frames requested for the figure so far."""
     result: list[dict[str, Any]] = figure.page.evaluate("name => posted.filter(p => p.figure === name)", figure.name)
     return result
 
 
 @pytest.fixture
 def listening(reader: Callable[..., Reader]) -> Callable[..., Figure]:
-    """A figure of a page with Python up, and all that the page asks of it heard."""
+    """A figure on a page with Python up, with all of the page's requests recorded."""
 
     def open_at(path: str, name: str) -> Figure:
         one = reader(alone=True, reduced_motion="reduce")
@@ -53,7 +53,7 @@ def listening(reader: Callable[..., Reader]) -> Callable[..., Figure]:
 
 
 def test_it_makes_the_moves_that_a_reader_may_and_shows_none(listening: Callable[..., Figure]) -> None:
-    """Each handle dragged about its place and the run's steps pressed; the last thing drawn is what is seen."""
+    """Each handle is dragged about its place and the run's steps are pressed; the last frame drawn is the one shown."""
     nearest = listening("icp.html", "fig-nearest")
     before = nearest.page.evaluate(SEEN, nearest.name)
     nearest.warm()
@@ -79,7 +79,7 @@ def test_it_makes_the_moves_that_a_reader_may_and_shows_none(listening: Callable
 def test_what_python_drew_unseen_changes_no_picture(
     listening: Callable[..., Figure], path: str, name: str, kind: str
 ) -> None:
-    """A step after it, and back: the pictures are those of a page that nobody warmed up."""
+    """A step after it, and back: the pictures are those of a figure that was never warmed up."""
     figure = listening(path, name).warm()
     assert any(each["record"]["log"][-1][0] == kind for each in posted(figure) if each["record"]["log"])
     button = figure.root.locator("[data-button=step], [data-button=next]").first.get_attribute("data-button")
@@ -113,7 +113,8 @@ def test_a_figure_that_is_not_on_screen_stays_cold(listening: Callable[..., Figu
 
 
 def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
-    """From a drag's first answer until it is let go nothing is drawn but where the hand was; then the rest is."""
+    """From a drag's first answer until its release, only the pointer's own places are drawn; then the warm-up goes
+    on."""
     nearest = listening("icp.html", "fig-nearest")
     page = nearest.page
     page.evaluate("() => { Ladder.limits.pause = 1; }")
@@ -143,7 +144,7 @@ def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
 
 
 def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader]) -> None:
-    """Python refuses every drag: the steps are drawn all the same, the warm-up ends, and nothing is said of it."""
+    """If Python refuses every drag, the steps are still drawn, the warm-up ends, and no message is shown."""
     one = reader(reduced_motion="reduce")
     page = one.open("icp.html")
     nearest = Figure(page, "fig-nearest")

@@ -1,4 +1,4 @@
-"""The page about the site, and the site in a folder of a host as `publish` puts it there."""
+"""The page about the site, and the site in a host's folder as `publish` puts it there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.browser.server import SiteServer
 
 
 def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
-    """The build in numbers; a button that empties what pages of the site have stored."""
+    """The build in numbers, and a button that clears everything that the site's pages have stored."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     page.locator("button.theme").click()
     question = Figure(page, "fig-wrong").live().root.locator(".predict")
@@ -36,7 +36,7 @@ def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
 
 
 def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Path) -> None:
-    """Published into a folder of a host: figures come alive, links, the search and the worker stay under its path."""
+    """Published into a host's folder, figures come alive, and links and the worker stay under its path."""
     to_folder(site, tmp_path / "host" / "some" / "path")
     server = SiteServer(tmp_path / "host")
     base = f"{server.origin}/some/path"

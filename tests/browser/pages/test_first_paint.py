@@ -1,5 +1,5 @@
-"""Reading comes first: what is far below is laid out, and figures come alive, once the page is painted; at once where
-something below is what is asked for."""
+"""Reading comes first: blocks far below are laid out, and figures come alive, once the page is painted; or at once, if
+something below is requested."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from playwright.sync_api import Page
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 
-# How many figures are alive when the page's script hands itself out, before any other task, at the first frame, and in
-# the end; and when that is. How many blocks have no layout in the first frame, and in the end.
+# The number of live figures when the page's script exposes itself, before any other task, at the first frame, and at
+# the end, with its time; the number of blocks without layout in the first frame and at the end.
 WATCH = """() => {
   const unlaid = () => [...document.querySelectorAll('.text > *')]
     .filter(e => getComputedStyle(e).contentVisibility === 'auto').length;
@@ -35,7 +35,7 @@ WATCH = """() => {
 }"""
 
 
-# What has moved until now. What a frame moves is told after it.
+# The layout shifts so far. A frame's shifts are reported after it.
 MOVED = """async () => {
   await document.fonts.ready;
   for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
@@ -45,7 +45,7 @@ MOVED = """async () => {
 
 
 def watched(one: Reader, path: str) -> Page:
-    """A page, opened with WATCH in it."""
+    """A page opened with WATCH in it."""
     page = one.page()
     page.add_init_script(f"({WATCH})()")
     page.goto(f"{one.origin}/{path}")
@@ -53,7 +53,7 @@ def watched(one: Reader, path: str) -> Page:
 
 
 def came(page: Page) -> dict[str, Any]:
-    """What WATCH has seen, once the figures are alive and the page has been painted."""
+    """The observations of WATCH, once the figures are alive and the page has been painted."""
     until(page, "globalThis.came?.at && performance.getEntriesByName('first-contentful-paint').length")
     return page.evaluate("came")  # type: ignore[no-any-return]
 
@@ -71,8 +71,8 @@ def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., R
 
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
 def test_nothing_moves_as_blocks_are_laid_out_and_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
-    """On a busy machine the first frame may come before a typeface, and text moves once it is there. What one visit has
-    fetched is at hand for the next; a page that moves its own blocks does so every time."""
+    """On a busy machine the first frame may precede a typeface, and text moves when that arrives. Later visits have it
+    in the cache, whereas a page that moves its own blocks does so every time."""
     one = reader()
     moved: list[list[float]] = []
     while [] not in moved and len(moved) < 5:
@@ -83,7 +83,7 @@ def test_nothing_moves_as_blocks_are_laid_out_and_figures_come_alive(reader: Cal
 
 
 def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Callable[..., Reader]) -> None:
-    """Their places are below blocks that would not have their heights yet. What was reloaded is where it was."""
+    """Their places are below blocks that would not have their heights yet. A reloaded page keeps its position."""
     one = reader()
     page = watched(one, "kabsch.html")
     came(page)

@@ -1,5 +1,5 @@
-"""What there is to try is folded beneath its figure, and the counts beneath their sentence: an address inside opens
-them, and paper has them open."""
+"""Things to try are folded below their figure, and counts below their sentence: an address inside opens them, and they
+are open on paper."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.browser.conftest import Reader
 
 
 def test_an_address_inside_opens_it(reader: Callable[..., Reader]) -> None:
-    """At the page's start, and on a page that is open already."""
+    """When the page is opened, and on a page that is already open."""
     one = reader(reduced_motion="reduce")
     page = one.open("surfaces.html")
     names = page.locator(".try-this [id]").evaluate_all("all => all.map(({ id }) => id)")
@@ -40,7 +40,7 @@ def test_without_scripts_it_opens_at_a_press(reader: Callable[..., Reader]) -> N
 
 
 def test_counts_are_folded_where_scripts_run(reader: Callable[..., Reader]) -> None:
-    """A press unfolds them; paper has them open, and so has a browser without scripts."""
+    """A press unfolds them; on paper they are open."""
     page = reader().open("docs-style.html")
     table = page.locator(".evidence table")
     expect(table).to_be_hidden()

@@ -1,4 +1,4 @@
-"""The page for an address that is none, as a host answers with it at any depth, of a site in any folder."""
+"""The page for a missing address, as a host serves it at any depth, for a site in any folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FOLDER = "/some/ladder"
 
 
 class Pages(Doorkeeper):
-    """A host that serves a site in a folder, and whatever else lies below that with the site's own page for it."""
+    """A host that serves a site in a folder, and at any missing address below it the site's own page for that."""
 
     def missing(self) -> None:
         page = self.read(self.server.root / FOLDER.lstrip("/") / "404.html")
@@ -43,7 +43,7 @@ def server(site: Path, tmp_path: Path) -> Iterator[SiteServer]:
 def test_it_leads_to_the_start_from_any_depth(
     reader: Callable[..., Reader], server: SiteServer, address: str, bare: bool
 ) -> None:
-    """It has its style, by the policy of the page and by that of the host, and its link leads to the first page."""
+    """It has its style, under the page's policy and the host's, and its link leads to the first page."""
     one = reader(390, 700)
     one.expect("404")
     server.bare = bare
@@ -60,7 +60,7 @@ def test_it_leads_to_the_start_from_any_depth(
 
 
 def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """An address that begins like another host's is one of this host all the same."""
+    """An address that looks like another host's is still one of this host."""
     one = reader()
     one.expect("404")
     page = one.open("/example.org/a/b")
@@ -70,7 +70,7 @@ def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader], server
 
 
 def test_without_scripts_it_leads_to_its_own_folder(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Where the site's own pages lie, that is its start."""
+    """If the address is in the folder of the site's pages, that is the way to the start."""
     one = reader(java_script_enabled=False)
     one.expect("404")
     page = one.open(f"{FOLDER.lstrip('/')}/typo.html")

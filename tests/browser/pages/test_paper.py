@@ -1,4 +1,4 @@
-"""Paper scrolls nowhere: what is wider than the text is printed whole, and no heading stays behind on a page."""
+"""Paper does not scroll: content wider than the text is printed whole, and no heading stays behind on a page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 
 WIDTH, HEIGHT = 642, 979  # px: A4 within the margins of print.css
-# What would have to be scrolled, or goes over the paper's edge.
+# Elements that would have to be scrolled, or extend beyond the paper's edge.
 CUT = """() => [...document.querySelectorAll('main :is(.table, .formula, pre, table, .runs-scroll)')]
   .filter(e => e.checkVisibility()).flatMap(e => {
     const scrolls = getComputedStyle(e).overflowX !== 'visible' && e.scrollWidth > e.clientWidth;

@@ -1,4 +1,4 @@
-"""What a reader notices about the words around a figure: they keep their place, come in time and name their units."""
+"""Texts around a figure: they keep their place, appear in time and name their units."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.browser.figure import Figure
 
 
 def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> None:
-    """Whatever Solve has to say, nothing under it moves."""
+    """Whatever Solve reports, nothing below it moves."""
     solve = Figure(reader(390, 844).open("kabsch.html"), "fig-solve").live()
     line = solve.root.locator(".figure-status")
     empty = line.evaluate("node => node.getBoundingClientRect().height")
@@ -26,7 +26,7 @@ def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> 
 
 
 def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -> None:
-    """A question that nobody answers shows at once that it was heard."""
+    """A request that is never answered is acknowledged at once."""
     solve = Figure(reader().open("kabsch.html"), "fig-solve").live().settled()
     solve.page.evaluate("Ladder.runtime.kill()")
     solve.button("new").click()
@@ -34,7 +34,7 @@ def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -
 
 
 def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -> None:
-    """The error of a reflection has no unit, that of the rotation pinned before it has."""
+    """The error of a reflection has no unit; that of the rotation pinned before it has."""
     mirror = Figure(reader().open("kabsch.html"), "fig-mirror").live()
     pin = mirror.reached("[data-pin]")
     mirror.button("solve").click()
@@ -62,8 +62,8 @@ def test_after_a_touch_a_link_with_a_card_is_still_followed_by_key(reader: Calla
 
 
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
-    """Who moves by key has the pointer lying somewhere, and the page scrolls under it."""
-    one = reader(alone=True)  # the clock is that of a whole context
+    """A keyboard user's pointer rests somewhere, and the page scrolls under it."""
+    one = reader(alone=True)  # the clock belongs to the whole context
     one.context.clock.install()
     page = one.open("kabsch.html")
     link = page.locator("a.cite[data-card]").last
@@ -79,7 +79,7 @@ def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader:
 
 
 def test_the_pages_own_rung_is_in_sight_on_a_phone(reader: Callable[..., Reader]) -> None:
-    """Not all rungs fit side by side: the ladder scrolls to the page's own, and the page does not scroll."""
+    """Not all rungs fit side by side: the ladder scrolls to the page's own rung, and the page does not scroll."""
     page = reader(390, 844).open("ndt-climb.html")
     rung = page.locator(".ladder [aria-current]")
     expect(rung).to_be_in_viewport()
@@ -90,7 +90,7 @@ def test_the_pages_own_rung_is_in_sight_on_a_phone(reader: Callable[..., Reader]
 
 
 def test_an_equation_too_wide_for_its_column_can_be_reached_by_key(reader: Callable[..., Reader]) -> None:
-    """It can be focused where it is cut off, and is no stop on the way where it is not."""
+    """It can be focused if it is cut off; if it fits, it is not a tab stop."""
     page = reader(240, 844).open("kabsch.html")
     wide = page.locator(".formula[tabindex='0']").first
     wide.focus()

@@ -1,4 +1,4 @@
-"""Searching as a reader does: by key, from any page, offline and from disk, with a slip of the finger."""
+"""Searching as a reader does: by keyboard, on wide and narrow screens, from disk, and with a typing mistake."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tests.browser.conftest import Reader
 
 @pytest.mark.parametrize("width", [1280, 390])
 def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width: int) -> None:
-    """The slash opens it, arrows choose, Enter goes there, Escape closes; what was typed is never markup."""
+    """The slash opens it, arrows choose, Enter goes there, Escape closes it; typed text never becomes markup."""
     page = reader(width, 800).open("kabsch.html")
     page.keyboard.press("/")
     field = page.get_by_role("combobox", name="Search all pages")
     expect(field).to_be_focused()
     options = page.locator(".search").get_by_role("option")
-    for words in ("levenberg", "Lévenberg", "Le\u0301venberg", "levenbrg"):  # the third's accent is a letter apart
+    for words in ("levenberg", "Lévenberg", "Le\u0301venberg", "levenbrg"):  # the third has a separate combining accent
         field.fill(words)
         expect(options.first).to_contain_text("Levenberg–Marquardt")
     expect(page.locator(".search-told")).to_contain_text("place")
@@ -59,7 +59,7 @@ def test_a_reader_in_a_hurry_or_in_doubt_is_led_to_the_right_section(
 
 
 def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path) -> None:
-    """A page opened as a file searches too; without scripts there is nothing to press."""
+    """A page opened from disk can be searched too; without scripts the button is hidden."""
     with browser.new_context() as context:
         page = context.new_page()
         page.goto((site / "index.html").as_uri())
@@ -74,12 +74,12 @@ def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path)
 
 @pytest.mark.parametrize("pasted", ["levenberg" * 6700, "a b c d e " * 6000], ids=["a word", "words"])
 def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader], pasted: str) -> None:
-    """The field takes its first letters; 60,000 of them are no more work."""
+    """The field keeps only the first characters; 60,000 of them take no more work."""
     page = reader().open("kabsch.html")
     page.keyboard.press("/")
     field = page.get_by_role("combobox", name="Search all pages")
     field.fill("levenberg")
-    expect(page.locator(".search").get_by_role("option").first).to_be_visible()  # so that the index is there
+    expect(page.locator(".search").get_by_role("option").first).to_be_visible()  # so that the index has loaded
     field.press("Control+a")
     took = page.evaluate(
         """pasted => { const began = performance.now(); document.execCommand('insertText', false, pasted);
@@ -92,7 +92,7 @@ def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader],
 
 
 def test_enter_that_ends_a_composition_opens_nothing(reader: Callable[..., Reader]) -> None:
-    """Where words are composed of several keys, the first Enter takes the word, the second the result."""
+    """If words are composed with several keys, the first Enter accepts the word, the second opens the result."""
     page = reader(alone=True).open("icp.html")
     page.evaluate("Ladder.alive")
     page.keyboard.press("/")

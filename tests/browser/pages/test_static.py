@@ -1,7 +1,7 @@
-"""Every page is complete before any script runs; and as it becomes alive on a phone, nothing moves and all has room.
+"""Every page is complete before any script runs; and as it becomes alive on a phone, nothing moves and everything has
+room.
 
-Two visits of every page, and of each thing that must hold a test; a wide page is held by
-tests/browser/accessibility/test_axe.py.
+Every page is visited twice, with one test per rule; tests/browser/accessibility/test_axe.py covers wide pages.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SHIFT = """() => new Promise(done => {
   requestAnimationFrame(() => requestAnimationFrame(() => done(moved)));
 })"""
 TWICE = "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
-# Where no script runs: what a figure lacks, and what there is to press that would do nothing.
+# Without scripts: the parts that a figure lacks, and buttons and controls that would do nothing.
 LACKS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
   const drawings = [...figure.querySelectorAll('svg.plot')];
   const vain = [...figure.querySelectorAll('.buttons, form.controls')].filter(e => e.checkVisibility());
@@ -52,8 +52,8 @@ LACKS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
     ...vain.map(e => `${e.className} do nothing`),
   ].filter(words => words)];
 })"""
-# For each field of a figure, once it has the focus: the part of the first panel that is in the window, and whether
-# nothing lies over the field.
+# For each field of a figure, once it has the focus: the fraction of the first panel that is in the window, and whether
+# nothing covers the field.
 FIELDS = """() => [...document.querySelectorAll('figure.figure')].flatMap(figure => {
   const fields = [...figure.querySelectorAll('.figure-body :is(input, select, .buttons button)')];
   const panel = figure.querySelector('.figure-stage > .large > svg, .figure-stage > .figure-panel > svg');
@@ -67,7 +67,7 @@ FIELDS = """() => [...document.querySelectorAll('figure.figure')].flatMap(figure
     return [`${figure.id}, field ${index}`, shown / box.height, free];
   });
 })"""
-# Roots without their sign, so that what is under it begins where the root does; and with a gap after them.
+# Roots without their sign, whose contents begin where the root does, and roots with a gap after them.
 ROOTS = """() => {
   const box = element => element.getBoundingClientRect(), style = getComputedStyle;
   return [...document.querySelectorAll('msqrt')].filter(root => root.checkVisibility()).flatMap(root => {
@@ -78,7 +78,7 @@ ROOTS = """() => {
       .map(wrong => `the root of ${root.textContent} has ${wrong}`);
   });
 }"""
-# Signs after a formula that begin a line.
+# Punctuation after a formula that begins a line.
 STRAYS = """() => [...document.querySelectorAll('math')].flatMap(formula => {
   const next = formula.nextSibling, range = document.createRange();
   if (!formula.checkVisibility() || next?.nodeType !== 3 || !/^[,.;:!?)\\]’”]/.test(next.data)) return [];
@@ -94,7 +94,7 @@ PERCENTS = (100, 130)
 
 @pytest.fixture(scope="module")
 def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
-    """What is wrong with pages where no script runs, by width; of those that are alike, with the first."""
+    """The faults of pages where no script runs, by width; one page represents those that are alike."""
 
     def complete(page: Page, path: str, width: int) -> Iterator[str]:
         page.set_viewport_size({"width": width, "height": 1000})
@@ -118,7 +118,7 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
 
 @pytest.fixture(scope="module")
 def phone(visit: Callable[..., Found], site: Path) -> Found:
-    """What is wrong with pages on a phone, by what must hold."""
+    """The faults of pages on a phone, by rule."""
 
     def moves(page: Page, path: str) -> Iterator[str]:
         late = {*page.evaluate(LATE_FONTS, True)}
@@ -180,12 +180,12 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_every_page_is_complete_without_scripts(bare: Found, width: int) -> None:
-    """Text, mathematics and every figure are there with scripts switched off, and nothing overflows."""
+    """Text, mathematics and every figure are there with scripts disabled, and nothing overflows."""
     assert bare[str(width)] == []
 
 
 def test_pages_that_are_alike_are_complete_as_they_are_sent(site: Path, alike: list[str]) -> None:
-    """One heading and a title, and no figure, which would have to be looked at."""
+    """They have one heading and a title, and no figure, which would have to be examined."""
     for path in alike:
         text = (site / path).read_text("utf-8")
         assert len(re.findall(r"<h1\b", text)) == 1, path
@@ -201,18 +201,19 @@ def test_nothing_overflows_or_moves(phone: Found) -> None:
 
 @pytest.mark.parametrize("percent", PERCENTS)
 def test_what_leads_fits_a_phone(phone: Found, percent: int) -> None:
-    """Sentence, picture, button and first control of every figure are seen at one look."""
+    """The sentence, picture, button and first control of every figure fit on one screen."""
     assert phone[f"{percent} %"] == []
 
 
 def test_a_phone_keeps_the_picture_in_sight(phone: Found) -> None:
-    """Whatever of a figure has the focus, More's among it: six tenths of its panel are seen, and so is what has it."""
+    """Whichever field of a figure has the focus, including those behind More, six tenths of its panel are visible, and
+    the field is not covered."""
     assert phone["in sight"] == []
 
 
 def test_room_and_touch_on_every_page(phone: Found) -> None:
-    """At 390 px every target is at least 44 px; at 320 px, which is 400 % of 1280, and with text at twice its size
-    nothing reaches beyond the screen, the details open."""
+    """At 390 px every target is at least 44 px; at 320 px, which is 400 % of 1280, and with text at twice its size,
+    nothing extends beyond the screen, with the details open."""
     assert phone["room"] == []
 
 
@@ -222,7 +223,7 @@ def test_the_browser_complains_of_no_page(bare: Found, phone: Found) -> None:
 
 
 def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) -> None:
-    """The chapter on known pairs holds MathML and numbered equations, and no dollar signs left over."""
+    """The chapter on known pairs has MathML, and no dollar signs left over."""
     page = reader(java_script_enabled=False).open("kabsch.html")
     assert page.locator("math").count() > 10
     assert page.locator("main").inner_text().count("$") == 0
@@ -234,7 +235,7 @@ def test_a_formula_that_scrolls_fades_where_more_of_it_follows(reader: Callable[
     formulas = "[...document.querySelectorAll('.formula')]"
     wide, fitting = (f"{formulas}.filter(e => e.scrollWidth {sign} e.clientWidth)" for sign in (">", "<="))
     fades = "(e => ['--before', '--beyond'].map(name => parseFloat(getComputedStyle(e).getPropertyValue(name)) > 0))"
-    until(page, f"{fades}({wide}[0]).join() === 'false,true'")  # a scroll timeline is read anew with each frame
+    until(page, f"{fades}({wide}[0]).join() === 'false,true'")  # a scroll timeline is updated at each frame
     page.evaluate(f"{wide}[0].scrollLeft = 1e4")
     until(page, f"{fades}({wide}[0]).join() === 'true,false'")
     assert page.evaluate(f"{fitting}.map({fades}).flat().some(Boolean)") is False
@@ -251,8 +252,8 @@ def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None
 
 
 def test_a_low_window_shows_the_whole_ladder(reader: Callable[..., Reader]) -> None:
-    """At the page's top, where the header moves it down, from the lowest rung to the topmost; a lower window at least
-    the page's own."""
+    """At the top of the page, where the header moves it down, a window 800 px high shows it from the lowest rung to the
+    highest; a lower window shows at least the page's own rung."""
     seen = """nodes => nodes.map(node => node.getBoundingClientRect())
       .every(box => box.top >= 0 && box.bottom <= innerHeight && box.height >= 24)"""
     page = reader(width=1280, height=800).open("index.html")

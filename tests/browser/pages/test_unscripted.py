@@ -1,4 +1,4 @@
-"""Where the page's own script does not come: the page is what it is without scripts, and a line says so."""
+"""If the page's own script does not load, the page is as it is without scripts, and a line says so."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.browser.server import SiteServer
 # Where a script is cut decides what the parser misses: the end of a call, a template, an expression, a string.
 CUT = ("Unexpected", "Invalid ", "missing ", "Missing ", "Unterminated ")
 COMPLAINTS = ("Failed to load", *CUT, "MIME type", "ERR_")
-# Where everything stands that is seen, in the page's own letters; what is told of the script lies over it.
+# The places of all visible elements, in the page's own typefaces; the message about the script overlays them.
 PLACES = """() => document.fonts.ready.then(() => [...document.querySelectorAll('header *, main *, footer *')]
   .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
   .map(node => { const { x, y, width, height } = node.getBoundingClientRect();
@@ -28,7 +28,7 @@ def script(site: Path) -> str:
 
 
 def untouched(page: Page) -> None:
-    """Nothing is there that needs a script, and no room is kept for it."""
+    """Check that nothing that needs a script is shown, and no room is reserved for it."""
     expect(page.locator(".unscripted")).to_contain_text("This page’s script did not load", timeout=30_000)
     expect(page.locator("html")).not_to_have_class("js")
     nodes = page.locator(".buttons, .predict, form.controls, .figure-status, .site-tools, .deck-tools").all()
@@ -41,7 +41,7 @@ def untouched(page: Page) -> None:
 def test_a_script_that_does_not_come_leaves_the_page(
     reader: Callable[..., Reader], server: SiteServer, site: Path, how: str
 ) -> None:
-    """Whatever the server sends in its place, the page looks as with scripts switched off; Reload brings it alive."""
+    """Whatever the server sends instead, the page looks as with scripts disabled; Reload makes it live."""
     plain = reader(java_script_enabled=False).open("kabsch.html").evaluate(PLACES)
     one = reader(reduced_motion="reduce")
     one.expect(*COMPLAINTS)
@@ -49,7 +49,7 @@ def test_a_script_that_does_not_come_leaves_the_page(
         server.forbid(script(site))
     else:
         server.spoilt = {script(site): how}
-        server.bare = True  # else a browser heeds "nosniff", and keeps what came for a year
+        server.bare = True  # otherwise a browser obeys "nosniff", and caches the response for a year
     page = one.open("kabsch.html")
     untouched(page)
     assert page.evaluate(PLACES) == plain
@@ -63,7 +63,8 @@ def test_a_script_that_does_not_come_leaves_the_page(
 def test_a_script_that_hangs_is_given_up_and_taken_when_it_comes(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
-    """The line is there before the script; when that comes after all, the line goes and the page is alive."""
+    """The line appears before the script; once the script arrives after all, the line disappears and the page is
+    live."""
     one = reader(reduced_motion="reduce")
     server.hold(script(site))
     page = one.page()
@@ -91,7 +92,7 @@ def test_a_deck_without_its_script_says_so_beside_its_bar(
 def test_the_page_lives_without_the_small_script(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
-    """The theme's script does not come: all that the other one does is there to be seen."""
+    """If the theme's script does not load, everything that the other script does still appears."""
     one = reader(reduced_motion="reduce")
     one.expect(*COMPLAINTS)
     server.forbid(r"/assets/theme\.")

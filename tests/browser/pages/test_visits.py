@@ -1,4 +1,4 @@
-"""A visit tells of each check what it found, and goes on: tests of every page rest on that."""
+"""A visit reports the findings of each check and goes on; the tests of every page rely on that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from tests.browser.visits import QUIET, found_on
 
 
 def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reader]) -> None:
-    """What a check yields, that it failed, half way even, and what the browser complains of; others find nothing."""
+    """Reported are a check's yields, its failure even half-way, and the browser's complaints; other checks find
+    nothing."""
 
     def fails(page: Page, path: str) -> Iterator[str]:
         yield "the first"

@@ -1,4 +1,4 @@
-"""A button of the text leads to its figure, and the way back stays in sight until it is taken or not needed."""
+"""A button in the text leads to its figure, and the way back stays visible until it is used or not needed."""
 
 from __future__ import annotations
 
