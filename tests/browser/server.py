@@ -1,4 +1,4 @@
-"""The built site on loopback, with doors: a test can hold or forbid the files that a browser asks for."""
+"""The built site on loopback, with doors: a test can hold or forbid the files that a browser requests."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Doorkeeper(StaticHandler):
         return {} if self.server.bare else super().headers_of(path)
 
     def cut(self, data: bytes) -> None:
-        """The line breaks in the middle of the answer."""
+        """Send half of the answer, then close the connection."""
         self.close_connection = True
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", "text/javascript")
@@ -64,8 +64,8 @@ class Doorkeeper(StaticHandler):
 class SiteServer(StaticServer):
     """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404.
 
-    What is `spoilt` comes wrong: of another type, with a flipped bit, too short, cut off by the line, empty, as some
-    other page, with the status 500, or not at all. A `bare` server sends no headers of the site's, as GitHub Pages.
+    A `spoilt` file arrives wrong: with another type, with a flipped bit, too short, cut off, empty, as some other page,
+    with the status 500, or not at all. A `bare` server sends none of the site's headers, like GitHub Pages.
     """
 
     def __init__(self, root: Path, handler: type[Doorkeeper] = Doorkeeper) -> None:
@@ -89,7 +89,7 @@ class SiteServer(StaticServer):
         self.forbidden = re.compile(pattern) if pattern else None
 
     def stop(self) -> None:
-        """The server is gone, also for those who wait at a door."""
+        """Stop the server, also for requests that wait at a door."""
         self.release()
         super().stop()
 

@@ -1,7 +1,7 @@
-"""One visit of every page for all that holds of every page: a page's load, and its Python's, are what costs.
+"""One visit of every page serves all rules for pages: loading a page and its Python is what costs.
 
-A check tells what is wrong with the page that it is given, and leaves it to the next. What it found, on all pages, a
-test of its own tells.
+A check yields the faults of the page that it is given and leaves the page to the next check. A separate test reports
+what each check found on all pages.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Protocol
 
 from playwright.sync_api import Error, Page
 
-Check = Callable[[Page, str], Iterable[str]]  # an open page and its name → what is wrong
-Found = Mapping[str, list[str]]  # a check's name → what it found
-QUIET = "quiet"  # under this name: what the browser complains of, and what it asks of others, unasked
+Check = Callable[[Page, str], Iterable[str]]  # an open page and its name → its faults
+Found = Mapping[str, list[str]]  # a check's name → its findings
+QUIET = "quiet"  # the name for the browser's unexpected complaints and requests to other origins
 
 
 class Visitor(Protocol):
@@ -27,7 +27,7 @@ class Visitor(Protocol):
 
 
 def found_on(one: Visitor, pages: Sequence[str], checks: Mapping[str, Check]) -> Found:
-    """What each check finds, taken in their order. One that fails has found that it did, and what came before."""
+    """What each check finds, in their order. A check that fails yields its failure after anything that it has found."""
     result: dict[str, list[str]] = {name: [] for name in (*checks, QUIET)}
     for path in pages:
         page = one.open(path)

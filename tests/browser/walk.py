@@ -1,4 +1,5 @@
-"""A reader without a plan: whatever a page offers is pressed, dragged, turned, pointed at and left, drawn by a seed."""
+"""A reader without a plan: whatever a page offers is pressed, dragged, turned, pointed at and left, at random by a
+seed."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from playwright.sync_api import Error, Page
 
 from tests.browser.conftest import Reader
 
-# What may be done, to which elements, and how often compared with the others.
+# The actions, their elements, and their relative frequencies.
 OFFERS = {
     "press": (6, "figure.figure .buttons [data-button]:not([aria-disabled=true])"),
     "slide": (4, "form.controls input[type=range]"),
@@ -40,7 +41,7 @@ OFFERED = """kinds => Object.fromEntries(Object.entries(kinds).map(([kind, part]
   const offered = (e) => !e.disabled && e.checkVisibility({ visibilityProperty: true });
   return [kind, [...document.querySelectorAll(part)].flatMap((e, i) => (offered(e) ? [i] : []))];
 }))"""
-# Brings an element into view; its box and its words, and what lies over the middle of it.
+# Brings an element into view; returns its box and words, and what covers its middle.
 FOUND = """([part, index]) => {
   const element = document.querySelectorAll(part)[index];
   if (!element?.checkVisibility()) return null;
@@ -54,8 +55,8 @@ FOUND = """([part, index]) => {
   return { left, top, width, height, covered, words: [...words, said].filter(Boolean).join(" ") };
 }"""
 FOCUS = "([part, index]) => document.querySelectorAll(part)[index]?.focus({ preventScroll: true })"
-# Waits until nothing is asked, waiting, moving or being made finer, but for what runs until it is paused; then what is
-# wrong with the page.
+# Waits until no request is pending, nothing moves or is being refined, except runs that go on until paused; then lists
+# the faults of the page.
 FAULTS = """async () => {
   const wrong = [];
   const { record: records, runtime, figures } = Ladder;
@@ -129,7 +130,7 @@ FAULTS = """async () => {
   }
   return wrong;
 }"""
-# A figure as it is seen, to be compared with another page's.
+# A figure as rendered, to be compared with another page's.
 SEEN = """id => {
   const { root, shown, frame } = Ladder.figures.get(id);
   const text = (part) => [...root.querySelectorAll(part)].map((e) => e.textContent);
@@ -147,7 +148,7 @@ WIDE, NARROW = {"width": 1280, "height": 1000}, {"width": 390, "height": 800}
 
 
 class Walk:
-    """A walk on one page. `tried` says what was done."""
+    """A walk on one page. `tried` lists what was done."""
 
     def __init__(self, reader: Reader, page: Page, seed: str) -> None:
         self.reader, self.page = reader, page
@@ -155,10 +156,8 @@ class Walk:
         self.tried: list[str] = []
 
     def steps(self, count: int) -> None:
-        """So many actions, now and then two or three of them before anything is answered; then all comes to rest.
-
-        Raises AssertionError with all that was tried.
-        """
+        """Take this many actions, sometimes two or four before anything is checked; then let everything come to rest.
+        Raises AssertionError with everything that was tried."""
         hasty = 0
         for _ in range(count):
             self.step()
@@ -169,7 +168,7 @@ class Walk:
         self.check()
 
     def step(self) -> None:
-        """One action, drawn from what the page offers."""
+        """Take one action, drawn from what the page offers."""
         offered = self.page.evaluate(OFFERED, {kind: part for kind, (_, part) in OFFERS.items()})
         kinds = [kind for kind in OFFERS if offered[kind]]
         (kind,) = self.random.choices(kinds, [OFFERS[kind][0] for kind in kinds])
@@ -193,7 +192,7 @@ class Walk:
             WITH_POINTER[kind](self, box)
 
     def check(self) -> None:
-        """Once the figures are at rest: what the browser complains of, and what is wrong with the page."""
+        """Once the figures are at rest, check for complaints of the browser and faults of the page."""
         try:
             wrong = [*self.page.evaluate(FAULTS), *self.reader.unexpected()]
         except Error as error:
@@ -204,23 +203,23 @@ class Walk:
         return "".join(f"\n  {i + 1}. {what}" for i, what in enumerate(self.tried))
 
     def pause(self) -> None:
-        """Pauses what runs and stops what works."""
+        """Pause runs and stop jobs."""
         for part in (".buttons [data-button]", ".job-head [data-do=stop]:not(:disabled)"):
             for node in self.page.locator(part).all():
                 if node.inner_text() in ("Pause", "Stop"):
                     node.evaluate("button => button.click()")
 
-    # What the pointer does.
+    # Pointer actions.
 
     def place(self, box: dict[str, Any]) -> tuple[float, float]:
-        """Somewhere in a box, not at its very edge, and on the screen."""
+        """A place in a box, away from its edges, and on the screen."""
         x, y = (box[low] + box[size] * self.random.uniform(0.1, 0.9) for low, size in SIDES)
         size = self.page.viewport_size
         assert size is not None
         return min(max(x, 1), size["width"] - 1), min(max(y, 1), size["height"] - 1)
 
     def click(self, box: dict[str, Any]) -> None:
-        """The middle of a part that nothing may lie over."""
+        """Click the middle of a part, which nothing may cover."""
         assert not box["covered"], f"covered by {box['covered']} after {self.told()}"
         times = self.random.choice((1, 1, 1, 2, 3))
         x, y = (box[low] + box[size] / 2 for low, size in SIDES)
@@ -229,13 +228,13 @@ class Walk:
         self.tried[-1] += f" ×{times}" if times > 1 else ""
 
     def tap(self, box: dict[str, Any]) -> None:
-        """Somewhere in a part, once."""
+        """Click once somewhere in a part."""
         x, y = self.place(box)
         self.tried[-1] += f" at {x - box['left']:.0f}, {y - box['top']:.0f} px"
         self.page.mouse.click(x, y)
 
     def drag(self, box: dict[str, Any]) -> None:
-        """By up to 200 px; now and then Escape takes it back."""
+        """Drag by up to 200 px; now and then Escape takes it back."""
         x, y = (box[low] + box[size] / 2 for low, size in SIDES)
         far, way = self.random.uniform(2, 200), self.random.uniform(0, 2 * math.pi)
         dx, dy = far * math.cos(way), far * math.sin(way)
@@ -259,7 +258,7 @@ class Walk:
             self.page.mouse.move(*self.place(box), steps=3)
         self.page.mouse.up()
 
-    # What is done to the page.
+    # Actions on the page.
 
     def resize(self) -> None:
         self.page.set_viewport_size(self.random.choice((WIDE, NARROW)))  # type: ignore[arg-type]
@@ -268,7 +267,7 @@ class Walk:
         self.page.reload()
 
     def revisit(self) -> None:
-        """Takes a figure's link, changes the address to it, and goes back."""
+        """Take a figure's link, change the address to it, and sometimes go back."""
         links = self.page.evaluate("[...Ladder.figures.values()].map(figure => figure.link().split('#')[1])")
         self.page.evaluate("hash => { location.hash = hash; }", self.random.choice(links))
         if self.random.random() < 0.5:
@@ -276,7 +275,7 @@ class Walk:
             self.page.go_back()
 
     def leave(self) -> None:
-        """To a page without figures, and back."""
+        """Go to a page without figures, and back."""
         self.page.goto(f"{self.reader.origin}/licences.html")
         self.page.go_back()
 

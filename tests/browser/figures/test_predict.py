@@ -340,7 +340,7 @@ def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Call
         then.click()
         expect(box).to_have_attribute("data-told", "right")
         assert figure.page.evaluate("seen.running.slice(2, -1).every(Boolean)")
-        until(figure.page, "!Ladder.figures.get('fig-wall').running")  # a run that the reader started stops at its next press
+        until(figure.page, "!Ladder.figures.get('fig-wall').running")  # the reader's run stops at its next press
         box.get_by_role("button", name="Ask again").click()
 
 

@@ -51,7 +51,7 @@ def slowed(one: Reader) -> None:
     """Give pages that open after this a slow worker."""
 
     def answer(route: Route) -> None:
-        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # the bundle renames the worker's own variables
+        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # unbundled: the bundle renames its own
         route.fulfill(response=route.fetch(), body=SLOW + written)
 
     one.context.route("**/worker*.mjs", answer)

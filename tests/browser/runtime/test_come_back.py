@@ -14,7 +14,7 @@ from tests.browser.server import SiteServer
 
 
 def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
-    """A run that is pinned or removed in one is so in the other; none is lost; the theme is one."""
+    """A run pinned or removed in one tab is so in the other; none is lost; the theme is shared."""
     one = reader(alone=True, reduced_motion="reduce", color_scheme="light")
     tabs = [one.open("kabsch.html"), one.open("kabsch.html")]
     figures = [Figure(tab, "fig-solve").seen() for tab in tabs]
@@ -32,10 +32,8 @@ def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteServer) -> None:
-    """Nothing of the page keeps it out of the back/forward cache; it comes back as it was left, and answers.
-
-    What changed in the meantime in another tab is shown.
-    """
+    """Nothing on the page keeps it out of the back/forward cache; it comes back as it was left, and answers. Changes
+    made in another tab in the meantime are shown."""
     running = playwright.chromium.launch(
         executable_path=whole_chromium(), args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
     )
@@ -71,7 +69,7 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
 
 
 def test_a_drag_left_for_another_page_is_over(playwright: Playwright, server: SiteServer) -> None:
-    """The button is let go on the other page: back in the history's page the handle stays where it was."""
+    """When the button is released on the other page, the handle of the page from the history stays where it was."""
     running = playwright.chromium.launch(
         executable_path=whole_chromium(), args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
     )
@@ -112,7 +110,7 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 
 def test_an_engine_that_came_up_is_known_on_every_page(reader: Callable[..., Reader]) -> None:
-    """The browser may then use what it compiled before. Where nothing can be stored, nothing is known."""
+    """The browser may then reuse its compiled code. If nothing can be stored, no engine is known."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(SAID)
     page = one.open("kabsch.html")

@@ -1,4 +1,4 @@
-"""When something breaks: the figure says so in its own frame, keeps its picture, and there is a way on."""
+"""When something breaks, the figure says so within its frame and keeps its picture, and the reader can go on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: tr
 
 
 def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) -> None:
-    """The worker dies: the figure says so, keeps its picture, and Reset brings it back to life."""
+    """When the worker dies, the figure says so and keeps its picture, and Reset revives it."""
     one = reader(reduced_motion="reduce")
     page = one.open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
@@ -33,7 +33,7 @@ def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) ->
 
 
 def test_the_size_of_a_memory_that_has_gone_is_refused(reader: Callable[..., Reader]) -> None:
-    """Whoever asks for it does not wait for ever: neither before a start, nor where the worker goes meanwhile."""
+    """A request for it does not wait for ever, neither before a start nor if the worker dies meanwhile."""
     refused = "({ stopped }) => stopped"
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(FRUGAL)
@@ -51,8 +51,8 @@ def test_the_size_of_a_memory_that_has_gone_is_refused(reader: Callable[..., Rea
 
 
 def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """A file of the runtime is not there: the figure names it; once it is there, Retry succeeds. An extension of the
-    browser that marks the page does not make it one that was published anew."""
+    """With a file of the runtime missing, the figure names it; once it is there, Retry succeeds. A page marked by a
+    browser extension is not taken for one of an updated site."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("404")
     one.context.add_init_script(
@@ -72,10 +72,8 @@ def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., R
 
 
 def stalled(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, Locator, str]:
-    """A figure that waits for a start given up on, as bytes do not come; its Retry, and the RMS before it was dragged.
-
-    From now on patience is long.
-    """
+    """A figure that waits for a start that was given up because bytes stopped coming; its Retry, and the RMS before the
+    drag. The patience is long from now on."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
@@ -90,7 +88,7 @@ def stalled(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, 
 
 
 def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Bytes stop coming: after the patience is over the figure says so and offers Retry, and Retry works."""
+    """When bytes stop coming, the figure says so after the time limit and offers Retry, and Retry works."""
     solve, retry, before = stalled(reader, server)
     retry.click()
     server.release()
@@ -99,7 +97,7 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
 
 
 def test_a_start_given_up_on_goes_on_when_bytes_come(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Retry would throw away what has come by then: it is offered no longer, and no second worker is started."""
+    """Retry would discard what has arrived, so it is no longer offered, and no second worker is started."""
     solve, retry, before = stalled(reader, server)
     workers = len(solve.page.workers)
     server.release()
@@ -133,10 +131,8 @@ WRONG = {
 def test_a_wrong_file_is_named_and_does_not_stay(
     reader: Callable[..., Reader], server: SiteServer, file: str, how: str
 ) -> None:
-    """The figure names it, keeps its picture and its tape; Retry works once the file is right.
-
-    Though the wrong one came with leave to keep it for a year.
-    """
+    """The figure names it and keeps its picture and its tape; Retry works once the file is right, although the wrong
+    one could be cached for a year."""
     one = reader(reduced_motion="reduce")
     one.expect("Failed to load", "MIME type", "ERR_CONTENT_LENGTH_MISMATCH", "SyntaxError", "asm.wasm", "wasm inst")
     server.spoilt = {file: how}
@@ -158,7 +154,8 @@ def test_a_wrong_file_is_named_and_does_not_stay(
 
 
 def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The figure says that Python fell silent; Retry starts another, and what was asked of the first is shown."""
+    """The figure says that Python has stopped answering; Retry starts another worker, and the pending request is
+    answered."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 1500")
     server.hold("/runtime/.*wasm")
@@ -175,7 +172,7 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
     retry.click()
     moved = solve.changes("rms", before)
     solve.live().settled()
-    # In the middle of a request: asked and killed in one go, before the answer can come.
+    # In the middle of a request: request and kill in one step, before the answer can come.
     page.evaluate(
         """() => { const { limits, runtime, figures, record } = Ladder, figure = figures.get("fig-solve");
           limits.frame = 1500; figure.ask(record.press(figure.record, "solve")); runtime.kill(); }"""
@@ -189,7 +186,8 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
 
 
 def test_a_fault_beside_the_answers_is_told_at_once(reader: Callable[..., Reader]) -> None:
-    """Where even an error cannot be told any more, as after Python's own end, the figure says why at once."""
+    """Even if an error can no longer be reported as an answer, as after Python itself has ended, the figure gives the
+    reason at once."""
     page = reader(alone=True, reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     page.evaluate("Ladder.limits.frame = 60000")
@@ -201,7 +199,7 @@ def test_a_fault_beside_the_answers_is_told_at_once(reader: Callable[..., Reader
 
 
 def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) -> None:
-    """The job says so, its table stays, and the button that began it begins it anew."""
+    """The job says so, its table stays, and its button begins it again."""
     race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()
     job = race.reached("section.job").first
     rows = job.locator("tbody tr").count()
@@ -219,7 +217,7 @@ def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) ->
 
 
 def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Reader]) -> None:
-    """A frame that cannot be drawn fails in its own figure; the next figure of the page goes on."""
+    """A frame that cannot be drawn fails within its figure, and after Reset the figure goes on."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     page.evaluate("name => Ladder.figures.get(name).ask({...Ladder.figures.get(name).record, seed: -1})", solve.name)
@@ -232,7 +230,8 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
 
 
 def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The deck cannot be steered and a figure's record is damaged: other figures answer, the theme changes."""
+    """With a deck that cannot be synchronised and a damaged record in one figure, other figures answer and the theme
+    changes."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("No channels here", "Unexpected token", "JSON")
     one.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
@@ -259,7 +258,8 @@ def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], serv
 def test_a_page_older_than_the_site_offers_a_reload(
     reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
 ) -> None:
-    """The site is published anew under an open page, whose worker is gone: Reload brings the new one, and the state."""
+    """If the site is published again under an open page, whose worker file is then gone, Reload brings the new page
+    with the same state."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("404", "Failed to load", "Failed to fetch")
     one.context.add_init_script(FRUGAL)

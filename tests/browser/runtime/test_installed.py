@@ -20,7 +20,7 @@ from tests.browser.server import SiteServer
 
 
 def test_the_site_can_be_installed(playwright: Playwright, server: SiteServer, tmp_path: Path) -> None:
-    """Chromium finds nothing that keeps it from being installed, and no fault in the manifest."""
+    """Chromium finds no obstacle to installation and no fault in the manifest."""
     context = playwright.chromium.launch_persistent_context(tmp_path, executable_path=whole_chromium(), args=FLAGS)
     try:
         page = context.new_page()
@@ -40,7 +40,7 @@ def test_the_site_can_be_installed(playwright: Playwright, server: SiteServer, t
 
 
 def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: Path, tmp_path: Path) -> None:
-    """Unpacked: pages, their links and the tapes work, nothing is complained of, and one line says what is missing."""
+    """Unpacked, its pages, links and tapes work, the browser does not complain, and one line says what is missing."""
     (path,) = site.glob("*.zip")
     with zipfile.ZipFile(path) as zipped:
         zipped.extractall(tmp_path)
@@ -60,7 +60,7 @@ def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: 
 
 
 def test_the_unpacked_zip_comes_alive_as_the_page_says(browser: Browser, site: Path, tmp_path: Path) -> None:
-    """`python3 -m http.server` in the folder, without any header of ours: Python starts and answers."""
+    """With `python3 -m http.server` in the folder, without any of our headers, Python starts and answers."""
     (path,) = site.glob("*.zip")
     with zipfile.ZipFile(path) as zipped:
         zipped.extractall(tmp_path)
@@ -78,4 +78,4 @@ class Quiet(SimpleHTTPRequestHandler):
     """The standard library's server, without its log."""
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing."""
+        """Log nothing."""

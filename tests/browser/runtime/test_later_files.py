@@ -1,4 +1,5 @@
-"""Parts of Python that travel later: one does not come, for want of a network or as the site is published anew."""
+"""Parts of Python that load later: one of them does not arrive, because of the network or because the site was
+updated."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ REASON = f"{PACK}.pack could not be loaded"
 
 
 def lacking(reader: Callable[..., Reader], server: SiteServer) -> Figure:
-    """A figure whose part of Python is gone, though Python is up."""
+    """A figure whose part of Python is missing, although Python is up."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("404", "Failed to load", "Failed to fetch")
     page = one.open("surfaces.html")
@@ -26,7 +27,8 @@ def lacking(reader: Callable[..., Reader], server: SiteServer) -> Figure:
 
 
 def test_what_was_asked_is_kept_until_the_file_comes(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """What the tape holds is shown meanwhile; what it does not waits, through a Retry in vain, and is then drawn."""
+    """Meanwhile, recorded frames are shown from the tape; any other request waits through a failed Retry and is then
+    drawn."""
     three = lacking(reader, server)
     before = three.frames()
     three.button("step").click()
@@ -51,7 +53,7 @@ def test_what_was_asked_is_kept_until_the_file_comes(reader: Callable[..., Reade
 
 
 def test_what_cannot_be_drawn_is_taken_back_by_cancel(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Another figure of the page answers all along."""
+    """Another figure of the page can still answer."""
     three = lacking(reader, server)
     seen = three.record()
     three.drag("point-source", 40, 30)
@@ -69,7 +71,7 @@ def test_what_cannot_be_drawn_is_taken_back_by_cancel(reader: Callable[..., Read
 def test_a_page_older_than_the_site_offers_a_reload_when_python_lacks_a_part(
     reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
 ) -> None:
-    """The part's name is gone with the old build: Reload brings the new one, and the state."""
+    """The part's file name is gone with the old build: Reload brings the new page with the same state."""
     three = lacking(reader, server)
     server.root = published_anew(site, tmp_path)
     three.drag("point-source", 40, 30)

@@ -1,4 +1,4 @@
-"""After the first visit: the server may be gone, a new build may come, the browser may keep nothing."""
+"""After the first visit: the server may be gone, a new build may come, the browser may store nothing."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.browser.server import SiteServer
 
 GONE = ("ERR_CONNECTION_REFUSED", "Failed to fetch", "fetching the script", "Failed to find a valid digest")
 KEPT = ".site-kept:not(:empty)"
-# Resolves when a new version is kept and waits for the old one's pages to go.
+# Resolves when a new version is stored and waits for the old version's pages to close.
 WAITING = """navigator.serviceWorker.getRegistration().then(registration => new Promise(done => {
   const look = () => registration.waiting && done();
   const watch = () => { registration.installing?.addEventListener('statechange', look); look(); };
@@ -34,12 +34,12 @@ WAITING = """navigator.serviceWorker.getRegistration().then(registration => new 
 
 
 def kept(page: Page) -> None:
-    """Waits until the page says that the site is kept."""
+    """Wait until the page says that the site is stored."""
     page.wait_for_selector(KEPT, state="attached", timeout=120_000)
 
 
 def built_by(page: Page) -> str:
-    """Whose page it is, by its own text and by the script and style that it runs with."""
+    """The build that the page's text is from, checked against the script and style that it runs with."""
     assert page.evaluate("version") == page.evaluate(
         "getComputedStyle(document.documentElement).getPropertyValue('--version').trim()"
     )
@@ -49,14 +49,14 @@ def built_by(page: Page) -> str:
 
 
 def answers(page: Page) -> None:
-    """The first figure of an open page is drawn by Python."""
+    """Check that Python draws the first figure of an open page."""
     name = page.locator("figure.figure").first.get_attribute("id") or ""
     Figure(page, name).live()
     offline.ask(page, name)
 
 
 def other_python(**options: Any) -> runtime.RuntimeInfo:
-    """The runtime with our wheel packed otherwise: as good, under another name."""
+    """The runtime with our wheel compressed differently: equivalent, under another name."""
     info = runtime.assemble(**options)
     (old,) = [file for file in info.files if file.name.endswith("/ladder.pack")]
     data = gzip.compress(gzip.decompress(info.contents[old.name]), 5, mtime=0)
@@ -68,7 +68,7 @@ def other_python(**options: Any) -> runtime.RuntimeInfo:
 
 @pytest.fixture(scope="module")
 def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Two builds whose pages, scripts, styles and Python all differ, and that say which they are."""
+    """Two builds whose pages, scripts, styles and Python all differ, and that name themselves."""
     home = tmp_path_factory.mktemp("builds")
     made = {}
     for name, assemble in (("A", runtime.assemble), ("B", other_python)):
@@ -89,13 +89,13 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def test_a_figure_of_a_page_never_visited_answers_without_the_server(browser: Browser, site: Path) -> None:
-    """With nothing but what the service worker keeps (`serve --offline-check` asks so on every page)."""
+    """It uses only what the service worker stores (`serve --offline-check` tests this on every page)."""
     ((name, answered, fault),) = offline.visits(site, browser, {"race.html"})
     assert (name, answered, fault) == ("race.html", 1, "")
 
 
 def test_what_is_not_kept_is_told(browser: Browser, site: Path, tmp_path: Path) -> None:
-    """The check can fail: a figure's Python that the worker does not know of is missed, on the page that needs it."""
+    """The check can fail: a Python file that the worker does not know is reported missing on the page that needs it."""
     broken = shutil.copytree(site, tmp_path / "site", ignore=shutil.ignore_patterns("*.gz", "*.br"))
     worker = broken / "sw.js"
     lines = worker.read_text("utf-8").splitlines(keepends=True)
@@ -106,7 +106,7 @@ def test_what_is_not_kept_is_told(browser: Browser, site: Path, tmp_path: Path) 
 
 
 def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: SiteServer, pages: list[str]) -> None:
-    """One visit of the first page; then each opens with its style, script and pictures, and says that it is kept."""
+    """After one visit of the first page, each page opens without the server, with its style and script."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("index.html")
     kept(page)
@@ -128,7 +128,8 @@ def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: S
 def test_an_update_never_mixes_two_builds(
     reader: Callable[..., Reader], server: SiteServer, builds: dict[str, Path]
 ) -> None:
-    """A tab that is open over the update stays whole, a new one is all of the new build; so also without the server."""
+    """A tab that is open during the update stays with its build, a new one is entirely of the new build; so also
+    without the server."""
     server.root = builds["A"]
     one = reader(reduced_motion="reduce", service_workers="allow")
     old = one.open("references.html")
@@ -140,7 +141,7 @@ def test_an_update_never_mixes_two_builds(
     Figure(new, "fig-solve").live()
     new.evaluate(WAITING)
 
-    # The old tab goes on with what it has not loaded yet: a page of its build, its tape, its Python.
+    # The old tab goes on with files that it has not loaded yet: a page of its build, its tape, its Python.
     assert built_by(old) == "A"
     server.stop()
     one.expect(*GONE)
@@ -149,11 +150,11 @@ def test_an_update_never_mixes_two_builds(
     assert built_by(old) == "A"
     answers(old)
 
-    # All tabs closed: from now on it is the new build, as whole.
+    # All tabs closed: from now on the new build is used, just as whole.
     old.close()
     new.close()
     page = one.open("icp.html")
-    while built_by(page) == "A":  # the browser changes over in its own time
+    while built_by(page) == "A":  # the browser switches in its own time
         page.close()
         page = one.open("icp.html")
     answers(page)
@@ -163,7 +164,7 @@ def test_an_update_never_mixes_two_builds(
 
 
 def spoil(page: Page, part: str) -> str:
-    """Flips a bit of a kept file; its address."""
+    """Flip a bit of a stored file; return its address."""
     address: str = page.evaluate(
         """async part => {
           for (const name of await caches.keys()) {
@@ -184,7 +185,7 @@ def spoil(page: Page, part: str) -> str:
 
 
 def test_what_is_lost_is_kept_again(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The browser drops what was kept while the worker stays: the next visit keeps it anew."""
+    """If the browser drops stored files while the worker stays, the next visit stores them again."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("references.html")
     kept(page)
@@ -213,7 +214,7 @@ DAMAGED = (r"/assets/site\.\w+\.js$", "/numpy.pack$", "/pyodide.asm.mjs$", "/pyo
 def test_a_damaged_file_is_dropped_and_asked_for_anew(
     reader: Callable[..., Reader], server: SiteServer, part: str
 ) -> None:
-    """A kept file is not what it was: the page and its Python come up all the same, and it is kept anew."""
+    """With a damaged file in the cache, the page and its Python still start, and the file is stored again."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("references.html")
     kept(page)
@@ -243,7 +244,7 @@ def test_a_damaged_file_is_dropped_and_asked_for_anew(
 
 
 def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With no server to ask, what is damaged is missing and everything else is still there."""
+    """Without a server, the damaged file is missing and everything else is still there."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("references.html")
     kept(page)
@@ -268,7 +269,7 @@ HOWS = {"absent": "return undefined", "forbidden": "throw new DOMException('The 
 
 @pytest.mark.parametrize("how", HOWS)
 def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reader], how: str) -> None:
-    """Figures answer, pins and the theme hold for the page, and nothing is said of being offline."""
+    """Figures answer, pins and the theme last as long as the page, and nothing is said about offline use."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(REFUSED.replace("HOW", HOWS[how]))
     page = one.open("kabsch.html")
@@ -282,7 +283,8 @@ def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reade
 
 
 def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Storage is full half way: no part is kept or promised, figures answer; once there is room, all is kept."""
+    """If storage fills up half-way, nothing is stored or promised, and figures answer; once there is room, everything
+    is stored."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     one.expect("QuotaExceeded")
     page = one.page()
@@ -298,7 +300,7 @@ def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., 
     kept(page)
 
 
-# Tries to install the worker once more, and resolves to how that ended.
+# Tries to install the worker once more, and resolves to the outcome.
 INSTALL_ENDS = """navigator.serviceWorker.register('sw.js').then(({ installing }) => new Promise(done => {
   if (!installing) done('no attempt');
   installing?.addEventListener('statechange', () => done(installing.state));

@@ -1,4 +1,4 @@
-"""The worker without a page around it: its messages, and what it says when a file is missing or wrong."""
+"""The worker without a page around it: its messages, and what it reports when a file is missing or wrong."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from widgets.engine.registry import WIDGETS
 
 pytestmark = pytest.mark.browser
 
-# Sends `messages` one after the other, each when `wanted` of the one before has come; gives back all that was heard.
+# Sends `talk`'s messages one after another, each once the `until` of the one before has arrived; resolves to everything
+# received.
 TALK = """([worker, talk]) => new Promise((resolve) => {
   const heard = [];
   const running = new Worker(worker, { type: "module" });
@@ -41,7 +42,7 @@ def info() -> RuntimeInfo:
 
 
 class Served:
-    """A copy of the runtime on loopback that a test may spoil."""
+    """A copy of the runtime on loopback that a test may damage."""
 
     def __init__(self, root: Path, origin: str, info: RuntimeInfo, page: Page) -> None:
         self.root, self.origin, self.info, self.page = root, origin, info, page
@@ -52,7 +53,7 @@ class Served:
         return self.root / "runtime" / name
 
     def before(self, script: str) -> None:
-        """Has the worker run this first."""
+        """Make the worker run this first."""
         (self.root / "worker.mjs").write_text(script + WORKER.read_text("utf-8"), "utf-8")
 
     def talk(self, *said: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
@@ -116,7 +117,7 @@ def asked(widget: str, number: int) -> dict[str, Any]:
 
 
 def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served) -> None:
-    """A figure comes with its own pack, and one of many scans with theirs; the second answer loads nothing more."""
+    """A figure loads its own pack, and one with many scans theirs as well; the second answer loads nothing more."""
     wanted: list[str] = []
     served.page.on("request", lambda request: wanted.append(request.url.rpartition("/")[2]))
     graph, kabsch = asked("pose-loop", 1), asked("kabsch", 2)
@@ -129,7 +130,7 @@ def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served
 
 
 def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Served) -> None:
-    """What is asked meanwhile is answered after it."""
+    """Requests made meanwhile are answered after it."""
     served.before("""
       const fetch = self.fetch.bind(self);
       self.fetch = async (...given) => {
@@ -189,7 +190,7 @@ def test_a_changed_file_is_named(served: Served, ending: str) -> None:
     assert f"{ending} is not the file that was built" in served.failure()
 
 
-# Bits whose change a browser's own parsers do not see: in a message, in the engine's data.
+# Bits whose change a browser's own parsers do not notice: in a message, in the engine's data.
 FLIPPED = {"pyodide.asm.mjs": b"Aborted(", "/pyodide.mjs": b"Pyodide", "pyodide.asm.wasm": b"Fatal Python error"}
 NOT_SECURE = "Object.defineProperty(self.crypto, 'subtle', { value: undefined });"
 
@@ -198,7 +199,7 @@ NOT_SECURE = "Object.defineProperty(self.crypto, 'subtle', { value: undefined })
 @pytest.mark.parametrize("known", [False, True])
 @pytest.mark.parametrize("ending", FLIPPED)
 def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, secure: bool) -> None:
-    """Also where the engine came up before, and where a page is not secure and has no hashes of its own."""
+    """Even if the engine has started before, and on an insecure page, where no hashes can be computed."""
     path = served.file(ending)
     data = bytearray(path.read_bytes())
     data[data.index(FLIPPED[ending])] ^= 1
@@ -209,7 +210,7 @@ def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, s
     assert f"{path.name} {why}" in served.failure(known)
 
 
-# A file comes once Pyodide waits for nothing else, and all that goes wrong in the worker is told.
+# The file arrives only when Pyodide waits for nothing else, and everything that goes wrong in the worker is reported.
 LATE = """
 const tell = self.postMessage.bind(self), plain = self.fetch, { instantiate } = WebAssembly;
 const complaint = (text) => tell({ type: "complaint", text: String(text) });
@@ -228,7 +229,7 @@ self.fetch = async (...asked) => {
 
 @pytest.mark.parametrize("ending", ["python_stdlib.pack", "numpy.pack"])
 def test_a_file_that_fails_while_python_waits_for_it_is_told_once(served: Served, ending: str) -> None:
-    """By the worker alone: Pyodide, which waits for it as well, leaves no error of its own."""
+    """The worker reports it; Pyodide, which waits for it too, leaves no error of its own."""
     path = served.file(ending)
     path.write_bytes(path.read_bytes()[:-9])
     served.before(LATE.replace("FILE", path.name))
@@ -244,7 +245,7 @@ def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
     assert "pyodide.asm.wasm is not the file that was built" in served.failure(known)
 
 
-# Tells the address of what is compiled as it comes: a browser keeps what it makes of a file by that.
+# Reports the address of what is compiled while it streams: browsers cache compiled code by that address.
 COMPILED = """
 const compile = WebAssembly.compileStreaming;
 WebAssembly.compileStreaming = (response) => {
@@ -264,7 +265,8 @@ self.fetch = async (...asked) => {
 
 @pytest.mark.parametrize("known", [False, True])
 def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, known: bool) -> None:
-    """Only then: at first its bytes are counted and held to their hash on the way. All of them are told either way."""
+    """Only then: at a first start its bytes are counted and hashed on the way. Either way, progress reaches the full
+    size."""
     served.before(COMPILED)
     heard = served.talk(known=known)
     (compiled,) = [m["address"] for m in heard if m["type"] == "compiled"]
@@ -275,7 +277,7 @@ def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, k
 
 
 def test_a_host_that_calls_the_engine_something_else_is_forgiven(served: Served) -> None:
-    """What is known comes up where a browser would not compile it by its type."""
+    """A known engine starts even if its type keeps the browser from compiling it while it streams."""
     served.before(MISNAMED)
     assert served.talk(known=True)[-1]["type"] == "ready"
 

@@ -1,4 +1,4 @@
-"""The preview of `serve` on the real site: an edit comes to an open page, and its author stays where they were."""
+"""The preview of `serve` on the real site: an edit reaches an open page, and its author keeps their place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHIFTS = """() => { window.moved = 0; new PerformanceObserver(list => {
 
 
 class Desk:
-    """A copy of the checkout being served, and a page of it."""
+    """A copy of the checkout being served, and one of its pages."""
 
     def __init__(self, root: Path, site: LiveSite, page: Page) -> None:
         self.root, self.site, self.page = root, site, page
@@ -35,12 +35,12 @@ class Desk:
         path.write_text(text.replace(old, new, 1), "utf-8")
 
     def top(self, selector: str) -> float:
-        """Where an element begins in the window, in px."""
+        """The top of an element in the window, in px."""
         return float(self.page.locator(selector).evaluate("node => node.getBoundingClientRect().top"))
 
     @property
     def same_page(self) -> bool:
-        """Whether it is still the page that was marked."""
+        """Whether the page that was marked is still loaded."""
         return bool(self.page.evaluate("window.marked === true"))
 
 
@@ -73,9 +73,9 @@ def desk(browser: Browser, tmp_path: Path) -> Iterator[Desk]:
 
 
 def test_an_author_stays_where_they_were(desk: Desk) -> None:
-    """Text is put in place, also where it grows above the window; a style sheet is swapped in; only a figure's own edit
-    brings a new page, with the other figure's state, the focus, the open details and the place in the window as they
-    were. A page that an edit does not touch stays, and offers the way to the one that it does."""
+    """Text is replaced in place, even where it grows above the window; a style sheet is swapped; only an edit of a
+    figure itself loads a new page, with the other figure's state, the focus, the open details and the scroll position
+    preserved. A page that an edit does not affect stays, and links to the one that it does."""
     page, chapter = desk.page, "content/01-kabsch.md"
     page.evaluate("window.marked = true")
     solve = Figure(page, "fig-solve").live().settled()

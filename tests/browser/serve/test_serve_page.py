@@ -1,4 +1,4 @@
-"""A page that `serve` shows, while its author works."""
+"""A page shown by `serve` while its author works."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitegen.serve.live import LiveSite
 def test_an_open_page_follows_and_shows_what_is_wrong(
     browser: Browser, live_site: LiveSite, small_checkout: Path
 ) -> None:
-    """Under a strict policy: it reloads by itself, shows the problems above the text that stays, and hides them."""
+    """Under a strict policy it reloads by itself, shows the problems above the text, which stays, and can hide them."""
     page_md = small_checkout / "content" / "page.md"
     page = browser.new_page()
     complaints: list[str] = []

@@ -1,4 +1,4 @@
-"""The atlas in the browser: a tile that is pointed at is shown for as long as it is, one that is picked stays."""
+"""The atlas in the browser: a tile is shown while it is pointed at, and a clicked one stays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.browser.figure import Figure
 from widgets.figures.atlas.figure import WIDGET
 
 FINEST = WIDGET.details - 1
-# The levels that Python is asked for and answers with, shown or not.
+# The levels that Python answers with, shown or not.
 LISTEN = """() => {
   window.drawn = [];
   const { frame } = Ladder.runtime;
@@ -30,7 +30,7 @@ def atlas(reader: Callable[..., Reader]) -> Figure:
 
 
 def place(atlas: Figure, x: float, y: float) -> tuple[float, float]:
-    """Where a start is on the screen."""
+    """The place of a start on the screen."""
     drawing = atlas.root.locator('.figure-panel[data-panel="map"] svg')
     drawing.scroll_into_view_if_needed()
     box = drawing.bounding_box()
@@ -45,7 +45,8 @@ def log(atlas: Figure) -> list[list[str | float]]:
 
 
 def test_a_tile_is_shown_while_it_is_pointed_at_and_a_picked_one_stays(atlas: Figure) -> None:
-    """Nothing is left of a hover when the mouse goes; a click is one entry, and is come back to from other tiles."""
+    """A hover leaves nothing when the mouse goes; a click is one entry, which the figure returns to after other
+    tiles."""
     mouse = atlas.page.mouse
     mouse.move(*place(atlas, 10.0, 1.0))
     assert atlas.changes("end", "–") == "the truth"
@@ -63,7 +64,7 @@ def test_a_tile_is_shown_while_it_is_pointed_at_and_a_picked_one_stays(atlas: Fi
 
 
 def test_the_crosshair_shows_and_picks(atlas: Figure) -> None:
-    """Arrows look, Enter picks; when the focus goes, what was only looked at goes with it."""
+    """Arrows look, Enter picks; when the focus leaves, a tile that was only looked at is dropped."""
     atlas.seen()
     cross = atlas.root.locator('[data-pick="map"]')
     assert cross.count() == 1
@@ -83,7 +84,7 @@ def test_the_crosshair_shows_and_picks(atlas: Figure) -> None:
 
 
 def test_a_touch_does_not_coarsen_a_map_that_was_left_to_itself(reader: Callable[..., Reader]) -> None:
-    """Unseen, Python comes to the fineness of the map that the page came with, and the first step has it."""
+    """Off screen, Python reaches the resolution of the map that came with the page, and the first step has it."""
     atlas = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-atlas")
     atlas.page.evaluate(LISTEN)
     atlas.live()

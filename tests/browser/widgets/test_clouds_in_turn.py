@@ -1,4 +1,4 @@
-"""Files for one place that come in quick succession: the last one chosen is what the figure shows."""
+"""Files for the same place in quick succession: the figure shows the last one chosen."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DRAWN = """(root, id) => {
 
 
 def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Callable[..., Reader]) -> None:
-    """Each is named while it is read; what is read of the earlier one is not heard."""
+    """Each is named while it is read; the earlier one's result is ignored."""
     page, own = opened(reader)
     source, target = clouds()
     page.evaluate(HELD)
@@ -47,7 +47,7 @@ def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Cal
     given = own.record()["given"]
     page.evaluate("held.forEach(go => go())")
     until(page, "heard.includes('slow.csv')")
-    choose(own, "target", "target.csv", lines(target))  # Python, which takes one after the other, has had any slow one
+    choose(own, "target", "target.csv", lines(target))  # Python, which reads files in order, has received any slow one
     told(own, "target", f"target.csv: {len(target)} points")
     own.settled()
     assert own.record()["given"]["source"] == given["source"]
@@ -72,7 +72,7 @@ def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Rea
 
 
 def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[..., Reader]) -> None:
-    """Both are refused for the one; then each place takes a file, one by one."""
+    """Both are refused because of the one; then each place takes a file, one by one."""
     _, own = opened(reader)
     good, other = [lines(points).decode() for points in clouds()]
     own.root.evaluate(DROP, [["bad.csv", "good.csv"], ["no numbers", good]])
@@ -88,8 +88,8 @@ def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[...,
 
 
 def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[..., Reader]) -> None:
-    """The line under the pen stays until the points of the stroke are drawn, and no longer; so it does where the cloud
-    is full and the picture stays as it was."""
+    """The line under the pen stays until the points of the stroke are drawn, and no longer; likewise if the cloud is
+    full and the picture does not change."""
     page, own = opened(reader)
     own.root.locator('[data-pen="source"]').click()
     own.settled()
@@ -104,7 +104,7 @@ def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[...,
         text = own.root.locator('[data-told="source"]').inner_text()
         move(0.1, 0.1)
         page.mouse.down()
-        for k in range(there):  # between two places the pen sets its points evenly
+        for k in range(there):  # between two places the pen spaces its points evenly
             move(0.9 - 0.8 * (k % 2), 0.1 + 0.8 * k / there)
         assert own.root.evaluate(DRAWN, own.name) is False
         page.mouse.up()

@@ -1,4 +1,4 @@
-"""What a reader has brought stays, whatever else is pressed; and what cannot be taken is said in full."""
+"""A reader's clouds stay whatever else is pressed; and reasons for refusing a file are given in full."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened,
 
 
 def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[..., Reader]) -> None:
-    """Both show other clouds; those that were brought are at hand all the while, and shown when asked for."""
+    """Both show other clouds; the reader's remain available all the while, and are shown on request."""
     page, own = opened(reader)
     source, target = clouds()
     choose(own, "source", "source.csv", lines(source))
@@ -38,7 +38,7 @@ def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[.
     told(own, "source", f"source.csv: {len(source)} points")
 
     swap = own.root.locator('[data-own="swap"]')
-    expect(swap).to_be_disabled()  # what is shown are not the reader's clouds
+    expect(swap).to_be_disabled()  # the clouds shown are not the reader's
     own.set("clouds", "own")
     own.settled()
     assert own.readout("points") == points
@@ -46,7 +46,7 @@ def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[.
 
 
 def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> None:
-    """None of them is taken: which two were meant nobody knows."""
+    """None of them is taken, since nobody knows which two were meant."""
     _, own = opened(reader)
     source, _ = clouds()
     text = lines(source).decode()
@@ -56,7 +56,8 @@ def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> No
 
 
 def test_a_long_name_leaves_room_for_the_reason(reader: Callable[..., Reader]) -> None:
-    """A name without a space, as scanners write them: the page keeps its width and the reason is read to its end."""
+    """With a name without spaces, as scanners write them, the page keeps its width and the reason can be read to its
+    end."""
     page, own = opened(reader, width=390, height=844)
     name = f"2026-05-17_{'building-A_' * 20}final.csv"
     choose(own, "source", name, b"1,2\n3,four\n")

@@ -1,4 +1,4 @@
-"""What a reader drops on the figure of own clouds that is no file."""
+"""Dropping something that is not a file on the figure of own clouds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.browser.figure import Figure
 
 
 def drop(figure: Figure, *paths: Path) -> None:
-    """Drops what lies on the disk on the figure's picture, as a file manager does."""
+    """Drop files from disk on the figure's picture, as a file manager does."""
     box = figure.seen().root.locator(".figure-stage").bounding_box()
     assert box is not None
     session = figure.page.context.new_cdp_session(figure.page)
@@ -23,7 +23,8 @@ def drop(figure: Figure, *paths: Path) -> None:
 
 
 def test_a_folder_is_called_one_and_the_next_drop_is_read(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """Alone or beside a file nothing of it is taken; then two files are, one that ends its lines as Windows does."""
+    """Neither a folder alone nor a folder beside a file is taken; then two files are, one with Windows line endings and
+    one in UTF-16."""
     page = reader(reduced_motion="reduce").open("clouds.html")
     own = Figure(page, "fig-own").live()
     folder, one, other = tmp_path / "scans", tmp_path / "one.csv", tmp_path / "other.csv"

@@ -1,4 +1,4 @@
-"""Fields in the browser: coarse at once, finer while nobody asks for anything else, the same bytes at every level."""
+"""Fields in the browser: coarse at once, finer while no other request is made, the same bytes at every level."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from widgets.engine.contract import preset
 from widgets.engine.host import Host
 from widgets.figures.ndt_score import WIDGET
 
-# What is swapped in from now on: the level of each frame, and the rotation it is for.
+# The frames shown from now on: the level and rotation of each.
 WATCH = """name => { window.levels = [];
   Ladder.figures.get(name).on("frame", frame => levels.push([frame.detail, frame.controls.rotation])); }"""
 LEVELS = list(range(WIDGET.details))
@@ -36,7 +36,7 @@ def levels(score: Figure) -> list[list[float]]:
 
 
 def test_a_moved_control_shows_the_coarse_map_and_then_each_finer_one(score: Figure) -> None:
-    """Every level once, in order; what is seen at the end is the build's own drawing of the record."""
+    """Every level once, in order; the final picture is the build's own drawing of the record."""
     score.set("rotation", "7")
     score.settled()
     assert [level for level, _ in levels(score)] == LEVELS
@@ -47,7 +47,7 @@ def test_a_moved_control_shows_the_coarse_map_and_then_each_finer_one(score: Fig
 
 
 def test_levels_are_the_build_s_byte_for_byte(score: Figure) -> None:
-    """Each level of each preset, asked for in a fresh state, is the native frame of that level."""
+    """Each level of each preset, requested in a fresh state, is the native frame of that level."""
     for name in WIDGET.presets:
         for level in LEVELS:
             record = {**preset(WIDGET, name).plain(), "seed": 53 + level}
@@ -57,8 +57,8 @@ def test_levels_are_the_build_s_byte_for_byte(score: Figure) -> None:
 
 
 def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
-    """A control moved the moment the first finer drawing shows: no more of the old one comes, and the new one gets to
-    its end."""
+    """If a control is moved as soon as the first finer drawing appears, no more of the old map comes, and the new one
+    is completed."""
     score.page.evaluate(
         """name => {
           const figure = Ladder.figures.get(name);
@@ -82,7 +82,7 @@ def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
     assert [level for level, rotation in seen if rotation == 9] == LEVELS
 
 
-# Finer drawings are held until `arrive()`; what is asked by hand is answered as ever.
+# Finer drawings are held until `arrive()`; other requests are answered as usual.
 HELD = """() => {
   const { runtime } = Ladder, { frame } = runtime;
   window.late = [];
@@ -93,8 +93,9 @@ HELD = """() => {
 
 
 def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
-    """While a finer drawing is on its way the control is moved: the old value's map is not put over the new one's."""
-    score.set("rotation", "7")  # what is drawn unseen, before the first touch, is over
+    """If the control is moved while a finer drawing is on its way, the old value's map does not replace the new
+    one's."""
+    score.set("rotation", "7")  # drawing off screen, before the first touch, is over
     score.settled()
     levels(score)
     score.page.evaluate(HELD)
@@ -103,13 +104,13 @@ def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
         until(score.page, f"late.length && levels.some(([, rotation]) => rotation === {value})")
     until(score.page, "late.length >= 2")
     score.page.evaluate("arrive()")
-    until(score.page, "late.length")  # the next finer one of the new value, asked for since that before it was shown
+    until(score.page, "late.length")  # the new value's next finer one, requested since the one before was shown
     assert levels(score) == [[0, 8], [0, 9], [1, 9]]
     assert score.frame()["controls"]["rotation"] == 9
 
 
 def test_a_climb_on_a_known_field_does_not_make_it_coarse(score: Figure) -> None:
-    """With the field all there, a click answers with the finest level alone."""
+    """With the field complete, a click is answered only at the finest level."""
     score.set("rotation", "5")
     score.settled()
     levels(score)
@@ -122,7 +123,7 @@ def test_a_climb_on_a_known_field_does_not_make_it_coarse(score: Figure) -> None
 
 
 def test_the_tape_has_the_finest_level(reader: Callable[..., Reader]) -> None:
-    """What the page shows before any script, and what a press answers before Python is up, is the full map."""
+    """The page shows the full map before any script, and so does a press before Python is up."""
     figure = Figure(reader().open("ndt-score.html"), "fig-score")
     assert figure.frame()["detail"] == LEVELS[-1]
     taped = figure.page.evaluate(

@@ -1,4 +1,4 @@
-"""The walkthrough, as a reader drives it: stages from the tape, a jump and Back, Auto in the live page, a phone."""
+"""The walkthrough as a reader drives it: stages from the tape, a jump and Back, a toggle, and a phone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from widgets.engine.host import Host
 def test_the_first_stages_and_the_end_answer_before_python_is_up(
     reader: Callable[..., Reader], server: SiteServer
 ) -> None:
-    """With the runtime held back: four stages by Next, the pose changed at the fourth; then an experiment's end."""
+    """With the runtime held back, three presses of Next reach the fourth stage, where the pose changes; then an
+    experiment runs to its end."""
     server.hold("/runtime/")
     page = reader(reduced_motion="reduce").open("four.html")
     four = Figure(page, "fig-four").seen()
@@ -30,7 +31,8 @@ def test_the_first_stages_and_the_end_answer_before_python_is_up(
 
 
 def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
-    """Stage 4, the next iteration, back: the live frames are the native ones; the scale switch replays the walk."""
+    """After stage 4, the next iteration and Back, the live frames are the native ones; the scale switch replays the
+    walk."""
     page = reader(reduced_motion="reduce").open("four.html")
     four = Figure(page, "fig-four").live()
     four.button("stage-4").click()
@@ -48,8 +50,8 @@ def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
 
 
 def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:
-    """390 px wide: one panel as wide as the page and three small ones in a row below it, and with the focus on Next it
-    lies below them, in sight with all four."""
+    """At 390 px, one panel is as wide as the page with three small ones in a row below it; focused, Next is below them,
+    in sight together with all four."""
     four = Figure(reader(390, 844).open("four.html"), "fig-four").live()
     four.button("next").focus()
     first, *small = four.boxes(".figure-panel")

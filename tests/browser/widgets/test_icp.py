@@ -1,4 +1,4 @@
-"""The figure of nearest points, as a reader drives it: taped steps, a run to its stop, other starts, on a phone."""
+"""The figure of nearest points, as a reader drives it: taped steps, a run to its stop, other starts, a phone."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_steps_answer_before_python_is_up(reader: Callable[..., Reader], server:
 
 
 def test_a_run_stops_by_itself_and_says_why(reader: Callable[..., Reader]) -> None:
-    """Run steps on until the figure has converged; its frame is the build's, byte for byte."""
+    """Run takes steps until the figure has converged; the description is then the build's."""
     page = reader(reduced_motion="reduce").open("icp.html")
     nearest = Figure(page, "fig-nearest").live()
     nearest.button("run").click()
@@ -41,7 +41,7 @@ def test_a_run_stops_by_itself_and_says_why(reader: Callable[..., Reader]) -> No
 
 
 def test_a_key_turns_the_start_and_the_run_begins_anew(reader: Callable[..., Reader]) -> None:
-    """Fifteen degrees by the keyboard after a step: no step is taken, and the error is another one."""
+    """Turned by fifteen degrees with the keyboard after a step, the figure has taken no step and has a larger error."""
     page = reader(reduced_motion="reduce").open("icp.html")
     nearest = Figure(page, "fig-nearest").live()
     before = nearest.readout("rotation_error")
@@ -55,7 +55,8 @@ def test_a_key_turns_the_start_and_the_run_begins_anew(reader: Callable[..., Rea
 
 
 def test_on_a_phone_the_charts_stand_below_each_other(reader: Callable[..., Reader]) -> None:
-    """Map, the chart that leads, those behind More, none cut off; on a wide page the first is beside the map."""
+    """The map, the leading chart and those behind More, none cut off; on a wide page the first chart is beside the
+    map."""
     for width, below in ((390, True), (1280, False)):
         page = reader(width, 844).open("icp.html")
         page.locator("#fig-nearest .figure-rest > summary").click()

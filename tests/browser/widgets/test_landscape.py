@@ -1,4 +1,4 @@
-"""The landscape as a reader walks on it: sown from the tape, picked by mouse and by keys, redrawn and cleared."""
+"""The landscape as a reader walks on it: sown from the tape, clicked by mouse, redrawn and cleared."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], serve
 def test_descents_are_seen_to_descend(
     reader: Callable[..., Reader], server: SiteServer, live: bool, motion: str
 ) -> None:
-    """Their lines grow from the starts, through finer maps as well, and what marks the outcome comes last; with reduced
-    motion all is there at once."""
+    """Their lines grow from the starts, through finer maps as well, and the outcome's marks come last; with reduced
+    motion everything appears at once."""
     if not live:
         server.hold("/runtime/")
     page = reader(reduced_motion=motion).open("landscape.html")
@@ -72,7 +72,7 @@ def test_descents_are_seen_to_descend(
         terrain.button("sow").click()
     terrain.changes("reached", "–")
     terrain.settled()
-    seen = page.evaluate("seen.filter(([length]) => length >= 0)")  # NaN where lines are whole
+    seen = page.evaluate("seen.filter(([length]) => length >= 0)")  # NaN once lines are whole
     if motion == "reduce":
         assert seen == []
     else:
@@ -87,7 +87,7 @@ def test_descents_are_seen_to_descend(
 
 
 def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
-    """A click adds a descent to those that are there; *Resample* keeps them, *Clear* forgets them."""
+    """A click adds a descent to the existing ones; *Resample* keeps them, *Clear* removes them."""
     box = terrain.settled().seen().root.locator('.figure-panel[data-panel="map"]').bounding_box()  # outlives swaps
     assert box
     for k, part in enumerate((0.3, 0.5), start=1):
@@ -103,7 +103,7 @@ def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
 
 
 def test_levels_are_the_build_s_byte_for_byte(terrain: Figure) -> None:
-    """Each preset sown, at the coarsest and at the finest level, is the native frame."""
+    """Each preset, sown, at the coarsest and the finest level, is the native frame."""
     for name in WIDGET.presets:
         for level in (0, BANDS):
             record: dict[str, Any] = {**preset(WIDGET, name).plain(), "log": [["press", "sow"]]}

@@ -1,4 +1,4 @@
-"""The climb as a reader drives it: back along the tape, a run to its stop, another start, on a phone."""
+"""The climb as a reader drives it: back along the tape, a run to its stop, another start, a phone."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_steps_back_answer_before_python_is_up(reader: Callable[..., Reader], se
 
 
 def test_a_run_stops_by_itself(reader: Callable[..., Reader]) -> None:
-    """Both runs end as the build's do, with its own frame."""
+    """Both runs end as in the build, with the build's own frame."""
     climb = Figure(reader(reduced_motion="reduce").open("ndt-climb.html"), "fig-climb").live()
     climb.button("run").click()
     expect(climb.button("step")).to_be_disabled(timeout=60_000)
@@ -37,7 +37,7 @@ def test_a_run_stops_by_itself(reader: Callable[..., Reader]) -> None:
 
 
 def test_a_key_moves_the_start_and_both_begin_anew(reader: Callable[..., Reader]) -> None:
-    """Half a unit by the keyboard: no step is taken, and both runs have the new start's error."""
+    """Moved by half a unit with the keyboard, no step is taken, and both runs have the new start's error."""
     page = reader(reduced_motion="reduce").open("ndt-climb.html")
     climb = Figure(page, "fig-climb").live()
     before = climb.readout("translation_start")
@@ -49,7 +49,7 @@ def test_a_key_moves_the_start_and_both_begin_anew(reader: Callable[..., Reader]
 
 
 def test_presets_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
-    """Starts and ten steps of each preset."""
+    """The start and ten steps of each preset."""
     climb = Figure(reader().open("ndt-climb.html"), "fig-climb").live()
     for name in WIDGET.presets:
         for log in ([], [["press", "step"]] * 10):
@@ -59,7 +59,7 @@ def test_presets_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) ->
 
 
 def test_the_maps_stand_in_one_row_and_the_charts_in_the_next(reader: Callable[..., Reader]) -> None:
-    """On a wide page; on a phone all five are below each other, none cut off."""
+    """On a wide page; on a phone all five are stacked, none cut off."""
     for width, rows in ((1280, 2), (390, 5)):
         page = reader(width, 844).open("ndt-climb.html")
         page.locator("#fig-climb .figure-rest > summary").click()

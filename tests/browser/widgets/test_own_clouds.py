@@ -1,5 +1,5 @@
-"""Your own clouds, as a reader brings them: files of every format, a drop, a drawing by mouse and keys, and what is
-taken away. Nothing of it leaves the machine: the reader's fixture fails on any request to elsewhere."""
+"""Your own clouds: files of every format, a drop, a drawing by mouse and keys, and what can be saved. None of it leaves
+the machine: the reader's fixture fails on any request to another origin."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.browser.figure import Figure, finger, tap_after_drag
 from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[3]
-TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # of clouds of some hundred units, such as millimetres
+TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # for clouds of some hundred units, such as millimetres
 
 
 def clouds() -> tuple[np.ndarray, np.ndarray]:
@@ -39,7 +39,7 @@ def lines(points: np.ndarray, separator: str = ",") -> bytes:
 
 
 def raised(points: np.ndarray) -> np.ndarray:
-    """In space: the walls 250 units high."""
+    """The points in space, with walls 250 units high."""
     heights = np.random.default_rng(1).uniform(0, 250, len(points))
     return np.column_stack([points, heights])
 
@@ -78,7 +78,7 @@ def to_the_end(figure: Figure) -> None:
 
 
 def printed(script: str, folder: Path) -> dict[str, float]:
-    """What a script prints, run beside the reader's files in an interpreter that has the solvers alone."""
+    """The numbers printed by a script that runs beside the reader's files in an interpreter with only the solvers."""
     (folder / "register.py").write_text(script, "utf-8")
     run = f"import sys; sys.path.insert(0, {str(ROOT)!r}); exec(open('register.py', encoding='utf-8').read())"
     done = subprocess.run(
@@ -103,8 +103,8 @@ FORMATS: dict[str, Callable[[np.ndarray], bytes]] = {
 
 
 def test_two_files_give_a_pose_that_their_script_finds_again(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """Of every format: opened, run to the end, near the truth; the script, run by itself beside the files, finds the
-    same pose."""
+    """In every format: opened and run to the end, the pose is near the truth; the script, run by itself beside the
+    files, finds the same pose."""
     page, own = opened(reader, accept_downloads=True)
     source, target = clouds()
     middle = source.mean(axis=0)[None]
@@ -131,7 +131,7 @@ def test_two_files_give_a_pose_that_their_script_finds_again(reader: Callable[..
 
 
 def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[..., Reader]) -> None:
-    """With its name and line, in the figure's frame; the last picture stays. A name is never markup."""
+    """With its name and line, within the figure; the last picture stays. A name never becomes markup."""
     _, own = opened(reader)
     before = own.frames()
     choose(own, "source", "<img src=x onerror=alert(1)>.csv", b"x,y\n1,2\n3,four\n")
@@ -146,8 +146,8 @@ def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[...
 
 
 def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reader]) -> None:
-    """Two files dropped at once; more points than wanted are thinned with notice, a slice leaves fewer, and a worker
-    started anew is handed the clouds again."""
+    """With two files dropped at once, excess points are thinned with a notice, a slice leaves fewer, and a restarted
+    worker is handed the clouds again."""
     page, own = opened(reader)
     floor = np.random.default_rng(2).uniform([-300, -300, 0], [300, 300, 2], (3000, 3))
     texts = [lines(np.concatenate([raised(points), floor]), " ").decode() for points in clouds()]
@@ -182,7 +182,7 @@ def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reade
 
 
 def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """A stroke, a point by key, Undo, the target as the moved source; the script holds the drawn points."""
+    """A stroke, a point by key, Undo, the target as the moved source; the script contains the drawn points."""
     page, own = opened(reader)
     own.root.locator('[data-pen="source"]').click()
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target", timeout=60_000)
@@ -217,7 +217,7 @@ def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tm
 
 
 def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> None:
-    """On a phone, with the pen in hand, a finger leaves points and the page stays; without it the page scrolls."""
+    """On a phone, with the pen selected, a finger leaves points and the page stays; without it the page scrolls."""
     page, own = opened(reader, width=390, height=844, has_touch=True, is_mobile=True)
     panel, scrolled = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
     counts = []
@@ -245,7 +245,7 @@ def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> 
 
 
 def along(corners: list[tuple[float, float]], steps: int = 12) -> list[tuple[float, float]]:
-    """Places on the way round the corners."""
+    """Places along the way round the corners."""
     way = [
         (a + (c - a) * i / steps, b + (d - b) * i / steps)
         for (a, b), (c, d) in pairwise(corners)
@@ -255,7 +255,7 @@ def along(corners: list[tuple[float, float]], steps: int = 12) -> list[tuple[flo
 
 
 def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]) -> None:
-    """Opened elsewhere it asks for the files; once they are there, its settings and steps hold."""
+    """Opened elsewhere it asks for the files; once they are there, its settings and steps apply."""
     one = reader(reduced_motion="reduce")
     own = Figure(one.open("clouds.html"), "fig-own").live()
     files = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
@@ -281,7 +281,7 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
 
 
 def both(figure: Figure) -> None:
-    """Opens the two clouds."""
+    """Open the two clouds."""
     for place, points in zip(("source", "target"), clouds(), strict=True):
         choose(figure, place, f"{place}.csv", lines(points))
         told(figure, place, f"{place}.csv: ")
@@ -289,8 +289,8 @@ def both(figure: Figure) -> None:
 
 
 def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader]) -> None:
-    """In the page with the files themselves; on a later visit it says that they are missing, and holds once they are
-    opened."""
+    """On the same page it brings the files too; on a later visit it says that they are missing, and is restored once
+    they are opened."""
     page, own = opened(reader)
     both(own)
     before = own.readout("rms")
@@ -315,7 +315,7 @@ def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader
 
 
 def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """They wait for the Python that comes, as the page says they do."""
+    """They wait for the next Python, as the page promises."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
@@ -343,11 +343,12 @@ GIVE = """async count => {
 
 
 def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
-    """After many others it is forgotten: a run of it says so beside the button that opens it, as the figure does."""
+    """After many others it is forgotten: restoring its run says so beside the button that opens it, and the figure
+    too."""
     page, own = opened(reader)
     both(own)
     own.reached("[data-pin]").click()
-    own.warm()  # whose moves are of these two files: a file that is drawn is the last to be forgotten
+    own.warm()  # the warm-up draws these two files, and a drawn file is the last to be forgotten
     page.evaluate(GIVE, 20)
     own.root.locator(".runs").get_by_role("button", name="Restore").click()
     told(own, "source", "No longer stored; open it again. It was source.csv: ")
@@ -372,7 +373,7 @@ PRINT = "0123456789abcdef" * 2
 def test_a_link_with_faulty_files_opens_with_what_is_sound(
     reader: Callable[..., Reader], given: Any, ignored: str, kept: Any
 ) -> None:
-    """It says what was left out; the settings hold, and what it names that is not here can be opened."""
+    """It says what was left out; the settings apply, and a named file that is missing can be opened."""
     state = {"widget": "own-clouds", "controls": {"clouds": "own", "method": "gicp"}, "log": [], "given": given}
     link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
     page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")

@@ -22,7 +22,7 @@ def pen(reader: Callable[..., Reader]) -> tuple[Page, Figure]:
 
 
 def test_a_frame_leaves_the_line_that_is_being_drawn(reader: Callable[..., Reader]) -> None:
-    """The answer to the first stroke comes while the second one is under the pen."""
+    """The answer to the first stroke arrives while the second one is being drawn."""
     page, own = pen(reader)
     page.evaluate("window.holding = true")
     panel = own.root.locator('.figure-panel[data-panel="main"]')
@@ -62,7 +62,7 @@ def test_the_last_undo_leaves_the_keyboard_somewhere(reader: Callable[..., Reade
 
 
 def test_escape_takes_back_the_line_under_the_pen(reader: Callable[..., Reader]) -> None:
-    """No point of it is placed, and the pen is ready for another line."""
+    """None of its points is placed, and the pen is ready for another line."""
     page, own = pen(reader)
     panel = own.root.locator('.figure-panel[data-panel="main"]')
     box = panel.bounding_box()

@@ -1,4 +1,4 @@
-"""The figure of the stages, as a reader drives it: stage by stage from the tape, live verdicts, equal bytes."""
+"""The figure of the stages, as a reader drives it: stage by stage from the tape, live verdicts, equal descriptions."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_stages_answer_before_python_is_up(reader: Callable[..., Reader], se
 
 
 def test_a_wrong_pose_is_accepted_and_then_refused(reader: Callable[..., Reader]) -> None:
-    """In the hall the signs accept half a turn; the experiment that trusts the prediction refuses it. The words are the
+    """In the hall the signs accept a pose half a turn off; trusting the prediction refuses it. The description is the
     build's."""
     page = reader(reduced_motion="reduce").open("reading.html")
     hall = Figure(page, "fig-hall").live()

@@ -27,7 +27,8 @@ def test_trials_answer_before_python_is_up(reader: Callable[..., Reader], server
 
 
 def test_a_run_ends_where_to_the_end_does(reader: Callable[..., Reader]) -> None:
-    """Run steps on until the consensus is stable, at the numbers that To the end gives; the frame is the build's."""
+    """Run takes steps until the consensus is stable, with the same numbers as To the end; the description is the
+    build's."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
     figure.button("finish").click()
@@ -43,7 +44,8 @@ def test_a_run_ends_where_to_the_end_does(reader: Callable[..., Reader]) -> None
 
 
 def test_a_partner_pulled_by_keys_moves_the_ghost_and_leaves_the_consensus(reader: Callable[..., Reader]) -> None:
-    """Two units to the left by the keyboard: least squares goes along, and the consensus has one pair fewer."""
+    """Pulled two units to the left by keyboard, the partner moves the least-squares fit, and the consensus has one pair
+    fewer."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
     figure.button("finish").click()
@@ -60,7 +62,7 @@ def test_a_partner_pulled_by_keys_moves_the_ghost_and_leaves_the_consensus(reade
 
 @pytest.mark.parametrize("epsilon", ["0.1", "1.6", "0.02"])
 def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader], epsilon: str) -> None:
-    """Whatever a run has to say, nothing under it moves."""
+    """Whatever a run reports, nothing below it moves."""
     figure = Figure(reader(390, 844, reduced_motion="reduce").open("ransac.html"), "fig-consensus").live()
     line = figure.root.locator(".figure-status")
     empty = line.evaluate("node => node.getBoundingClientRect().height")

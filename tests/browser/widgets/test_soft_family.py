@@ -15,7 +15,7 @@ from widgets.engine.host import Host
 
 
 def test_steps_and_a_try_answer_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With the runtime held back: two steps, the likelihood higher at each, and an experiment of the page."""
+    """With the runtime held back: two steps, each with a higher likelihood, and one of the page's experiments."""
     server.hold("/runtime/")
     page = reader(reduced_motion="reduce").open("soft.html")
     soft = Figure(page, "fig-soft").seen()
@@ -31,7 +31,7 @@ def test_steps_and_a_try_answer_before_python_is_up(reader: Callable[..., Reader
 
 
 def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) -> None:
-    """The slider down: fewer effective partners, the same pose; the live frame is the build's, byte for byte."""
+    """Lowering the slider leaves fewer effective partners and the same pose; the description is the build's."""
     page = reader(reduced_motion="reduce").open("soft.html")
     soft = Figure(page, "fig-soft").live()
     soft.set("width", "held")
@@ -47,7 +47,7 @@ def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) 
 
 
 def test_each_method_runs_to_its_stop(reader: Callable[..., Reader]) -> None:
-    """CPD, FilterReg on the lattice and GMMReg: To the end, a stop, and numbers that are the native ones."""
+    """CPD, FilterReg on the lattice and GMMReg each run to their end and stop, with the native numbers."""
     page = reader(reduced_motion="reduce").open("soft.html")
     soft = Figure(page, "fig-soft").live()
     for method in ("cpd-similarity", "filterreg", "gmmreg"):
@@ -66,7 +66,8 @@ def test_each_method_runs_to_its_stop(reader: Callable[..., Reader]) -> None:
 
 
 def test_the_bird_is_dragged_in_one_panel_and_moves_in_nine(reader: Callable[..., Reader]) -> None:
-    """A drag in the first panel changes the links of the nearest point, and of every panel but no more than that."""
+    """A drag in the first panel changes ICP's link but not RANSAC's; all nine panels are drawn, and the description is
+    the build's."""
     page = reader(reduced_motion="reduce").open("contestants.html")
     nine = Figure(page, "fig-nine").live()
     before, search = nine.readout("icp"), nine.readout("ransac_congruent")
@@ -78,13 +79,13 @@ def test_the_bird_is_dragged_in_one_panel_and_moves_in_nine(reader: Callable[...
 
 
 def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:
-    """390 px wide: the three panels of the one figure lie one under the other, a large one of the other above two rows
-    of four; none is cut off or lies on another, and no drawing is less than 50 px high."""
+    """At 390 px, the three panels of the soft family are stacked, and those of the nine contestants are a large one
+    above two rows of four; none is cut off or covers another, and no drawing is less than 50 px high."""
     soft = Figure(reader(390, 844).open("soft.html"), "fig-soft").seen()
     soft.reached("[data-panel=sigma]")
     nine = Figure(reader(390, 844).open("contestants.html"), "fig-nine").seen()
     for figure, rows in ((soft, [1, 1, 1]), (nine, [1, 4, 4])):
-        figure.page.evaluate("scrollTo(0, 0)")  # scrolled, a panel may stick while others pass beneath
+        figure.page.evaluate("scrollTo(0, 0)")  # scrolled, a panel may stick while others pass below
         boxes = figure.boxes(".figure-panel")
         assert list(Counter(box["y"] for box in boxes).values()) == rows
         for box, after in pairwise(boxes):

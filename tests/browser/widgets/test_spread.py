@@ -1,4 +1,4 @@
-"""The figure of redrawn scans, as a reader drives it: the end wall is pulled, and the slider goes along."""
+"""The figure of redrawn scans, as a reader drives it: the end wall is dragged, and the slider follows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.browser.figure import LIVE, Figure
 
 @pytest.mark.parametrize("way", ["pointer", "key"])
 def test_a_pulled_wall_is_the_slider_moved(reader: Callable[..., Reader], way: str) -> None:
-    """The handle and the slider make the same record and the very same frame, and either has the other follow."""
+    """The handle and the slider make the same record and the same frame, and each follows the other."""
     room = Figure(reader(reduced_motion="reduce").open("uncertainty.html"), "fig-room").live()
     slider = room.control("wall")
     own = slider.input_value()

@@ -1,4 +1,4 @@
-"""The figures of residuals, as a reader drives them: another residual under the same presses, a drag for all three."""
+"""The figures of residuals, as a reader drives them: another residual with the same presses, a drag for all three."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from widgets.engine.registry import WIDGETS
 
 
 def test_another_residual_answers_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With the runtime held back: the run of one residual to its end, then of another by the same press."""
+    """With the runtime held back: one residual's run to its end, then another's by the same press."""
     server.hold("/runtime/")
     page = reader(reduced_motion="reduce").open("surfaces.html")
     look = Figure(page, "fig-look").seen()
@@ -30,7 +30,8 @@ def test_another_residual_answers_before_python_is_up(reader: Callable[..., Read
 
 
 def test_the_wall_says_what_is_free_and_point_pairs_do_not(reader: Callable[..., Reader]) -> None:
-    """Plane: degenerate, with the slide in words. Point, by one choice: nothing free, the same error."""
+    """Plane leaves the slide free, in words too. Point, with the residual changed, leaves nothing free at the same
+    error."""
     page = reader(reduced_motion="reduce").open("surfaces.html")
     wall = Figure(page, "fig-wall").live()
     wall.button("finish").click()
@@ -44,7 +45,7 @@ def test_the_wall_says_what_is_free_and_point_pairs_do_not(reader: Callable[...,
 
 @pytest.mark.parametrize("name", ["plane", "gicp"])
 def test_a_drag_in_one_panel_starts_all_three(reader: Callable[..., Reader], name: str) -> None:
-    """Taken hold of in any panel, by pointer or key: no step is taken yet, and all three have the same error."""
+    """Dragged in any panel, by pointer or key, all three have taken no step and have the same error."""
     page = reader(reduced_motion="reduce").open("surfaces.html")
     three = Figure(page, "fig-three").live()
     three.drag(f"{name}-source", 25, 15)
@@ -58,7 +59,7 @@ def test_a_drag_in_one_panel_starts_all_three(reader: Callable[..., Reader], nam
 
 
 def test_live_frames_are_the_build_s(reader: Callable[..., Reader]) -> None:
-    """Each preset of both figures, at the end of its run, junk and weights included: the same bytes as natively."""
+    """Each preset of both figures, at the end of its run, with and without weights: the same bytes as natively."""
     page = reader().open("surfaces.html")
     Figure(page, "fig-look").live()
     host = Host()
