@@ -31,8 +31,7 @@ def python_files(package: str) -> list[Path]:
 
 
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
-    """The top-level packages that a file imports, each with whether at import time. A relative import counts as its
-    own."""
+    """The top-level packages that a file imports, and whether at import time. Relative imports name its own."""
     tree = ast.parse(path.read_text("utf-8"))
     inner = {id(n) for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda)) for n in ast.walk(f)}
     own = path.relative_to(ROOT).parts[0]
@@ -52,8 +51,7 @@ def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
 
 @pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
-    """The solvers must run in the browser, so on numpy alone. SciPy is tested below; only the command line may draw
-    with matplotlib."""
+    """In the browser there is only numpy. SciPy is tested below; the command line may draw with matplotlib."""
     allowed = {"numpy", "solvers", "scipy"}
     if path == ROOT / "solvers" / "cli" / "picture.py":
         allowed.add("matplotlib")

@@ -69,8 +69,7 @@ class Figure:
         return self
 
     def changes(self, name: str, before: str) -> str:
-        """Wait until the readout is no longer `before` and no request is pending: after a drag, this is its last
-        frame."""
+        """Wait until the readout is no longer `before` and no request is pending: after a drag, its last frame."""
         expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before, timeout=LIVE)
         return self.settled().readout(name)
 

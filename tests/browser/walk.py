@@ -1,5 +1,4 @@
-"""A reader without a plan: whatever a page offers is pressed, dragged, turned, pointed at and left, at random by a
-seed."""
+"""A reader without a plan: whatever a page offers is pressed, dragged, turned, pointed at and left at random."""
 
 from __future__ import annotations
 

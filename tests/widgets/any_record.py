@@ -1,5 +1,4 @@
-"""Strategies for any record that a figure accepts: every preset, any control values, any seed, any actions in any
-order."""
+"""Any record that a figure accepts: every preset, any values of its controls, any seed, any actions in any order."""
 
 from __future__ import annotations
 

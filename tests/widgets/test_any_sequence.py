@@ -101,16 +101,14 @@ def check_handles(name: str, frame: dict[str, Any]) -> None:
 
 
 def layout(frame: dict[str, Any]) -> str:
-    """What a page lays out once: readouts by name and label, panels by name, size and padding (a chart's axes may
-    grow)."""
+    """What a page lays out once: readouts by name and label, panels by name, size and padding (axes may grow)."""
     readouts = [(r["name"], r["label"]) for r in frame["readouts"]]
     return json.dumps([readouts, [(p["name"], p["view"][4:]) for p in frame["panels"]]])
 
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if WIDGETS[name].handles])
 def test_handles_stay_within_reach(name: str) -> None:
-    """A cloud dragged beyond each corner and turned every way keeps its handles in the window, 40 px apart on a
-    phone."""
+    """Dragged beyond each corner and turned every way, a cloud has its handles in view, 40 px apart on a phone."""
     widget, host = WIDGETS[name], Host()
     pairs = [(h, h.replace("source", "turn")) for h in widget.handles if "turn" not in h]
     corners = [(FAR, FAR), (-FAR, 0.0), (0.5, -FAR)]

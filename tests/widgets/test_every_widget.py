@@ -220,8 +220,7 @@ def test_what_moves_is_drawn_as_the_source(name: str) -> None:
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_the_words_follow_the_state(name: str) -> None:
-    """Every description consists of whole sentences with numbers; after the tape's presses it differs from the
-    first."""
+    """Every description is whole sentences with numbers; after the tape's presses it differs from the first."""
     first: dict[str, str] = {}
     for plain, frame in taped(name):
         words = frame["description"]

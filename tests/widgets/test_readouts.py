@@ -36,8 +36,7 @@ WORDS = {
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_labels_units_and_roles_agree_with_names(name: str) -> None:
-    """Rotations are in degrees, translations in u, values at the truth have its colour, and a missing value has no
-    unit."""
+    """Rotations are in degrees, translations in u, the truth's values have its colour, a missing value no unit."""
     widget, host = WIDGETS[name], Host()
     presses = [["press", button.name] for button in widget.buttons if button.does == "press"]
     for start in widget.presets:

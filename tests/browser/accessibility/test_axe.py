@@ -177,8 +177,7 @@ def test_the_browser_complains_of_no_page(wide: Found) -> None:
 
 
 def check_names(page: Page, path: str) -> None:
-    """Language, headings and landmarks; links say where they lead, and links with the same words lead to the same
-    place."""
+    """Language, headings, landmarks; links say where they lead, and equal words lead to the same place."""
     assert page.evaluate("document.documentElement.lang") == "en"
     levels = page.evaluate(HEADINGS)
     assert levels.count(1) == 1, path
@@ -196,8 +195,7 @@ def check_names(page: Page, path: str) -> None:
 
 
 def check_focus(page: Page, path: str) -> None:
-    """The skip link comes first, is visible on focus and leads past the ladder; in a figure the focus moves
-    downwards."""
+    """The skip link comes first, shows on focus and leads past the ladder; in a figure the focus moves down."""
     page.keyboard.press("Tab")
     skip = page.locator(".skip")
     expect(skip).to_be_focused()

@@ -1,5 +1,4 @@
-"""What a figure announces to screen readers, where the focus goes and that it is visible, reduced motion, and forced
-colours."""
+"""What a figure announces, where the focus goes and that it is visible, reduced motion, and forced colours."""
 
 from __future__ import annotations
 
@@ -86,8 +85,7 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
 
 
 def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> None:
-    """If a handle disappears or Retry is used, the picture gets the focus. Stop returns it to the button that began the
-    job."""
+    """If a handle goes or Retry is used, the picture gets the focus. Stop returns it to the job's Begin button."""
     one = reader(reduced_motion="reduce")
     four = Figure(one.open("four.html"), "fig-four").live().settled()
     turn = four.root.locator(".handle.turn:not([aria-hidden])")

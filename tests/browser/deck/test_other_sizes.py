@@ -45,8 +45,7 @@ def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader],
 
 
 def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[..., Reader]) -> None:
-    """At 200 % zoom, keys scroll one screen at a time until the next slide is seen, and back up; left and right turn
-    slides at once."""
+    """At 200 % zoom, keys scroll a screen at a time to the next slide and back; left and right turn slides."""
     page = opened(reader, "slides-icp.html#3", 640, 500)
     at = page.locator(".deck-at")
     assert page.locator("[id='3']").evaluate("slide => slide.offsetHeight") > 1000

@@ -62,8 +62,7 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
 
 
 def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
-    """Each key does what it says; the address, the words and the focus follow; Back returns to where one jumped
-    from."""
+    """Each key does what it says; address, words and focus follow; Back returns to where one jumped from."""
     page = opened(reader, "kabsch.html")
     page.locator(f'a[href="{DECK}"]').click()
     page.wait_for_url(f"**/{DECK}")
@@ -98,8 +97,7 @@ def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
 
 
 def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> None:
-    """Arrows move a focused handle, keys a focused slider, and Space presses a focused button; other keys turn
-    slides."""
+    """Arrows move a focused handle, keys a slider, and Space presses a button; other keys turn the slides."""
     page = opened(reader, f"{DECK}#7")
     wrong = Figure(page, "fig-wrong").live().settled()
     before = wrong.record()
@@ -157,8 +155,7 @@ def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> N
 
 
 def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:
-    """A swipe across the words turns a slide, one on a picture or a slider does not; vertical swipes scroll the
-    page."""
+    """A swipe across words turns a slide, one on a picture or slider does not; vertical swipes scroll."""
     page = opened(reader, f"{DECK}#5", 1280, 720, has_touch=True)
     stands_at(page, 5)
     touch = page.context.new_cdp_session(page)

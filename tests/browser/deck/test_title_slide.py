@@ -29,8 +29,7 @@ RUNGS_SEEN = """() => [...document.querySelectorAll('.slide-title .step')].map(e
 
 
 def grown(folder: Path, count: int) -> Path:
-    """Build a site of this many chapters, each with slides, and a title and a question of the greatest allowed
-    length."""
+    """Build a site of this many chapters, each with slides and the longest title and question allowed."""
     project = Project(folder, cache_dir())
     for path in (folder / "content").glob("*.md"):
         path.unlink()

@@ -61,8 +61,7 @@ SEEN = """() => {
 def test_every_page_is_complete_without_scripts(
     reading: Reading, server: SiteServer, pages: list[str], width: int
 ) -> None:
-    """Without any script, text, mathematics, typefaces and every figure are there, and nothing is wider than the
-    window."""
+    """Without scripts, text, mathematics, typefaces and every figure are there, and nothing is too wide."""
     server.forbid(r"\.m?js$")
     reading.expect(".js")
     reading.window.size(width, 1000)

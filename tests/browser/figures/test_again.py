@@ -55,8 +55,7 @@ def test_a_key_that_is_held_does_no_more_than_is_seen(slow: Figure) -> None:
 
 
 def test_a_handle_stops_with_the_key(slow: Figure) -> None:
-    """A key held for twelve repeats moves the handle twice: once for the frame being drawn, once for the one that
-    waits."""
+    """A key held for twelve repeats moves the handle twice: for the frame being drawn and the one that waits."""
     handle = slow.handle("source")
     x = slow.frame()["handles"][0]["slider"][2]
     handle.focus()

@@ -145,8 +145,7 @@ def test_a_fragment_that_cannot_be_decoded_leaves_the_deck_alive(
 
 @pytest.mark.parametrize("width", [1280, 390])
 def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Reader], width: int) -> None:
-    """With a link of 143 kB that names thousands of settings, the status stays a few lines long, and so does its
-    announcement."""
+    """With a link of 143 kB that names thousands of settings, the status and its announcement stay short."""
     page = reader(width, reduced_motion="reduce").open("kabsch.html")
     record = {"widget": "kabsch", "controls": {f"{i} {'setting' * 5}": 1 for i in range(2300)}, "seed": 7, "log": []}
     link = state(record)

@@ -97,8 +97,7 @@ def test_the_table_sorts_by_any_column(race: Figure) -> None:
 
 
 def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
-    """The static run is kept; each row of a new run at other settings shows both numbers, as far as the run has
-    come."""
+    """The static run is kept; each row of a new run at other settings has both numbers, as far as it has come."""
     kept = {row[0]: row[1] for row in rows(race)}
     job(race).locator('[data-do="keep"]').click()
     race.set("setting", "clean")

@@ -63,8 +63,7 @@ def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
 
 
 def test_marks_on_a_field_have_an_edge(reader: Callable[..., Reader]) -> None:
-    """Including those in the animated group, and those of earlier clicks; orange on light purple has little
-    contrast."""
+    """Including those of the animated group and of earlier clicks; orange on light purple has little contrast."""
     terrain = Figure(reader(color_scheme="dark", reduced_motion="reduce").open("landscape.html"), "fig-mmd").live()
     area = terrain.root.locator('[data-panel="map"] > svg').bounding_box()
     assert area

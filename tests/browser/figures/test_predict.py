@@ -124,8 +124,7 @@ def test_the_score_goes_through_the_tab_and_no_further(reader: Callable[..., Rea
 
 
 def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., Reader]) -> None:
-    """Moved three steps right and one large step up, and turned by 15°: the distance shown is that from Python's final
-    pose."""
+    """Moved three steps right and a large one up, turned by 15°: the distance is that from Python's final pose."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     start, end = source(page, "record"), source(page, "prediction")

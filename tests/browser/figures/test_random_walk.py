@@ -74,8 +74,7 @@ def links(page: Page) -> dict[str, Any]:
 
 
 def draw_natively(page: Page, host: Host) -> None:
-    """The build's Python draws the bytes that the page shows, except for a reader's own clouds, which it does not
-    have."""
+    """The build's Python draws the page's bytes, except for a reader's own clouds, which it does not have."""
     until(page, "[...Ladder.figures.values()].every(f => !f.pending && !(f.running && f.visible))")  # playback goes on
     for name, link in links(page).items():
         if "given" not in link["record"]:

@@ -113,8 +113,7 @@ def test_a_figure_that_is_not_on_screen_stays_cold(listening: Callable[..., Figu
 
 
 def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
-    """From a drag's first answer until its release, only the pointer's own places are drawn; then the warm-up goes
-    on."""
+    """From a drag's first answer to its release, only the pointer's places are drawn; then warm-up goes on."""
     nearest = listening("icp.html", "fig-nearest")
     page = nearest.page
     page.evaluate("() => { Ladder.limits.pause = 1; }")

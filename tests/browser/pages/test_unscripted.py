@@ -63,8 +63,7 @@ def test_a_script_that_does_not_come_leaves_the_page(
 def test_a_script_that_hangs_is_given_up_and_taken_when_it_comes(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
-    """The line appears before the script; once the script arrives after all, the line disappears and the page is
-    live."""
+    """The line appears before the script; once that arrives after all, the line goes and the page is live."""
     one = reader(reduced_motion="reduce")
     server.hold(script(site))
     page = one.page()

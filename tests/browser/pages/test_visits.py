@@ -11,8 +11,7 @@ from tests.browser.visits import QUIET, found_on
 
 
 def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reader]) -> None:
-    """Reported are a check's yields, its failure even half-way, and the browser's complaints; other checks find
-    nothing."""
+    """A check's yields, its failure even half-way, and the browser's complaints; other checks find nothing."""
 
     def fails(page: Page, path: str) -> Iterator[str]:
         yield "the first"

@@ -154,8 +154,7 @@ def test_a_wrong_file_is_named_and_does_not_stay(
 
 
 def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The figure says that Python has stopped answering; Retry starts another worker, and the pending request is
-    answered."""
+    """The figure says that Python has fallen silent; Retry starts another worker, which answers the request."""
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 1500")
     server.hold("/runtime/.*wasm")
@@ -186,8 +185,7 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
 
 
 def test_a_fault_beside_the_answers_is_told_at_once(reader: Callable[..., Reader]) -> None:
-    """Even if an error can no longer be reported as an answer, as after Python itself has ended, the figure gives the
-    reason at once."""
+    """Even if no error can be reported as an answer, as after Python's own end, the figure says why at once."""
     page = reader(alone=True, reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     page.evaluate("Ladder.limits.frame = 60000")
@@ -230,8 +228,7 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
 
 
 def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With a deck that cannot be synchronised and a damaged record in one figure, other figures answer and the theme
-    changes."""
+    """With a deck that cannot be synchronised and one damaged record, other figures answer and the theme changes."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("No channels here", "Unexpected token", "JSON")
     one.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
@@ -258,8 +255,7 @@ def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], serv
 def test_a_page_older_than_the_site_offers_a_reload(
     reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
 ) -> None:
-    """If the site is published again under an open page, whose worker file is then gone, Reload brings the new page
-    with the same state."""
+    """Published again under an open page, whose worker file is then gone: Reload brings the new page and the state."""
     one = reader(alone=True, reduced_motion="reduce")
     one.expect("404", "Failed to load", "Failed to fetch")
     one.context.add_init_script(FRUGAL)

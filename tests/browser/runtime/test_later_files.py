@@ -1,5 +1,4 @@
-"""Parts of Python that load later: one of them does not arrive, because of the network or because the site was
-updated."""
+"""Parts of Python that load later: one does not arrive, because of the network or because the site was updated."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ def lacking(reader: Callable[..., Reader], server: SiteServer) -> Figure:
 
 
 def test_what_was_asked_is_kept_until_the_file_comes(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Meanwhile, recorded frames are shown from the tape; any other request waits through a failed Retry and is then
-    drawn."""
+    """Recorded frames come from the tape meanwhile; any other request waits through a failed Retry, and is drawn."""
     three = lacking(reader, server)
     before = three.frames()
     three.button("step").click()

@@ -128,8 +128,7 @@ def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: S
 def test_an_update_never_mixes_two_builds(
     reader: Callable[..., Reader], server: SiteServer, builds: dict[str, Path]
 ) -> None:
-    """A tab that is open during the update stays with its build, a new one is entirely of the new build; so also
-    without the server."""
+    """A tab open during the update stays with its build, a new one has the new build; also without the server."""
     server.root = builds["A"]
     one = reader(reduced_motion="reduce", service_workers="allow")
     old = one.open("references.html")
@@ -283,8 +282,7 @@ def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reade
 
 
 def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """If storage fills up half-way, nothing is stored or promised, and figures answer; once there is room, everything
-    is stored."""
+    """If storage fills up half-way, nothing is stored or promised, and figures answer; with room, all is stored."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     one.expect("QuotaExceeded")
     page = one.page()

@@ -265,8 +265,7 @@ self.fetch = async (...asked) => {
 
 @pytest.mark.parametrize("known", [False, True])
 def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, known: bool) -> None:
-    """Only then: at a first start its bytes are counted and hashed on the way. Either way, progress reaches the full
-    size."""
+    """Only then: at a first start its bytes are counted and hashed on the way. Progress is complete either way."""
     served.before(COMPILED)
     heard = served.talk(known=known)
     (compiled,) = [m["address"] for m in heard if m["type"] == "compiled"]

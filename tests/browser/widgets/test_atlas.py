@@ -45,8 +45,7 @@ def log(atlas: Figure) -> list[list[str | float]]:
 
 
 def test_a_tile_is_shown_while_it_is_pointed_at_and_a_picked_one_stays(atlas: Figure) -> None:
-    """A hover leaves nothing when the mouse goes; a click is one entry, which the figure returns to after other
-    tiles."""
+    """A hover leaves nothing when the mouse goes; a click is one entry, and is shown again after other tiles."""
     mouse = atlas.page.mouse
     mouse.move(*place(atlas, 10.0, 1.0))
     assert atlas.changes("end", "–") == "the truth"

@@ -56,8 +56,7 @@ def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> No
 
 
 def test_a_long_name_leaves_room_for_the_reason(reader: Callable[..., Reader]) -> None:
-    """With a name without spaces, as scanners write them, the page keeps its width and the reason can be read to its
-    end."""
+    """A name without spaces, as scanners write them: the page keeps its width, and the reason is shown in full."""
     page, own = opened(reader, width=390, height=844)
     name = f"2026-05-17_{'building-A_' * 20}final.csv"
     choose(own, "source", name, b"1,2\n3,four\n")

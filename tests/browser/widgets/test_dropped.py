@@ -23,8 +23,7 @@ def drop(figure: Figure, *paths: Path) -> None:
 
 
 def test_a_folder_is_called_one_and_the_next_drop_is_read(reader: Callable[..., Reader], tmp_path: Path) -> None:
-    """Neither a folder alone nor a folder beside a file is taken; then two files are, one with Windows line endings and
-    one in UTF-16."""
+    """Alone or beside a file it is refused; then two files are read, one with Windows line endings, one in UTF-16."""
     page = reader(reduced_motion="reduce").open("clouds.html")
     own = Figure(page, "fig-own").live()
     folder, one, other = tmp_path / "scans", tmp_path / "one.csv", tmp_path / "other.csv"

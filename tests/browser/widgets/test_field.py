@@ -57,8 +57,7 @@ def test_levels_are_the_build_s_byte_for_byte(score: Figure) -> None:
 
 
 def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
-    """If a control is moved as soon as the first finer drawing appears, no more of the old map comes, and the new one
-    is completed."""
+    """A control moved at the first finer drawing: no more of the old map comes, and the new one is completed."""
     score.page.evaluate(
         """name => {
           const figure = Ladder.figures.get(name);
@@ -93,8 +92,7 @@ HELD = """() => {
 
 
 def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
-    """If the control is moved while a finer drawing is on its way, the old value's map does not replace the new
-    one's."""
+    """If the control moves while a finer drawing is on its way, the old map does not replace the new one."""
     score.set("rotation", "7")  # drawing off screen, before the first touch, is over
     score.settled()
     levels(score)

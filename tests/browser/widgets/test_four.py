@@ -31,8 +31,7 @@ def test_the_first_stages_and_the_end_answer_before_python_is_up(
 
 
 def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
-    """After stage 4, the next iteration and Back, the live frames are the native ones; the scale switch replays the
-    walk."""
+    """After stage 4, Next iteration and Back, live frames equal native ones; the scale switch replays the walk."""
     page = reader(reduced_motion="reduce").open("four.html")
     four = Figure(page, "fig-four").live()
     four.button("stage-4").click()

@@ -55,8 +55,7 @@ def test_a_key_turns_the_start_and_the_run_begins_anew(reader: Callable[..., Rea
 
 
 def test_on_a_phone_the_charts_stand_below_each_other(reader: Callable[..., Reader]) -> None:
-    """The map, the leading chart and those behind More, none cut off; on a wide page the first chart is beside the
-    map."""
+    """The map, the leading chart and those behind More, none cut off; on a wide page the first is beside the map."""
     for width, below in ((390, True), (1280, False)):
         page = reader(width, 844).open("icp.html")
         page.locator("#fig-nearest .figure-rest > summary").click()

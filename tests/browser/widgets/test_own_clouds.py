@@ -343,8 +343,7 @@ GIVE = """async count => {
 
 
 def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
-    """After many others it is forgotten: restoring its run says so beside the button that opens it, and the figure
-    too."""
+    """After many others it is forgotten: its run says so beside the button that opens it, as the figure does."""
     page, own = opened(reader)
     both(own)
     own.reached("[data-pin]").click()

@@ -32,8 +32,7 @@ def test_the_stages_answer_before_python_is_up(reader: Callable[..., Reader], se
 
 
 def test_a_wrong_pose_is_accepted_and_then_refused(reader: Callable[..., Reader]) -> None:
-    """In the hall the signs accept a pose half a turn off; trusting the prediction refuses it. The description is the
-    build's."""
+    """In the hall the signs accept half a turn; trusting the prediction refuses it, in the build's words."""
     page = reader(reduced_motion="reduce").open("reading.html")
     hall = Figure(page, "fig-hall").live()
     hall.button("finish").click()

@@ -27,8 +27,7 @@ def test_trials_answer_before_python_is_up(reader: Callable[..., Reader], server
 
 
 def test_a_run_ends_where_to_the_end_does(reader: Callable[..., Reader]) -> None:
-    """Run takes steps until the consensus is stable, with the same numbers as To the end; the description is the
-    build's."""
+    """Run goes on until the consensus is stable, with To the end's numbers; the description is the build's."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
     figure.button("finish").click()
@@ -44,8 +43,7 @@ def test_a_run_ends_where_to_the_end_does(reader: Callable[..., Reader]) -> None
 
 
 def test_a_partner_pulled_by_keys_moves_the_ghost_and_leaves_the_consensus(reader: Callable[..., Reader]) -> None:
-    """Pulled two units to the left by keyboard, the partner moves the least-squares fit, and the consensus has one pair
-    fewer."""
+    """Pulled two units left by keyboard, it moves the least-squares fit; the consensus has one pair fewer."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
     figure.button("finish").click()

@@ -66,8 +66,7 @@ def test_each_method_runs_to_its_stop(reader: Callable[..., Reader]) -> None:
 
 
 def test_the_bird_is_dragged_in_one_panel_and_moves_in_nine(reader: Callable[..., Reader]) -> None:
-    """A drag in the first panel changes ICP's link but not RANSAC's; all nine panels are drawn, and the description is
-    the build's."""
+    """A drag in the first panel changes ICP's link, not RANSAC's; nine panels are drawn, in the build's words."""
     page = reader(reduced_motion="reduce").open("contestants.html")
     nine = Figure(page, "fig-nine").live()
     before, search = nine.readout("icp"), nine.readout("ransac_congruent")

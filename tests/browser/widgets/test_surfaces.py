@@ -30,8 +30,7 @@ def test_another_residual_answers_before_python_is_up(reader: Callable[..., Read
 
 
 def test_the_wall_says_what_is_free_and_point_pairs_do_not(reader: Callable[..., Reader]) -> None:
-    """Plane leaves the slide free, in words too. Point, with the residual changed, leaves nothing free at the same
-    error."""
+    """Plane leaves the slide free and says so. Point, by one choice, leaves nothing free, at the same error."""
     page = reader(reduced_motion="reduce").open("surfaces.html")
     wall = Figure(page, "fig-wall").live()
     wall.button("finish").click()

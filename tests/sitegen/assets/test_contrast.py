@@ -117,8 +117,7 @@ def test_heat_gets_stronger_in_even_steps(theme) -> None:
 @THEMES
 @pytest.mark.parametrize("sight", SIMULATED)
 def test_the_ends_of_runs_get_stronger_and_the_truth_stands_out(theme, sight) -> None:
-    """The more an end is turned, the more its colour's lightness differs from the ground's; the truth's colour is
-    distinct."""
+    """The more an end is turned, the more its lightness differs from the ground's; the truth's colour is distinct."""
     text = (CSS / "figure" / "legend.css").read_text("utf-8")
     used = dict(re.findall(r"\.end-(\w+) \{\s*--colour: var\(--(\w+)\)", text))
     names = [used[kind] for kind in ("none", "shifted", "turned", "quarter", "half")]

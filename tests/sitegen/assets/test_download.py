@@ -40,8 +40,7 @@ def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
 
 
 def test_the_site_carries_itself(project: Project) -> None:
-    """Everything but the zip and source maps; its pages request nothing that a browser refuses from disk, and offer no
-    zip."""
+    """All but the zip and source maps; its pages request nothing that a browser refuses from disk, and offer no zip."""
     project.build(pack=True)
     (path,) = project.site.glob("*.zip")
     assert path.name == "a-small-quoted-site.zip"

@@ -61,8 +61,7 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
 
 
 def test_colours_are_told_with_their_least_contrast() -> None:
-    """Each role of pictures has a meaning, except those of the race's lines and a map's areas, which a legend
-    explains."""
+    """Each role of pictures has a meaning, except those of the race and of a map's areas, which a legend explains."""
     assert {role for role in ROLES if not role.startswith(("by-", "end-"))} <= set(MEANING)
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     for swatch in swatches():

@@ -1,5 +1,4 @@
-"""The bench's table in the docs: every line has its test or its measurement, and states correctly which aims are
-met."""
+"""The bench's table in the docs: every line has its test or its measurement, and is right about what is met."""
 
 from __future__ import annotations
 

@@ -122,8 +122,7 @@ def test_a_damaged_cache_gives_the_same_site(
 def test_what_is_dear_to_make_is_not_trusted_either(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], None]
 ) -> None:
-    """Compiled archives, our wheel, cut typefaces and the runtime's files: the functions that cache them, with small
-    inputs."""
+    """Compiled archives, our wheel, cut typefaces, runtime files: the functions that cache them, on small inputs."""
     given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
     monkeypatch.setattr(assemble, "run_node", compile_here)
     monkeypatch.setattr(wheel, "_built", lambda given: b"a-1.whl\n" + b"wheel" * 100)
@@ -189,8 +188,7 @@ def full(path: Path, data: bytes) -> None:
 def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On a full or read-only disk, what cannot be cached is made each time, and one warning says why builds are
-    slow."""
+    """On a full or read-only disk, what cannot be cached is made each time, and one warning says why it is slow."""
     project.build(pack=True)
     right = contents(project.site)
     monkeypatch.setattr(store, "write", full)

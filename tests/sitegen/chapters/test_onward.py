@@ -39,8 +39,7 @@ def desk(project: Project) -> Project:
 
 
 def test_what_is_named_stands_at_the_end(desk: Project) -> None:
-    """A link and its reason as plain words: a chapter under its rung, a section under its rung and its chapter's
-    title."""
+    """A link and its reason as plain words: a chapter under its rung, a section also under its chapter's title."""
     desk.write("content/01-second.md", f"{FRONT}{NEXT}---\n\nText. See [the end](#where-next).\n")
     desk.build()
     page = desk.page("second.html")

@@ -1,5 +1,4 @@
-"""A reference to a figure in a state: its link holds the differences, wherever the figure is, and mistakes are
-reported."""
+"""A reference to a figure in a state: its link holds the differences, wherever the figure is; mistakes are reported."""
 
 from __future__ import annotations
 

@@ -50,8 +50,7 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def test_the_first_use_sets_up_and_later_ones_do_not(checkout: Path, tmp_path: Path) -> None:
-    """.venv is made once, follows a changed lock, and is made anew after an interruption; the exit code is passed
-    on."""
+    """.venv is made once, follows a changed lock, is remade after an interruption; the exit code is passed on."""
     first = run(checkout / "build.py", cwd=tmp_path)
     assert first.returncode == 1, first.stderr
     assert json.loads(first.stdout) == {"prefix": str(checkout / ".venv"), "root": str(checkout)}

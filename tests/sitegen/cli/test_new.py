@@ -102,8 +102,7 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
 
 
 def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
-    """A motion of a missing group, a view that follows the state, a sentence that is too short: each says what to
-    do."""
+    """A motion of a missing group, a view that follows the state, too short a sentence: each says what to do."""
     for name in ("solvers", "widgets"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "tests" / "widgets").mkdir(parents=True)

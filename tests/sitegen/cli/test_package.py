@@ -100,8 +100,7 @@ def test_the_source_distribution_can_be_built_and_tested_and_carries_no_site(mad
 
 
 def test_its_tests_need_nothing_of_the_generator(made: tuple[Path, Path], tmp_path: Path) -> None:
-    """They import the package, its test requirements, and each other; none uses the fixture `why`, which is the
-    site's."""
+    """They import the package, its test requirements and each other; none uses the site's fixture `why`."""
     tests = unpacked(made[0], tmp_path) / "tests"
     paths = sorted(tests.rglob("*.py"))
     assert len(paths) > 40
@@ -180,8 +179,7 @@ def test_until_the_first_release_the_readme_says_how_to_install_without_an_index
 
 
 def test_exit_code_3_is_told_in_the_same_words_everywhere() -> None:
-    """In the commands' help, the package's README and the docs: every status of a whole run that is not the end of a
-    method."""
+    """In the commands' help, the package's README and the docs: every status of a run that no method ends with."""
     one, other = [status.label for status in Status if status not in ENDED and status is not Status.RUNNING]
     docs = (ROOT / "content/docs/package.md").read_text("utf-8").replace("`", "")
     of_register = f"is {one} or {other}, or no source point lies near the target"

@@ -59,8 +59,7 @@ def test_a_folder_gets_what_changed_and_keeps_what_is_its_own(site: Path, tmp_pa
 
 
 def test_what_others_put_there_is_replaced_only_when_told_to(site: Path, tmp_path: Path) -> None:
-    """A folder with files but no list of ours; then one with a list, and a stranger's file in the place of a new
-    one."""
+    """A folder with files but no list of ours; then one with a list, and a stranger's file in a new one's place."""
     host = write(tmp_path / "host", {"index.html": "a stranger's", "CNAME": "example.org"})
     with pytest.raises(PublishError, match=r"host has files .* \(CNAME, index.html\); .* add --force"):
         to_folder(site, host)
@@ -92,8 +91,7 @@ LINKS = {
 
 @pytest.mark.parametrize("name", LINKS)
 def test_no_planted_link_to_a_file_is_written_through(site: Path, tmp_path: Path, name: str) -> None:
-    """Whatever a link's name, its target stays unchanged; where the site has a file, a regular file replaces the
-    link."""
+    """Whatever a link's name, its target stays unchanged; where the site has a file, a file replaces the link."""
     write(tmp_path / "precious", {"file.txt": "p"})
     host = tmp_path / "host"
     to_folder(site, host)
@@ -153,8 +151,7 @@ def test_no_site_is_put_into_itself(site: Path) -> None:
 
 
 def test_a_branch_gets_a_commit_for_each_change(site: Path, tmp_path: Path) -> None:
-    """The first publication makes the branch, the next commits on top, an unchanged one commits nothing; other branches
-    stay."""
+    """The first makes the branch, the next commits on top, an unchanged site commits nothing; other branches stay."""
     bare = tmp_path / "bare.git"
     git(tmp_path, "init", "--quiet", "--bare", str(bare))
     branch = Branch(str(bare), "gh-pages")

@@ -31,8 +31,7 @@ def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
 
 
 def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> None:
-    """On the PATH and under pyenv; none that is too old, unreleased, broken, or shadowed by one that can make
-    environments."""
+    """On the PATH and under pyenv; none too old, unreleased, broken, or shadowed by one that can make environments."""
     path, pyenv = tmp_path / "bin", tmp_path / "pyenv"
     program(path / "python3.10", "3 10 13 final True")
     program(path / "python3.12", "pyenv: python3.12: command not found", 127)

@@ -175,8 +175,7 @@ def test_wilsons_interval(hits: int, of: int, low: float, high: float) -> None:
 
 @pytest.mark.parametrize("name", sorted(known()))
 def test_every_plot_of_the_site(name: str) -> None:
-    """From its kept result: words that end in a full stop, a table without gaps, drawings that are small and
-    legible."""
+    """From its kept result: words that end in a full stop, a table without gaps, small and legible drawings."""
     plot = known()[name]
     gallery = Gallery({name: plot}, cache_dir())
     drawn = gallery.drawn(Placed(name, "1", plot, Place("x")))
@@ -210,8 +209,7 @@ def test_failures_at_the_budget_stay_within_the_promise() -> None:
 
 
 def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
-    """They are right no more often than RANSAC, and with wrong partners all round at least as often as with leaning
-    ones."""
+    """Never right more often than RANSAC, and with wrong partners all round at least as often as with leaning ones."""
     outcome = result("graduated")
     ransac, leaning, scattered = outcome.successes
     assert all(a >= b >= c for a, b, c in zip(ransac, scattered, leaning, strict=True))
@@ -219,8 +217,7 @@ def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
 
 
 def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
-    """Plateaus end at other angles in other settings; with junk, some starts succeed from an angle where no clean one
-    does."""
+    """Plateaus end at other angles in other settings; with junk, some starts succeed where no clean one does."""
     outcome = result("icp-reach")
     ends = {s: (icp_reach.sure(outcome, s, -1), icp_reach.sure(outcome, s, 1)) for s in outcome.settings}
     assert len(set(ends.values())) == len(ends)

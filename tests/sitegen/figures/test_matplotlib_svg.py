@@ -49,8 +49,7 @@ def read(path: str) -> list[Command]:
 
 @given(paths)
 def test_every_point_is_where_it_was_to_a_tenth(path: list[Command]) -> None:
-    """After a close, the pen is where the subpath began; no point is off by more than half a tenth, however long the
-    path."""
+    """After a close, the pen is at the subpath's start; no point is off by over half a tenth, however long the path."""
     assert read(short(path)) == [(name, [(round(10 * x), round(10 * y)) for x, y in places]) for name, places in path]
 
 

@@ -272,8 +272,7 @@ def marked(name: str, source: str, said: str) -> tuple[str, str]:
 
 @pytest.mark.parametrize("case", MISTAKES)
 def test_a_mistake_in_a_figure(project: Project, module: Callable[[str, str], None], case: str) -> None:
-    """It is reported once, at its place, with its figure, its field and what was expected, besides the chapter's
-    own."""
+    """Reported once, at its place, with its figure, its field and what was expected, besides the chapter's own."""
     old, new, text = MISTAKES[case]
     name = "-".join(re.findall("[a-z]+", f"case {case}"))
     assert MODULE.count(old.replace("¦", "")) == 1

@@ -170,8 +170,7 @@ slides:
 
 
 def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
-    """Texts, the chapter's equation without its full stop, its figure in the slide's state and from the chapter's
-    tape."""
+    """Texts, the chapter's equation without its full stop, its figure in the slide's state, from the chapter's tape."""
     project.write(
         "content/01-second.md",
         SECOND.replace("---\n\nA first", f"{SLIDES}\nA first") + "\n::plot[C]{toy-plot id=dots}\n",

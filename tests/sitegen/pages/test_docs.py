@@ -40,8 +40,7 @@ def with_docs(project: Project, **pages: str) -> Project:
 
 
 def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
-    """Linked from the foot of every page and from the about page, in the site map; not on the ladder, without a
-    notebook."""
+    """Linked from every page's foot and the about page, in the site map; not on the ladder, without a notebook."""
     report = with_docs(project).build(strict=True)
     assert {"docs.html", "docs-one.html", "docs-hidden.html", "old-one.html"} <= set(report.pages)
     assert report.sources["content/docs/one.md"] == "docs-one.html"

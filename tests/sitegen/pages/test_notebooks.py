@@ -111,8 +111,7 @@ def test_pictures_need_nothing(books: dict[str, nbformat.NotebookNode]) -> None:
 def test_every_chapters_notebook_runs(
     books: dict[str, nbformat.NotebookNode], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """All of them in one kernel that is reset between notebooks: each code cell ends without an error, and scripts
-    print."""
+    """All of them in one kernel that is reset in between: each cell ends without an error, and scripts print."""
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
     whole = nbformat.v4.new_notebook()

@@ -1,5 +1,4 @@
-"""Everything that the README and the docs name exists: files, commands, options, parts of packages; and the README is
-short."""
+"""Everything that the README and the docs name exists: files, commands, options, package parts. The README is short."""
 
 from __future__ import annotations
 

@@ -80,8 +80,7 @@ def test_markup_in_titles_and_data_is_text(built: Project) -> None:
 
 
 def test_the_figure_and_its_tape(built: Project) -> None:
-    """The page holds the first frame; the tape holds every prefix of the widget's recorded presses and of its
-    buttons'."""
+    """The page holds the first frame; the tape, every prefix of the presses that the widget and its buttons record."""
     page = built.page("second.html")
     (figure,) = Elements(page).of_class("figure")
     assert figure["id"] == "fig-demo"

@@ -96,8 +96,7 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
 
 
 def test_what_comes_later_is_listed_with_what_it_holds(info: RuntimeInfo) -> None:
-    """A start loads no figure, trained network or drive; the list names the packs that bring them, with their
-    hashes."""
+    """A start loads no figure, trained network or drive; the list names the packs with them, and their hashes."""
     (listed,) = [info.contents[file.name] for file in info.files if file.name.endswith("/later.json")]
     by_name = {entry["name"]: entry for entry in json.loads(listed)}
     assert by_name.keys() == {file.name for file in info.later}
@@ -148,8 +147,7 @@ def main(text):
 
 
 def test_the_start_brings_nothing_that_a_page_does_not_use(info: RuntimeInfo) -> None:
-    """The imports of Pyodide, numpy and our packages, after a median and a unique, for which stock numpy imports
-    more."""
+    """The imports of Pyodide, numpy and our packages, after a median and a unique, for which stock numpy needs more."""
     code = """
 import json, sys
 

@@ -251,8 +251,7 @@ def test_heat_runs_merge_and_nan_is_empty() -> None:
 @settings(deadline=None)
 @given(st.lists(st.floats(-2, 3), min_size=6, max_size=6))
 def test_heat_levels_follow_the_values(values: list[float]) -> None:
-    """A cell's level is how many of 24 equal steps its value has reached; values outside low … high get the first or
-    last."""
+    """A cell's level is how many of 24 equal steps its value has reached, limited to the first and the last."""
     grid = np.array(values).reshape(2, 3)
     text = body(Heat(grid, (0, 3, 0, 2), 0.0, 1.0), view=View(0, 3, 0, 2, width=3))
     result = np.full((2, 3), -1)
@@ -268,8 +267,7 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
 
 
 def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
-    """Three equal rows are one rectangle; a different row between ends it, and the same run further up starts a new
-    one."""
+    """Three equal rows are one rectangle; a different row ends it, and the same run further up starts a new one."""
     low, high = [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]
     text = body(Heat([low, low, high, low], (0, 3, 0, 4), 0.0, 1.0), view=View(0, 3, 0, 4, width=30))
     assert text == (

@@ -24,8 +24,7 @@ SPARE = 60  # blocks per round, two for each action; a retained state takes more
 
 
 def logs(widget: Widget, numbers: Iterable[int]) -> list[list[Any]]:
-    """One log per number: a drag of the first handle, or else a click, at a place on a circle. An empty log comes
-    last."""
+    """One log per number, a drag of the first handle or else a click on a circle; an empty log comes last."""
     aims = [*(["drag", handle] for handle in widget.handles), *(["click", panel] for panel in widget.clicks)]
     return [*([[*aims[0], 2 * cos(i), 2 * sin(i)]] for i in numbers), []]
 

@@ -60,8 +60,7 @@ def all_slices(running: Running, job: Job = JOB) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize(("piece", "slices"), [(1e-6, 2), (0.9 * SLICE / 2, 6), (0.6 * SLICE, 10), (3 * SLICE, 10)])
 def test_a_slice_begins_no_piece_that_would_make_it_long(piece: float, slices: int) -> None:
-    """Short pieces share a slice, up to a result; two pieces that together exceed a slice do not, nor does a long
-    one."""
+    """Short pieces share a slice, up to a result; two that together exceed a slice do not, nor does a long one."""
     assert len(all_slices(Running(Clock(piece)))) == slices
 
 

@@ -49,8 +49,7 @@ def sliced(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_a_long_replay_is_answered_in_slices() -> None:
-    """Each slice does one piece and reports its progress, none repeats a piece, and the frame is that of a replay in
-    one go."""
+    """Each slice does one piece and reports progress, none repeats one, and the frame is that of one replay."""
     clock, plain = _Clock(), record(*LONG)
     host, answers, calls = clock.host(), [], []
     while not answers or "replayed" in answers[-1]:
@@ -93,8 +92,7 @@ def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.integers(1, 4)), min_size=1, max_size=8))
 def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[int, bool, int]]) -> None:
-    """Replays of records that share more or less are begun, abandoned and resumed: every frame matches byte for
-    byte."""
+    """Replays of records that share more or less are begun, abandoned and resumed: every frame byte for byte."""
     host = _Clock().host()
     for length, other, patience in asked:
         log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if other else LONG[:length]

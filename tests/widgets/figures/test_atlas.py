@@ -54,8 +54,7 @@ def test_levels_add_up_to_the_full_lattice() -> None:
 
 @pytest.mark.parametrize("level", range(LEVELS))
 def test_what_a_level_shows_is_known_by_then(level: int) -> None:
-    """A tile shows the end of its own start or of one at most two rows and columns away; all show their own in the
-    end."""
+    """A tile shows its own start's end or that of one at most two rows and columns away, and finally its own."""
     rows, columns = basins.seen(level)
     known = basins.run_at(level)
     assert known[rows, columns].all()

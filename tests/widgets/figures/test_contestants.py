@@ -40,8 +40,7 @@ def test_there_are_nine_and_all_are_drawn() -> None:
 
 @pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 28.0])
 def test_icps_link_is_the_nearest_point(point: float) -> None:
-    """Its length is the distance to the nearest target point; beyond the gate the readout says "none within the
-    gate"."""
+    """Its length is the distance to the nearest target point; beyond the gate, the readout says there is none."""
     one = state(point=point)
     x = one.pose.apply(one.scene.source)[round(point) - 1]
     apart = np.linalg.norm(one.scene.target - x, axis=1).min()

@@ -110,8 +110,7 @@ def test_a_slider_is_called_what_the_rung_calls_it() -> None:
 
 @pytest.mark.parametrize("name", RUNGS)
 def test_a_tick_marks_each_valley_that_is_counted(name: str) -> None:
-    """On the ring, at its surface, and in the chart; the coarse ring has no ticks because its valleys are not
-    counted."""
+    """On the ring, at its surface, and in the chart; the coarse ring, whose valleys are not counted, has none."""
     state = figure.start(preset(figure.WIDGET, "default" if name == "nearest" else name).controls, 40)
     full, count = figure.draw(state), len(valleys(state.dial.ring))
     assert {r.name: r.value for r in full.readouts}["valleys"] == ("–" if name == "flow" else str(count))
@@ -183,8 +182,7 @@ def test_valleys_are_counted_round_the_circle() -> None:
 
 @pytest.mark.parametrize("turn", [-179.0, -90.0, 0.0, 33.0, 180.0])
 def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
-    """The truth is at the top; a positive turn is anticlockwise, as on the scan; a key turns the robot by its stated
-    angle."""
+    """The truth is at the top; a positive turn is anticlockwise, as on the scan; keys turn by their stated angle."""
     state = figure.start(figure.Controls(), 40)
     x, y = place(np.radians(turn), 5.0).tolist()
     dragged = figure.act(state, Action("drag", "turn", x, y))
@@ -261,8 +259,7 @@ def test_the_map_tells_ends_before_full_rings() -> None:
 
 
 def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:
-    """So there are as many truth-coloured balls as the map counts: the flow's ball is at the top, but its robot is
-    displaced."""
+    """So there are as many such balls as the map counts: the flow's is at the top, but its robot is displaced."""
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
     frame = ladder_map.draw(state)
     balls = [

@@ -1,5 +1,4 @@
-"""The walkthrough: its stages are those of one solver step, all panels stay in step, and every control does what it
-says."""
+"""The walkthrough: its stages are those of one solver step, all panels keep in step, and every control takes effect."""
 
 from __future__ import annotations
 
@@ -47,8 +46,7 @@ def told(state: State) -> list[str]:
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_jump_shows_what_walking_there_shows(scene: str) -> None:
-    """Each stage reached directly, forwards or backwards, has the same captions and numbers as when it is reached by
-    Next."""
+    """Each stage reached directly, forwards or back, has the same captions and numbers as by pressing Next."""
     walked = [run(*[NEXT] * k, scene=scene) for k in range(2 * STAGES)]
     for k in range(1, STAGES + 1):
         for jumped, there in (
@@ -104,8 +102,7 @@ def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
 
 
 def test_cpds_stages_lead_to_its_next_pose() -> None:
-    """The rotation, translation and scale of the third and fourth stages, put together, give the pose that the step
-    itself reaches."""
+    """The motion and scale named by the third and fourth stages, together, give the pose that the step reaches."""
     for actions in ((stage(4),), (ITERATE, stage(4)), (ITERATE, ITERATE, stage(4))):
         look = run(*actions, scene="clutter").walk.looks()[0]
         step = cpd.stages(look.before)
@@ -141,8 +138,7 @@ def test_the_bars_are_the_96_means_and_their_difference() -> None:
 
 
 def test_the_filter_spreads_and_keeps_the_mass() -> None:
-    """The blurred density covers over 1.5 times as much of the panel as the unblurred one, and no cell exceeds the
-    scale's end."""
+    """The blurred density covers over 1.5 times as much as the unblurred one; no cell exceeds the scale's end."""
     covered = []
     for k in (1, 2):
         (heat,) = (mark for mark in panels(run(ITERATE, stage(k)))["filterreg"].marks if isinstance(mark, Heat))
@@ -200,8 +196,7 @@ ACTIONS = st.one_of(
 @settings(max_examples=15, deadline=None)
 @given(st.lists(ACTIONS, max_size=6), st.sampled_from(SCENES), st.booleans())
 def test_whatever_a_reader_does_there_is_a_picture(actions: list[Action], scene: str, smaller: bool) -> None:
-    """Any presses and drags give four panels, finite errors, a stage from 1 to 5, and handles only before anything
-    moves."""
+    """Any presses and drags: four panels, finite errors, a stage from 1 to 5, handles only before anything moves."""
     state = run(*actions, scene=scene, smaller=smaller)
     picture = draw(state)
     assert len(picture.panels) == 4

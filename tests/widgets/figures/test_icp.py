@@ -239,8 +239,7 @@ def test_the_motion_is_the_move() -> None:
     st.floats(0, 50),
 )
 def test_hostile_actions(actions: list[Action], gate: float, overlap: float, outliers: float) -> None:
-    """Steps and drags in any order, even to where no pair is left, give a picture, finite numbers, and handles in the
-    window."""
+    """Steps and drags in any order, even to where no pair is left: a picture, finite numbers, handles in view."""
     state = run(*actions, gate=gate, overlap=overlap, outliers=outliers)
     picture = draw(state)
     for handle in picture.handles:

@@ -81,8 +81,7 @@ def test_the_reflect_scene_really_reflects() -> None:
 
 
 def test_without_noise_the_correction_changes_nothing() -> None:
-    """The reflection is caused by the noise: a bowed mast without noise has determinant +1, and the switch does
-    nothing."""
+    """The reflection comes from the noise: a bowed mast without noise has determinant +1; the switch is idle."""
     for scene in SCENES[:3]:
         on, off = run(SOLVE, scene=scene), run(SOLVE, scene=scene, correct=False)
         assert on.free.determinant == 1

@@ -150,8 +150,7 @@ def test_there_is_an_end_to_sowing() -> None:
 
 @OBJECTIVES
 def test_no_start_is_counted_twice(objective: str) -> None:
-    """Launching the lattice again changes nothing, nor does a click on one of its places; once cleared, it can be
-    launched again."""
+    """Launched again, the lattice adds nothing, nor does a click on one of its places; after Clear it does."""
     state = run(SOW, objective=objective)
     assert act(state, SOW) is state
     assert act(state, click(0.0, 0.0)) is state

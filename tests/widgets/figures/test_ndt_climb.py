@@ -27,8 +27,7 @@ def finished(**controls: Any) -> State:
 
 @pytest.mark.parametrize("controls", [{}, {"four": False, "cell": 1.2}, {"max_turn": 0.04, "max_shift": 0.1}])
 def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
-    """Stepwise or all at once, at one cell size or from coarse to fine, dragged or not: the poses are those of
-    `register`."""
+    """Stepwise or all at once, at one cell size or coarse to fine, dragged or not: the poses of `register`."""
     drag = Action("drag", "turn", 4.0, 1.5)
     for state in (finished(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
         check(state)

@@ -1,5 +1,4 @@
-"""The grid of Gaussians: cells chosen by hover and by button, discarded cells with their reasons, consistent
-numbers."""
+"""The grid of Gaussians: cells chosen by hover and by button, discarded cells with reasons, consistent numbers."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ def test_it_opens_on_a_corner_that_one_gaussian_blurs() -> None:
 
 
 def test_pointing_chooses_the_cell_that_is_there() -> None:
-    """Two places in one cell give the same picture, a place in another cell a different one; only the last hover
-    counts."""
+    """Two places in one cell give one picture, a place in another cell another; only the last hover counts."""
     _, one = shown(["hover", "main", -4.6, 1.2])
     _, same = shown(["hover", "main", -4.9, 1.9])
     _, other = shown(["hover", "main", 0.5, 1.4])
@@ -108,8 +106,7 @@ def test_smaller_cells_keep_less_of_the_scan() -> None:
     st.integers(0, 2**31 - 1),
 )
 def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], log: list[Any], seed: int) -> None:
-    """For any grid, cell and draw, the counts of cells and points are whole numbers that add up, and nothing drawn is
-    NaN."""
+    """For any grid, cell and draw, counts of cells and points are consistent, and nothing drawn is NaN."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": log, "seed": seed}
     frame = Host().render("f", plain)
     readouts = {r["name"]: r["value"] for r in frame["readouts"]}

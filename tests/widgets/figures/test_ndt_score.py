@@ -38,8 +38,7 @@ def test_it_opens_before_its_climb() -> None:
 
 
 def test_its_first_climb_arrives() -> None:
-    """The first climb takes steps, has a trial step rejected, and ends beside the truth with a higher score than
-    there."""
+    """The first climb takes steps, has one rejected, and ends beside the truth with a higher score than there."""
     text, frame = shown(CLIMB)
     taken, rejected = (int(v) for v in text["steps"].split(" · "))
     assert taken > 3
@@ -52,8 +51,7 @@ def test_its_first_climb_arrives() -> None:
 
 
 def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
-    """From nine places: the score reached is at least that at the start; a climb from the truth begins at the truth's
-    score."""
+    """From nine places, the score never ends below the start's; a climb from the truth begins at its score."""
     for x in (-1.2, 0.1, 0.9):
         for y in (-0.9, 0.2, 1.1):
             text, _ = shown(["click", "map", x, y])
@@ -110,8 +108,7 @@ def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
 
 
 def test_coarse_levels_have_fewer_tiles() -> None:
-    """The coarsest picture is the lightest, and readouts are the same at every level, except the place of the highest
-    tile."""
+    """The coarsest picture is the lightest; all levels have equal readouts, except the highest tile's place."""
     plain, host = preset(WIDGET).plain(), Host()
     frames = [host.render("f", plain, level) for level in range(WIDGET.details)]
     sizes = [len(frame["panels"][0]["svg"]) for frame in frames]

@@ -1,5 +1,4 @@
-"""A reader's own clouds in native Python: loaded, thinned, sliced, run by every method in any unit, and removed
-again."""
+"""A reader's own clouds in native Python: loaded, thinned, sliced, run by every method in any unit, and exported."""
 
 from __future__ import annotations
 

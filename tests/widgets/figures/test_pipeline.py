@@ -87,8 +87,7 @@ def test_a_conditioning_near_zero_keeps_a_digit() -> None:
 
 
 def test_a_small_budget_makes_a_worse_proposal() -> None:
-    """Over six draws, one step of hypotheses leaves the source more than three times as far from its place as seventy
-    do."""
+    """Over six draws, one step of hypotheses leaves the source over three times as far off as seventy do."""
 
     def off(steps: float) -> float:
         results = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
@@ -138,8 +137,7 @@ def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
 
 
 def test_a_door_tells_the_ends_of_the_hall_apart() -> None:
-    """At a pose half a turn off, the source's door is at the other end; at the truth it is on the true one. Rooms have
-    no door."""
+    """Half a turn off, the source's door is at the other end; at the truth, on the true one. Rooms have none."""
     scene = run(name="hall").scene
     wrong = run(FINISH, name="hall")
 

@@ -36,8 +36,7 @@ def after(steps: int, state: State) -> State:
 
 
 def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The picture is the same at all levels; the first step begins the remaining contestants and leads to the same
-    poses as ever."""
+    """The picture is the same at all levels; the first step begins the other contestants, to the same poses."""
     begun = list[str]()
     begin = Contestant.begin
 

@@ -35,8 +35,7 @@ frame = partial(frame_after, WIDGET)
 @pytest.mark.parametrize("seed", [SEED, SEED + 13, SEED + 26])
 @pytest.mark.parametrize("scene", ["occluded", "repeated"])
 def test_each_step_is_one_step_of_the_solver(scene: str, seed: int) -> None:
-    """The figure computes its trials in one block; the solver, at one trial per step, passes through the same
-    states."""
+    """The figure computes its trials in one block; the solver, one trial per step, goes through the same states."""
     state = run(scene=scene, seed=seed)
     pairs = state.scene.source[None], state.target[None], np.ones((1, 40))
     options = RansacOptions(0.25, 0.99, MOST, 1, SEPARATION)
@@ -54,8 +53,7 @@ def test_each_step_is_one_step_of_the_solver(scene: str, seed: int) -> None:
 
 
 def test_steps_after_the_end_change_nothing() -> None:
-    """Step and To the end are disabled once the consensus is stable; a record that presses them shows the same
-    numbers."""
+    """Step and To the end are off once the consensus is stable; a record that presses them shows equal numbers."""
     end = frame(["press", "finish"])
     assert set(end["disabled"]) == {"step", "finish"}
     for log in ([["press", "finish"], ["press", "step"]], [["press", "step"]] * 40):
@@ -73,8 +71,7 @@ def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
 
 
 def test_every_control_changes_what_it_names() -> None:
-    """ε changes the circles and the consensus, confidence the budget and its curve, noise and the wrong fraction the
-    ghost."""
+    """ε changes circles and consensus, confidence the budget and its curve, noise and wrong pairs the ghost."""
     before = frame(["press", "finish"])
     for change, named in (
         ({"epsilon": 0.05}, ("count", "share", "budget", "trials", "capped_sum", "lost")),
@@ -104,8 +101,7 @@ def test_one_trial_is_told_as_one() -> None:
 
 
 def test_a_step_lights_its_two_pairs_and_says_its_count() -> None:
-    """Two accent lines and a dashed outline are drawn, and the note gives the rows (from one) and the count of this
-    trial."""
+    """Two accent lines and a dashed outline; the note gives the rows (from one) and the count of this trial."""
     state = run(STEP, STEP, STEP)
     now = state.run.now
     marks = draw(state).panels[0].marks
@@ -129,8 +125,7 @@ def test_the_points_of_each_view_have_its_role() -> None:
 
 
 def test_lines_split_by_the_best_pose() -> None:
-    """Before a consensus all forty look alike; after it, the solid ones are its inliers and the dashed ones the
-    rest."""
+    """Before a consensus all forty look alike; after it, its inliers are solid and the others dashed."""
     (all_of_them,) = [m for m in draw(run()).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]
     assert len(np.asarray(all_of_them.a)) == 40
     state = run(FINISH)
@@ -159,8 +154,7 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
 
 
 def test_a_trial_is_seen_without_the_errors_of_the_pose() -> None:
-    """While a trial's two lines are lit, no ring tells right pairs from wrong; those of the best pose appear at the
-    end."""
+    """While a trial's two lines are lit, no ring tells right from wrong; the best pose's rings come at the end."""
     marks = draw(run(STEP)).panels[0].marks
     rings = {m.role for m in marks if isinstance(m, Points) and m.shape == "ring"}
     assert rings == {"ghost", "target", "accent"}

@@ -1,5 +1,4 @@
-"""The figure of the soft family: shares that add up, circles that show σ, what may rise, and controls that take
-effect."""
+"""The figure of the soft family: shares that add up, circles that show σ, what may rise, effective controls."""
 
 from __future__ import annotations
 

@@ -29,8 +29,7 @@ run = partial(state_after, WIDGET)
 @settings(max_examples=30, deadline=None)
 @given(PLACES)
 def test_an_eye_is_a_rotation_and_its_levels_rise_towards_it(place: tuple[float, float]) -> None:
-    """Wherever the knob is, right, up and towards the eye form a right-handed frame, and nearer points never have a
-    lower level."""
+    """Wherever the knob is, right, up and towards are a right-handed frame; nearer points have no lower level."""
     eye = Eye().at(*place)
     np.testing.assert_allclose(eye.axes @ eye.axes.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(eye.axes) == pytest.approx(1.0)
@@ -76,8 +75,7 @@ def test_turning_the_view_leaves_the_run_alone(task: str) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 def test_the_free_turn_moves_the_mug_and_not_the_residual(noise: float) -> None:
-    """With three collinear pairs, every angle has the residuals of the first, while the mug moves more than a unit
-    away."""
+    """With three collinear pairs, every angle has the same residuals, while the mug moves by more than a unit."""
     ends = [run(FINISH, noise=noise, spin=spin) for spin in (0.0, 60.0, -90.0, 180.0)]
     left = [residuals(end.run.pose, end.run.scene.source, end.run.scene.target) for end in ends]
     for other in left[1:]:

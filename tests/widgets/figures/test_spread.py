@@ -124,8 +124,7 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     ],
 )
 def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: bool) -> None:
-    """If the closed forms' ellipses lie entirely outside the panel, the caption says so; their σ is then in whole
-    units."""
+    """If the closed forms' ellipses lie outside the panel, the caption says so; their σ is then in whole units."""
     picture = draw(start(Controls(**controls), SEED))  # type: ignore[arg-type]
     (panel,) = (panel for panel in picture.panels if panel.name == "close")
     paths = [mark for mark in panel.marks if isinstance(mark, Path)]

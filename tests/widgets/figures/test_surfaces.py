@@ -83,8 +83,7 @@ def test_a_drag_begins_as_a_start_there_would(residual: str) -> None:
 
 
 def test_each_residual_shows_its_own_model() -> None:
-    """Ticks in plane mode, ellipses of both clouds in GICP mode, neither in point mode; the source's ellipses turn with
-    it."""
+    """Ticks in plane mode, both clouds' ellipses in GICP mode, neither in point mode; the source's turn with it."""
     kinds = {name: [type(m) for m in surfaces(run(residual=name).run)] for name in RESIDUALS}
     assert kinds == {"point": [], "plane": [Ticks], "gicp": [Ellipses]}
     for turn in (0.0, 90.0):
@@ -132,8 +131,7 @@ def test_a_wall_is_found_and_the_slide_left() -> None:
 
 
 def test_the_weak_arrow_runs_along_the_wall() -> None:
-    """On one wall and in a corridor the arrow is a slide along them, in both directions and longer because it is
-    free."""
+    """On one wall and in a corridor the arrow is a slide along them, both ways, and longer as it is free."""
     for scene in ("wall", "corridor"):
         one = run(FINISH, scene=scene, start="near").run
         path, *tips = weak_direction(one)
@@ -156,8 +154,7 @@ def test_the_weak_arrow_of_a_turn_is_an_arc_of_it() -> None:
 
 
 def test_where_all_motions_are_held_alike_no_arrow_is_drawn() -> None:
-    """Unweighted point pairs constrain slides and turn equally: any direction would come from rounding, so none is
-    drawn."""
+    """Unweighted point pairs constrain slides and turn equally: a direction would be rounding, so none is drawn."""
     one = run(FINISH, residual="point").run
     np.testing.assert_allclose(one.system.eigenvalues, 1.0, atol=1e-9)
     assert weak_direction(one) == ()

@@ -30,8 +30,7 @@ def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:
 
 
 def test_the_answer_is_where_the_robot_stood() -> None:
-    """Once it is shown, the errors are zero and the source's robot has the position and heading that it had, seen from
-    the target's."""
+    """Once shown, the errors are zero and the source's robot has its pose as seen from the target's."""
     state = act(start(Controls(), SEED), ANSWER)
     scans = state.scans
     np.testing.assert_allclose(scans.target_pose.apply(state.pose.t[None])[0], scans.source_pose.t, atol=1e-12)
@@ -42,8 +41,7 @@ def test_the_answer_is_where_the_robot_stood() -> None:
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 25 * 13, 13))
 def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
-    """In every draw the truth brings the source nearer to the target, though not to zero: each scan has its own
-    corners."""
+    """In every draw the truth brings the clouds nearer, though not to zero: each scan has its own corners."""
     before = start(Controls(), seed)
     assert 0.0 < nearest(act(before, ANSWER)) < 0.6 * nearest(before)
 
@@ -121,8 +119,7 @@ def test_icp_goes_on_from_the_hand_s_place() -> None:
 
 
 def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
-    """A solution may be where no drag can put the cloud: the turning handle then lies outside rather than on the other
-    one."""
+    """A solution may lie where no drag can put a cloud: the turning handle then lies outside, not on the other."""
     for x, apart in ((0.0, PLACING.reach), (7.5, PLACING.least)):
         grip = PLACING.grip(np.array([x, 0.0]), 0.0)
         assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(apart)

@@ -64,8 +64,7 @@ def test_every_row_of_the_tables_is_the_first_to_fit_somewhere() -> None:
 
 @pytest.mark.native
 def test_the_pages_table_gives_the_same_paths() -> None:
-    """The start page's table for readers without scripts: each answer fits exactly one row, and the row names its
-    path."""
+    """The start page's table for readers without scripts: each answer fits one row, and the row names its path."""
     page = (Path(__file__).resolve().parents[3] / "content" / "00-start.md").read_text("utf-8")
     lines = page.partition("| Pairs | Start | Overlap |")[2].partition("\n\n")[0].splitlines()[2:]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
