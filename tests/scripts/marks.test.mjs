@@ -1,4 +1,4 @@
-// What it takes to make one drawing of another: attributes and words where that is enough, else nothing.
+// What turns one drawing into another: attributes and words if that is enough, otherwise null.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

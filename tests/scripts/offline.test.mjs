@@ -1,4 +1,4 @@
-// The service worker's list of files: kept whole or not at all, and nothing that is known is fetched twice.
+// The service worker's list of files: stored completely or not at all, and no known file is fetched twice.
 
 import assert from "node:assert/strict";
 import { createHash, webcrypto } from "node:crypto";
@@ -10,7 +10,7 @@ const SOURCE = new URL("../../templates/assets/sw.js", import.meta.url);
 const SCOPE = "https://example.org/ladder/";
 const integrity = (text) => `sha256-${createHash("sha256").update(text).digest("base64")}`;
 
-/** The worker with these files filled in, on a server that answers with `served`, over these caches. */
+/** The worker with these files filled in, on a server that answers with `served`, and with these caches. */
 function worker(files, served, stores = new Map()) {
   const list = JSON.stringify(Object.entries(files).map(([name, text]) => [name, text.length, integrity(text)]));
   const filled = { VERSION: "v", FILES: list, RUNTIME: "[]", RUNTIME_VERSION: "r", IMMUTABLE: '["assets/"]' };

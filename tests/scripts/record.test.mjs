@@ -1,4 +1,4 @@
-// Records: how links carry them, what counts as the same state, what is taken of a stranger's.
+// Records: how links carry them, which states count as the same, and what is accepted from a stranger's.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

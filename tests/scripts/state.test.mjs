@@ -1,11 +1,11 @@
-// A figure's state: which questions wait, and which states follow from one another.
+// A figure's state: which requests wait, and which states follow one another.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { FigureState, merged } from "../../templates/assets/js/figure/state.js";
 
-/** Where each state may lead. Nothing leads back to the picture that the page was built with but what gives up. */
+/** Where each state may lead. Only giving up leads back to the picture that the page was built with. */
 const NEXT = {
   static: ["tape", "live", "waiting", "failed"],
   tape: ["live", "waiting", "failed"],

@@ -75,7 +75,7 @@ def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> Non
             assert one.errors() == other.errors()
             drawn = [
                 len(PARTS[look.track.name].shown(look).marks) for look in (one, other)
-            ]  # the same number of marks
+            ]  # the same number of marks as at the fourth
             assert drawn[0] == drawn[1]
     assert shown(fourth) == shown(fifth)
 
