@@ -100,7 +100,8 @@ def test_coherent_point_drift_has_one_answer() -> None:
 
 
 def test_the_text_on_who_is_quicker_is_what_was_measured() -> None:
-    """For one small fit ours is the slowest; Open3D is the fastest with wrong pairs; both others win by ten in ICP."""
+    """For one small fit ours is slowest; Open3D is fastest with wrong pairs; in ICP both others are ten times
+    faster."""
     seconds = {task: {module: line["seconds"] for module, line in lines.items()} for task, lines in FOUND.items()}
     assert max(seconds["pairs"], key=lambda module: seconds["pairs"][module]) == "solvers"
     assert min(seconds["wrong"], key=lambda module: seconds["wrong"][module]) == "open3d"

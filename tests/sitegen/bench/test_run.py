@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[3]
     ],
 )
 def test_an_input_waits_for_the_picture_that_shows_it(marks: list[tuple[str, float]], delays: list[float]) -> None:
-    """A picture answers the inputs before it was begun; inputs after that wait for the next picture, merged or not."""
+    """A picture answers the inputs from before it was begun; later ones wait for the next picture, merged or not."""
     assert answered([(f"ladder:{name}", at) for name, at in marks]) == delays
 
 

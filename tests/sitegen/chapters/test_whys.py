@@ -48,7 +48,7 @@ def test_a_kind_that_is_none_is_told_at_its_place(caused: Project, body: str, sa
 
 
 def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(caused: Project) -> None:
-    """As the run recorded them. Before a run, and after an edit of the code, none are shown, and all builds."""
+    """As the run recorded them. Before a run, and after an edit of the code, none are shown, yet builds succeed."""
     shown = ["<strong>the gate</strong>", "as it is", "0.6 u", "3 of 25", "changed", "none", "25 of 25"]
     caused.build()
     before = caused.page("checks-second.html")

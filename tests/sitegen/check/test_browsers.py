@@ -1,5 +1,5 @@
-"""A WebKit driver counts as working if it opens a session, whatever it answers to --version; stand-in programs are
-used. Also: when Chromium's headless shell is used."""
+"""A WebKit driver works if it opens a session, whatever it answers to --version; shown with stand-in programs. Also:
+when Chromium's headless shell is used."""
 
 from __future__ import annotations
 

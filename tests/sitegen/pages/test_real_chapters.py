@@ -1,4 +1,4 @@
-"""Each chapter opens with what it assumes and answers, ends with exercises with computed answers and with five lines,
+"""Each chapter opens with what it assumes and answers, ends with exercises, whose answers are computed, and five lines,
 and leads on. Every table column has a name."""
 
 from __future__ import annotations

@@ -58,7 +58,8 @@ def test_every_method_that_finds_its_own_pairs_is_offered() -> None:
 
 @pytest.mark.parametrize("method", [name for name in OWN if not name.startswith("flow")])
 def test_a_method_does_the_same_in_millimetres_and_on_a_national_grid(method: str) -> None:
-    """With small units or large coordinates, each method finds a turn of 8° to within 3°, without numerical loss."""
+    """In small units or at large coordinates, every method but the learned flows finds a turn of 8° to within 3° and
+    explains more than 0.9 of the points."""
     host = Host()
     for scale, corner in ((0.001, 0.0), (100.0, FAR)):
         source, target, _ = pair(host, scale, corner)

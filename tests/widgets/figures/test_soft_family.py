@@ -1,4 +1,4 @@
-"""The figure of the soft family: shares that add up, circles that show σ, what may rise, effective controls."""
+"""The figure of the soft family: shares that add up, circles of radius σ, what may rise, controls that take effect."""
 
 from __future__ import annotations
 
