@@ -1,4 +1,4 @@
-"""The checkable claims on the map of starts in the chapter 'Correspondences unknown', against the solvers."""
+"""The claims about the map of starts in the chapter 'Correspondences unknown', checked against the solvers."""
 
 from functools import cache
 
@@ -14,14 +14,14 @@ TURNS, OFFSETS = -180.0 + (np.arange(16) + 0.5) * 22.5, (np.arange(12) + 0.5) * 
 
 
 def starts():
-    """12 × 16 starts: an offset for each row, an angle for each column."""
+    """The 12 × 16 starts: one row per offset, one column per angle."""
     turn, offset = np.meshgrid(np.radians(TURNS), OFFSETS)
     return Pose.from_angle(turn, offset[..., None] * ROOM_START_DIRECTION)
 
 
 @cache
 def maps(seed, **options):
-    """Which of the starts reach the truth, (12, 16), every second source point used as in the figure."""
+    """Which of the starts reach the truth, (12, 16), using every second source point as the figure does."""
     scene = room("clean", seed=seed)
     run = solvers.register(scene.source[::2], scene.target, "icp", start=starts(), **options)
     return (metrics.rre(run.pose, scene.truth) < np.radians(5.0)) & (metrics.rte(run.pose, scene.truth) < 0.2)
@@ -29,7 +29,7 @@ def maps(seed, **options):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_without_a_gate_the_angle_decides(seed):
-    """Of 16 angles at least 14 arrive from all offsets or from none; some arrive and some do not."""
+    """For at least 14 of the 16 angles, all offsets arrive or none does; both cases occur."""
     right = maps(seed)
     alike = right.all(axis=0) | ~right.any(axis=0)
     assert alike.sum() >= 14
@@ -38,8 +38,8 @@ def test_without_a_gate_the_angle_decides(seed):
 
 
 def test_all_pairs_bring_moved_starts_together(why):
-    """How far apart starts of one angle lie after ten steps, over how far they did: about a third, with a narrow gate
-    not less than before."""
+    """After ten steps, the spread of starts that share an angle has fallen to about a third; with a gate of 0.5 u it
+    has not fallen."""
     spread = {"none": [], "narrow": []}
     for seed in SEEDS:
         scene = room("clean", seed=seed)
@@ -56,16 +56,16 @@ def test_all_pairs_bring_moved_starts_together(why):
 
 
 def test_a_wide_gate_widens_the_basin_and_a_narrow_one_closes_it():
-    """A gate of 1.5 u lets more of the starts arrive than none in 22 draws or more, one of 0.5 u fewer than half as
-    many in each."""
+    """A gate of 1.5 u lets more starts arrive than no gate does in at least 22 of the 25 draws; a gate of 0.5 u lets
+    fewer than half as many arrive in every draw."""
     none, wide, narrow = (np.array([maps(s, **o).sum() for s in SEEDS]) for o in ({}, {"gate": 1.5}, {"gate": 0.5}))
     assert (wide > none).sum() >= 22
     assert (narrow < 0.5 * none).all()
 
 
 def test_neighbours_end_apart_with_ndt():
-    """Of a lattice of 64 angles and 48 offsets in the first draw: neighbours end in different places, more than 5° or
-    0.2 u apart, in three of four cases with NDT and in fewer than one of five with point to point."""
+    """On a lattice of 64 angles and 48 offsets in the first draw, neighbouring starts end more than 5° or 0.2 u apart
+    in 70 to 80 % of cases with NDT, and in fewer than 20 % with point to point."""
     scene = room("clean", seed=SEEDS[0])
     turn, offset = np.meshgrid(np.radians(-180.0 + (np.arange(64) + 0.5) * 5.625), (np.arange(48) + 0.5) * 0.0625)
     many = Pose.from_angle(turn, offset[..., None] * ROOM_START_DIRECTION)

@@ -1,4 +1,4 @@
-"""Causes that the three chapters on distributions for points name: each test changes that one factor."""
+"""The causes that the three chapters on distributions for points name: each test changes that one factor."""
 
 from dataclasses import replace
 from functools import cache
@@ -16,7 +16,7 @@ from solvers.metrics import rre, rte
 from solvers.scenes.walls import NDT_ROOM, PILLAR, ndt_room, sampled
 
 SEEDS = [40 + 13 * k for k in range(25)]
-FRESH = range(10_000, 10_400)  # draws that no other test has
+FRESH = range(10_000, 10_400)  # seeds that no other test uses
 AT = np.linspace(-1.5, 1.5, 31)
 DOWN_RIGHT = np.array([0.83205, -0.5547])
 CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
@@ -26,8 +26,8 @@ CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
 
 
 def test_the_spacing_of_the_points_decides_which_cells_are_lost(why):
-    """25 draws: cells of 0.3 u cover less than half of the room's points at a spacing of 0.13 u, and more than 95 % at
-    half of that."""
+    """25 draws: cells of 0.3 u cover less than half of the room's points when the points are 0.13 u apart, and more
+    than 95 % at half that spacing."""
     covered = {}
     for spacing in (0.13, 0.065):
         outline = np.vstack([sampled(NDT_ROOM, spacing), sampled(PILLAR, spacing)])
@@ -52,8 +52,8 @@ def total(cells, points):
 
 
 def test_a_ridge_comes_from_the_walls_along_it(why):
-    """25 draws: half a unit along x keeps more than half of the score a point at the truth. Without the scan's points
-    on walls that run along x it keeps less than a quarter, about what half a unit along the diagonals does."""
+    """25 draws: a shift of half a unit along x keeps more than half of the score per point at the truth. Without the
+    scan's points on walls along x it keeps less than a quarter, about as much as half a unit along the diagonals."""
     exact = np.vstack([sampled(NDT_ROOM, 0.16, 0.05, 0.75), sampled(PILLAR, 0.16)])
     step = np.abs(np.gradient(exact, axis=0))
     along = step[:, 0] > step[:, 1]
@@ -91,8 +91,8 @@ def maps(seeds, **changed):
 
 
 def test_the_score_at_the_truth_falls_with_the_scans_noise(why):
-    """Ten draws, σ from 0.03 to 0.2 u: the score at the truth falls by more than half where the scan alone is noisier.
-    Where the target alone is, it rises."""
+    """Ten draws, σ raised from 0.03 to 0.2 u: in the scan alone, the noise more than halves the score at the truth; in
+    the target alone, it raises the score."""
     truth = {name: float(np.mean([f[15, 15] for f in result])) for name, result in maps(SEEDS[:10], noise=0.2).items()}
     why(
         "which cloud has noise of 0.2 u in place of 0.03 u",
@@ -104,8 +104,8 @@ def test_the_score_at_the_truth_falls_with_the_scans_noise(why):
 
 
 def test_the_plain_rises_with_the_targets_outliers(why):
-    """Ten draws with 40 % outliers: the median of the map rises more than threefold where the target alone has them,
-    and by less than a half where the scan alone has."""
+    """Ten draws with 40 % outliers: in the target alone they more than triple the map's median; in the scan alone they
+    raise it by less than a half."""
     fields = maps(SEEDS[:10], outliers=0.4)
     plain = {name: float(np.mean([np.median(field) for field in result])) for name, result in fields.items()}
     why(
@@ -117,8 +117,8 @@ def test_the_plain_rises_with_the_targets_outliers(why):
 
 
 def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
-    """Six draws, 25 starts each, with 40 % outliers: the climbs that arrive are about two thirds as many where the
-    target alone has them, and less than a third as many where the scan alone has."""
+    """Six draws, 25 starts each, 40 % outliers: in the target alone they leave about two thirds of the arrivals, in the
+    scan alone less than a third."""
     ways, counts = np.linspace(-1.4, 1.4, 5), dict.fromkeys(("the scan", "the target", "neither"), 0)
     for seed in SEEDS[:6]:
         usual, other = ndt_room(seed=seed), ndt_room(seed=seed, outliers=0.4)
@@ -134,8 +134,8 @@ def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
 
 
 def test_noise_alone_moves_the_summit_of_the_map(why):
-    """Cells of 1 u, 25 draws, climbs over translations from the truth: they end 0.01 u off on average with noise
-    of 0.03 u, and stay to 0.0001 u without any."""
+    """Cells of 1 u, 25 draws, climbs over translations from the truth: with noise of 0.03 u they end 0.01 u off on
+    average, without noise less than 0.0001 u off."""
     off = {}
     for noise in (0.03, 0.0):
         scenes = [ndt_room(seed=seed, noise=noise) for seed in SEEDS]
@@ -147,8 +147,8 @@ def test_noise_alone_moves_the_summit_of_the_map(why):
 
 
 def test_the_bias_comes_from_where_the_cells_stand(why):
-    """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero, with the grid as it
-    lies and a quarter of a cell to the right, and less than two with it a quarter of a cell to the left."""
+    """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero with the default grid
+    and with the grid a quarter of a cell further right, but less than two with it a quarter of a cell further left."""
     result, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
     for nudge in (0.0, 0.25, -0.25):
         off = []
@@ -180,13 +180,14 @@ def rooms(noise=0.03):
 
 
 def arrived(pose):
-    """How many are within 2° and 0.1 u of the truth, which is the identity."""
+    """How many poses are within 2° and 0.1 u of the truth, which is the identity."""
     truth = Pose.identity(batch=pose.batch)
     return int(((np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)).sum())
 
 
 def climbed(pose, size, wider=1.0):
-    """Where 45 steps lead on cells of one size, all of whose Gaussians are wider by a factor."""
+    """The poses after 45 steps on cells of one size, with every Gaussian widened by a factor, and the share of look-ups
+    at the start that score below 0.01."""
     source, target = rooms()
     problem = Problem(source, target, np.ones(source.shape[:2]), pose, np.arange(len(source)))
     state = ndt.start(problem, ndt.NdtOptions(cells=size, max_shift=0.5, max_turn=0.2))
@@ -203,8 +204,8 @@ START = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
 
 
 def test_the_width_of_the_gaussians_is_the_reach(why):
-    """The figure's start, 25 draws, cells of 0.8 u: with the Gaussians as they are one run arrives, and nine in ten
-    look-ups at the start score below a hundredth. With the same Gaussians eight times as wide all arrive."""
+    """The figure's start, 25 draws, cells of 0.8 u: with the Gaussians as measured one run arrives, and nine in ten
+    look-ups at the start score below a hundredth. With Gaussians eight times as wide all arrive."""
     (usual, faint), (wide, _) = climbed(START, 0.8), climbed(START, 0.8, 8.0)
     why(
         "how wide the Gaussians are, in cells of 0.8 u",
@@ -216,8 +217,8 @@ def test_the_width_of_the_gaussians_is_the_reach(why):
 
 
 def test_narrow_gaussians_take_the_reach_of_large_cells(why):
-    """The same start on cells of 3.2, 1.6 and 0.8 u: all 25 arrive, and at most six where the Gaussians of the first
-    two are a quarter as wide."""
+    """The same start on cells of 3.2, 1.6 and 0.8 u: all 25 arrive, but at most six if the Gaussians of the first two
+    levels are a quarter as wide."""
     counts = []
     for wider in (1.0, 0.25):
         pose = START
@@ -233,8 +234,8 @@ def test_narrow_gaussians_take_the_reach_of_large_cells(why):
 
 
 def test_noise_moves_the_summit_off_the_truth(why):
-    """Started at the truth on cells of 0.8 u: with noise of 0.03 u, 22 of 25 draws leave it for a higher score, without
-    any noise none does."""
+    """Started at the truth on cells of 0.8 u, 22 of 25 draws leave it for a higher score with noise of 0.03 u, and none
+    does without noise."""
     left = {}
     for noise in (0.03, 0.0):
         source, target = rooms(noise)
@@ -247,8 +248,8 @@ def test_noise_moves_the_summit_off_the_truth(why):
 
 
 def test_the_first_level_loses_the_good_start(why):
-    """One grid, 5° and 0.2 u off: the run over 4.8, 2.4 and 1.2 u ends over 10° away, the run over 2.4 and 1.2 u within
-    1°."""
+    """One grid, started 5° and 0.2 u off: the run over 4.8, 2.4 and 1.2 u ends more than 10° away, the run over 2.4 and
+    1.2 u less than 1° away."""
     scene, start = ndt_room(), Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
     off = {}
     for cells in ((4.8, 2.4, 1.2), (2.4, 1.2)):

@@ -1,4 +1,4 @@
-"""Causes that the chapters 'Start here', 'Correspondences known' and '… corrupted' name: each test changes that one."""
+"""The causes that 'Start here', 'Correspondences known' and '… corrupted' name: each test changes that one factor."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ WALLS_FROM, WALLS_TO = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS
 
 
 def nearest_distance(pose, source, target):
-    """The RMS distance from a moved source point to the target point nearest to it."""
+    """The RMS distance from the moved source points to their nearest target points."""
     apart = np.linalg.norm(pose.apply(source)[:, None] - target, axis=2).min(axis=1)
     return float(np.sqrt((apart**2).mean()))
 
 
 def towards_the_source(scans):
-    """Rays of the target's robot towards each source point: their directions, how far the first wall is along them, and
-    how far the point."""
+    """The rays from the target's robot to each source point: their directions, the distance along each to the first
+    wall, and the distance to the point."""
     way = scans.source_pose.apply(scans.source) - scans.target_pose.t
     far = np.linalg.norm(way, axis=1)
     rays = way / far[:, None]
@@ -30,20 +30,20 @@ def towards_the_source(scans):
 
 
 def seen_by_both(scans):
-    """Which points of the source scan the robot of the target scan can see as well."""
+    """Which points of the source scan the target scan's robot can see as well."""
     _, wall, far = towards_the_source(scans)
     return wall > far - 1e-6
 
 
 def measured_at_the_same_spots(scans):
-    """What the target's robot measures of the spots that the source scan measured and both robots see."""
+    """The target robot's measurements at the spots that the source scan measured and both robots see."""
     rays, wall, _ = towards_the_source(scans)
     return scans.target_pose.inverse().apply(scans.target_pose.t + (rays * wall[:, None])[seen_by_both(scans)])
 
 
 def test_hidden_walls_are_part_of_the_distance(why):
     """Ten rooms without noise, at the true pose: leaving out the source points that the other robot cannot see lowers
-    the RMS distance to the nearest points in each, by a quarter or more in the median."""
+    the RMS distance to the nearest points in every room, in the median by more than a quarter."""
     whole, part = [], []
     for seed in SEEDS:
         scans = two_scans(seed=seed, noise=0.0)
@@ -62,8 +62,8 @@ def test_hidden_walls_are_part_of_the_distance(why):
 
 
 def test_different_spots_are_the_rest_of_the_distance(why):
-    """The same ten rooms, of the walls that both see: where the target's rays are cast at the spots that the source
-    measured, the distance at the true pose is rounding error."""
+    """In the same ten rooms, on the walls that both robots see: if the target's rays are cast at the spots that the
+    source measured, only rounding error remains of the distance at the true pose."""
     other, same = [], []
     for seed in SEEDS:
         scans = two_scans(seed=seed, noise=0.0)
@@ -82,8 +82,8 @@ def test_different_spots_are_the_rest_of_the_distance(why):
 
 
 def test_a_thin_cloud_asks_for_reflections(why):
-    """Of 4,000 draws of the noise nearly half ask for a reflection of the mast, none of a mast bowed a hundred times as
-    far."""
+    """In nearly half of 4,000 draws of the noise the mast's best orthogonal fit is a reflection; for a mast bowed a
+    hundred times as far it never is."""
     shares = {}
     for bow in (1.0, 100.0):
         mast = MAST * [bow, 1.0]
@@ -98,8 +98,8 @@ def test_a_thin_cloud_asks_for_reflections(why):
 
 
 def test_guessed_pairs_break_the_valley(why):
-    """The sum of squares of the clean bird by the angle, the centroids on each other, in steps of a quarter degree: one
-    minimum over its pairs, more than twenty over the nearest points of each angle."""
+    """The clean bird's sum of squares over the angle, centroids aligned, in steps of a quarter of a degree: one minimum
+    with its own pairs, more than twenty with the nearest points paired anew at each angle."""
     scene = kabsch_scene("clean")
     p, q = scene.source - scene.source.mean(axis=0), scene.target - scene.target.mean(axis=0)
     turned = Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25)), np.zeros((1440, 2)))
@@ -111,8 +111,8 @@ def test_guessed_pairs_break_the_valley(why):
 
 
 def test_the_sixth_partner_pulls_the_other_way(why):
-    """The bird with five and with six wrong partners: the fit's angle is 35° and 3° off to one side; the sixth alone
-    turns it 15° to the other, and put as far on its opposite side it makes the error 45°."""
+    """With five and with six wrong partners the bird's fit is 35° and 3° off to the same side. The sixth alone turns it
+    15° to the other side; placed equally far on its opposite side, it makes the error 45°."""
     five, six = kabsch_scene("outliers", outliers=5), kabsch_scene("outliers", outliers=6)
     (new,) = np.flatnonzero(six.source_outlier & ~five.source_outlier)
     right = five.truth.apply(five.source)
@@ -136,9 +136,9 @@ def test_the_sixth_partner_pulls_the_other_way(why):
 
 
 def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
-    """Least squares one way and the other, with noise: the scales multiply to less than 0.96. In the mean of 4,000
-    draws a fit whose target alone is noisy has the right scale, one whose source alone is noisy a smaller one. The
-    ratio of the two clouds' spreads takes neither for exact, and the ratios of both ways multiply to one."""
+    """Least-squares scales of noisy clouds, fitted in both directions, multiply to less than 0.96. In the mean of 4,000
+    draws, the fitted scale is right if only the target is noisy, and too small if only the source is. The ratio of the
+    two clouds' spreads treats neither as exact: its values in both directions multiply to one."""
     rng = np.random.default_rng(7)
     source = rng.standard_normal((15, 2)) * [1.0, 2.0]
     exact = Pose.from_angle(2.0, (0.5, -2.0)).apply(source)
@@ -164,7 +164,7 @@ def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
 
 
 def test_wrong_pairs_alone_move_the_optimum(why):
-    """The bird without noise: three wrong partners put the fit more than 5° and 0.3 u off, none leaves it exact."""
+    """On the bird without noise, three wrong partners put the fit more than 5° and 0.3 u off; with none it is exact."""
     errors = []
     for wrong in (3, 0):
         scene = kabsch_scene("outliers", outliers=wrong)
@@ -183,9 +183,9 @@ def test_wrong_pairs_alone_move_the_optimum(why):
 
 
 def squares_miss(moved):
-    """25 draws with some partners moved by `moved(scene, offsets, rng)`: least squares' median errors, u and degrees.
+    """The median errors of least squares, in u and degrees, over 25 draws with offsets `moved(scene, offsets, rng)`.
 
-    offsets: how far each partner lies from where it belongs, (40, 2).
+    offsets: each partner's offset from its right place, (40, 2).
     """
     off = []
     for seed in FRONTS:
@@ -198,15 +198,15 @@ def squares_miss(moved):
 
 
 def scattered(scene, offsets, rng):
-    """The wrong partners as far off as they are, each in a direction of its own."""
+    """The offsets with each wrong partner as far off as before, but in a random direction of its own."""
     ways = rng.uniform(0.0, 2.0 * np.pi, len(offsets))
     away = np.linalg.norm(offsets, axis=1)[:, None] * np.column_stack([np.cos(ways), np.sin(ways)])
     return np.where(scene.target_outlier[:, None], away, offsets)
 
 
 def test_partners_that_lean_to_one_side_move_the_fit(why):
-    """18 of 40 wrong, 25 draws: least squares misses by 1.4 u in the median, and by less than 0.4 u where the same
-    partners are as far off in directions of their own. The angle is less than a third better for it."""
+    """18 of 40 wrong, 25 draws: least squares misses by 1.4 u in the median, but by less than 0.4 u if the wrong
+    partners lie as far off in random directions. The angle improves by less than a third."""
     leaning, spread = squares_miss(lambda scene, offsets, rng: offsets), squares_miss(scattered)
     why(
         "in which directions the 18 wrong partners lie",
@@ -221,7 +221,8 @@ def test_partners_that_lean_to_one_side_move_the_fit(why):
 
 
 def test_many_wrong_partners_move_the_fit(why):
-    """25 draws of the scene: with 18 of 40 wrong least squares misses by 1.4 u in the median, with four by 0.4 u."""
+    """25 draws of the scene: least squares misses by 1.4 u in the median with 18 of 40 wrong, and by 0.4 u with
+    four."""
     misses = []
     for wrong in (18, 4):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in FRONTS]

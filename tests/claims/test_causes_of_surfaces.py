@@ -1,4 +1,4 @@
-"""Causes that the chapter 'A point meets a wall' names: each test changes that one factor."""
+"""The causes that the chapter 'A point meets a wall' names: each test changes that one factor."""
 
 import numpy as np
 import pytest
@@ -14,15 +14,15 @@ ALONG = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)  # the one wall
 
 
 def last_gap(method, spacing=0.1, **options):
-    """How far the end wall still is when a run rests, u: a scan of the corner pushed 0.6 u along its long wall."""
+    """The distance left to the end wall when a run stops, u: a scan of the corner, pushed 0.6 u along its long wall."""
     cloud = sampled(CORNER, spacing)
     result = register(cloud - [0.6, 0.0], cloud, method, max_steps=200, **options)
     return float(0.6 - result.pose.t[0])
 
 
 def test_the_sampling_holds_a_crab(why):
-    """Point pairs come to rest with 0.32 u open where the walls are sampled every 0.2 u, and with half, a quarter
-    and an eighth of that at 0.1, 0.05 and 0.025 u."""
+    """Point pairs stop with 0.32 u left open when the walls are sampled every 0.2 u, and with half, a quarter and an
+    eighth of that at 0.1, 0.05 and 0.025 u."""
     left = {spacing: last_gap("icp", spacing) for spacing in (0.1, 0.2, 0.05, 0.025)}
     why("how densely the walls are sampled", {f"every {h:g} u": f"{gap:.2f} u left open" for h, gap in left.items()})
     assert left[0.2] == pytest.approx(0.32, abs=0.01)
@@ -31,7 +31,8 @@ def test_the_sampling_holds_a_crab(why):
 
 
 def test_a_small_scale_makes_tukey_let_go(why):
-    """The scale from the median leaves Tukey's gap open at 0.6 u; told a scale of 0.3 u, it closes the gap."""
+    """With its scale taken from the median, Tukey leaves the gap open at 0.6 u; with a fixed scale of 0.3 u it closes
+    the gap."""
     usual, report = last_gap("point-to-plane", weight="tukey"), last_gap("point-to-plane", weight="tukey", scale=0.3)
     why(
         "Tukey's scale",
@@ -42,7 +43,7 @@ def test_a_small_scale_makes_tukey_let_go(why):
 
 
 def slides(method, **options):
-    """How far a run goes along the noisy wall, u, in each of 25 draws from one start."""
+    """How far a run moves along the noisy wall, u, in each of 25 draws from one start."""
     start, moved = room_start(15.0, 0.5), []
     for seed in SEEDS:
         scene = single_wall(seed=seed, noise=0.1)
@@ -52,8 +53,8 @@ def slides(method, **options):
 
 
 def test_leaving_the_free_slide_alone_keeps_point_to_plane_still(why):
-    """On the noisy wall point to plane stays within 0.03 u of its start along it, in 25 draws. Told to follow every
-    direction it goes along it by more than 0.6 u, either way, as GICP does."""
+    """On the noisy wall, in 25 draws, point to plane stays within 0.03 u of its start along the wall. If it follows
+    every direction it slides by more than 0.6 u, in either direction, as GICP does."""
     alone, every = slides("point-to-plane", free_below=0.05), slides("point-to-plane", free_below=0.0)
     why(
         "what point to plane does with a direction that is hardly held",
@@ -68,8 +69,8 @@ def test_leaving_the_free_slide_alone_keeps_point_to_plane_still(why):
 
 
 def test_tilted_normals_lower_the_condition_number(why):
-    """The wall with noise of 0.1 u, at the end of a run: with its measured normals the system has a condition number
-    below 100, with the wall's own normal for every pair the slide is free, as it is without noise."""
+    """On the wall with noise of 0.1 u, at the end of a run: with its measured normals the system's condition number is
+    below 100; with the wall's own normal for every pair the slide is free, as it is without noise."""
     scene = single_wall(noise=0.1)
     state = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05).states[0]
     pairing = state.pairing
@@ -96,8 +97,8 @@ def test_tilted_normals_lower_the_condition_number(why):
 
 
 def test_gicp_wanders_because_of_the_noise(why):
-    """On the wall without noise GICP stays within 0.01 u of its start along it; with 0.1 u, it goes by more than 0.6 u,
-    either way, in 25 draws."""
+    """On the wall without noise, GICP stays within 0.01 u of its start along the wall; with noise of 0.1 u, in 25
+    draws, it slides by more than 0.6 u, in either direction."""
     noisy, start, scene = slides("gicp"), room_start(15.0, 0.5), single_wall(noise=0.0)
     pose = register(scene.source, scene.target, "gicp", start=start, max_steps=40).pose
     still = float(ALONG @ (pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))

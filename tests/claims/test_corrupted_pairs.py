@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Correspondences corrupted', against the solvers."""
+"""The claims of the chapter 'Correspondences corrupted', checked against the solvers."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -22,7 +22,7 @@ def solve(scene, **options):
 
 
 def every_trial(scene, separation):
-    """All trials that can be drawn: their rows (k, 2), poses, squared residuals (k, 40), and which drew right pairs."""
+    """All possible trials: their rows (k, 2), poses, squared residuals (k, 40), and whether both pairs are right."""
     rows = np.array(list(combinations(range(len(scene.source)), 2)))
     gaps = [np.linalg.norm(cloud[rows[:, 0]] - cloud[rows[:, 1]], axis=1) for cloud in (scene.source, scene.target)]
     rows = rows[np.minimum(*gaps) >= separation]
@@ -32,7 +32,7 @@ def every_trial(scene, separation):
 
 
 def test_a_wrong_pose_seldom_keeps_its_own_two_pairs():
-    """Of trials that draw a wrong pair, 75 to 80 % leave both drawn pairs beyond ε, none leaves one; others none."""
+    """Of trials with a wrong pair, 75 to 80 % leave both pairs beyond ε, the rest neither; right trials keep both."""
     rows, _, squares, right = every_trial(facade_scene(), 0.7)
     own = np.take_along_axis(squares, rows, axis=1) <= 0.25**2
     assert 0.75 < 1 - own[~right].all(axis=1).mean() < 0.8
@@ -41,8 +41,8 @@ def test_a_wrong_pose_seldom_keeps_its_own_two_pairs():
 
 
 def test_most_trials_gather_three_pairs_at_most():
-    """Of all 650 trials that can be drawn in the figure's scene, more than 60 % have three pairs at most within ε, and
-    25 to 30 % at least 20, of 22 right ones."""
+    """Of the 650 possible trials in the figure's scene, more than 60 % have at most three pairs within ε, and 25 to
+    30 % have at least 20 of 22 right ones."""
     scene = facade_scene()
     _, _, squares, _ = every_trial(scene, 0.7)
     count = (squares <= 0.25**2).sum(axis=1)
@@ -56,7 +56,7 @@ def test_most_trials_gather_three_pairs_at_most():
 
 
 def test_least_squares_translation_has_no_bound():
-    """Of forty pairs, one partner sent off by 10, 10⁴ or 10⁷ u takes the fitted centroid along by a fortieth of it."""
+    """With one of forty partners moved by 10, 10⁴ or 10⁷ u, the fitted centroid moves by a fortieth of that."""
     for away in (10.0, 1e4, 1e7):
         scene = facade_scene(outliers=0.0)
         target = scene.target.copy()
@@ -67,7 +67,7 @@ def test_least_squares_translation_has_no_bound():
 
 
 def test_a_far_partner_turns_the_fit():
-    """The fitted rotation lays the direction from the centroid to a point on the direction to its far partner."""
+    """The fitted rotation turns the direction from the centroid to a point onto the direction to its far partner."""
     scene = facade_scene(outliers=0.0)
     for direction in ((1.0, 0.0), (-0.6, 0.8), (0.0, -1.0)):
         target = scene.target.copy()
@@ -87,8 +87,8 @@ def test_one_wrong_pair_of_forty_does_not_ruin_the_fit():
 
 @pytest.mark.parametrize(("wrong", "degrees", "units"), [(0.45, 2.0, 0.1), (0.8, 3.0, 0.15)])
 def test_consensus_finds_what_least_squares_misses(wrong, degrees, units):
-    """25 draws: the consensus is within 2° and 0.1 u with 18 of 40 wrong (3°, 0.15 u with 32), least squares is not
-    within 0.8 u."""
+    """In each of 25 draws, the consensus is within 2° and 0.1 u with 18 of 40 wrong, and within 3° and 0.15 u with 32;
+    least squares is more than 0.8 u off."""
     for seed in SEEDS:
         scene = facade_scene(seed=seed, outliers=wrong)
         result = solve(scene)
@@ -102,7 +102,7 @@ def test_consensus_finds_what_least_squares_misses(wrong, degrees, units):
 
 
 def test_two_pairs_share_their_disagreement():
-    """The fit of two pairs leaves each half the difference of their two lengths, and nothing else."""
+    """The fit of two pairs leaves each of them a residual of half the difference of their two lengths."""
     rng = np.random.default_rng(5)
     p, q = rng.standard_normal((200, 2, 2)), rng.standard_normal((200, 2, 2))
     left = np.linalg.norm(fit_planar(p, q).pose.apply(p) - q, axis=-1)
@@ -114,8 +114,8 @@ def test_two_pairs_share_their_disagreement():
 
 
 def test_budget_keeps_its_promise_under_its_assumptions():
-    """With independent draws, N trials miss no more often than 1 − p, one fewer more often: by the formula exactly, and
-    in 400,000 draws."""
+    """With independent draws, N trials miss with probability at most 1 − p, and one trial fewer misses more often:
+    exactly by the formula, and in 400,000 draws."""
     rng = np.random.default_rng(2)
     for w, p in ((0.55, 0.9), (0.3, 0.9), (0.7, 0.99)):
         n = int(trials(w, p, 2))
@@ -128,7 +128,7 @@ def test_budget_keeps_its_promise_under_its_assumptions():
 
 
 def test_limits_of_the_budget():
-    """All pairs right: one trial. A fraction that goes to zero: no number is enough."""
+    """If all pairs are right, one trial is enough; as the fraction goes to zero, the budget grows without bound."""
     assert trials(1.0, 0.999999, 2) == 1.0
     assert trials(0.0, 0.5, 2) == np.inf
     asked = [trials(w, 0.99, 2) for w in (0.1, 0.01, 0.001)]
@@ -136,14 +136,14 @@ def test_limits_of_the_budget():
 
 
 def test_halving_the_fraction_takes_four_times_the_trials():
-    """For small w, half of it asks for four times as many trials of two and eight times as many of three."""
+    """For small w, half of it takes four times as many trials of two pairs, and eight times as many of three."""
     for s in (2, 3):
         for w in (0.1, 0.05, 0.02):
             assert trials(w / 2, 0.99, s) / trials(w, 0.99, s) == pytest.approx(2**s, rel=0.02)
 
 
 def test_every_nine_costs_the_same():
-    """Each further nine of the confidence adds the same number of trials, but for rounding up."""
+    """Each extra nine of the confidence adds the same number of trials, apart from rounding up."""
     for w in (0.1, 0.3, 0.55):
         asked = [trials(w, 1 - 0.1**k, 2) for k in range(1, 7)]
         assert np.ptp(np.diff(asked)) <= 1.0
@@ -151,8 +151,8 @@ def test_every_nine_costs_the_same():
 
 
 def test_two_distinct_pairs_are_right_a_little_less_often():
-    """Counted over all draws: k(k−1)/n(n−1), which is w² less w(1−w)/(n−1). Of the draws that RANSAC makes, of two
-    different rows each, that share is clean to a thousandth; w² is six thousandths more."""
+    """Counted over all draws, both pairs are right in k(k−1)/n(n−1) of them, which is w² − w(1−w)/(n−1). RANSAC's
+    draws, two different rows each, match that share to a thousandth; w² is six thousandths more."""
     for n, k in ((40, 22), (40, 8), (40, 2), (10, 5)):
         right = np.arange(n) < k
         both = np.mean([right[i] and right[j] for i, j in combinations(range(n), 2)])
@@ -170,7 +170,7 @@ def test_two_distinct_pairs_are_right_a_little_less_often():
 
 
 def apart(scene):
-    """The scene with its wrong partners on corners that are all different, drawn from the whole front."""
+    """The scene with its wrong partners on distinct corners, drawn from the whole front."""
     target, wrong = scene.target.copy(), np.flatnonzero(scene.target_outlier)
     corners = np.random.default_rng(scene.seed).permutation(len(FACADE))[: len(wrong)]
     target[wrong] = FACADE_TRUTH.apply(FACADE)[corners]
@@ -178,7 +178,7 @@ def apart(scene):
 
 
 def drawn(scenes, separation):
-    """The share of two right pairs among 10,000 draws that RANSAC makes on each scene, none closer than that."""
+    """The share of draws with two right pairs, among RANSAC's 10,000 on each scene; all keep the minimum separation."""
     shares = []
     for scene in scenes:
         asked = {"seed": scene.seed, "separation": separation, "most": 10_000, "max_steps": 0}
@@ -190,8 +190,8 @@ def drawn(scenes, separation):
 
 
 def test_separation_changes_the_odds(why):
-    """Over 25 draws, asking for 0.7 u between the points raises the mean chance of two right pairs from 0.30 to 0.32,
-    counted and among the draws that RANSAC makes. Where no two wrong partners share a corner it stays at 0.30."""
+    """Over 25 draws, requiring 0.7 u between the points raises the mean chance of two right pairs from 0.30 to 0.32,
+    both counted and among RANSAC's own draws. If no two wrong partners share a corner, it stays at 0.30."""
     scenes = [facade_scene(seed=seed) for seed in SEEDS]
     free, piled = (np.mean([every_trial(scene, gap)[3].mean() for scene in scenes]) for gap in (0.0, 0.7))
     alone = np.mean([every_trial(apart(scene), 0.7)[3].mean() for scene in scenes])
@@ -210,7 +210,7 @@ def test_separation_changes_the_odds(why):
 
 
 def test_a_clean_draw_need_not_be_a_good_one():
-    """Over 25 draws, 4 of 5 trials with two right pairs gather 20 of the 22 right ones; 19 of 20 do at 1.5 u apart."""
+    """Over 25 draws, 4 of 5 trials with two right pairs gather 20 of the 22 right ones; at 1.5 u apart, 19 of 20 do."""
 
     def good(separation):
         shares = []
@@ -225,14 +225,14 @@ def test_a_clean_draw_need_not_be_a_good_one():
 
 
 def found_truth(scenes, **options):
-    """In how many scenes a run ends within 2° and 0.15 u of the truth."""
+    """The number of scenes in which a run ends within 2° and 0.15 u of the truth."""
     poses = [(solve(scene, **options).pose, scene.truth) for scene in scenes]
     return sum(bool(rte(*both) < 0.15 and np.degrees(rre(*both)) < 2.0) for both in poses)
 
 
 def test_a_low_confidence_may_do_better_than_it_says(why):
-    """25 draws at 50 %: with the share of right pairs estimated on the way all find the truth; told the true share, a
-    run makes two trials, and 16 find it."""
+    """25 draws at 50 %: if the share of right pairs is estimated along the way, all find the truth; given the true
+    share, a run makes two trials, and 16 find it."""
     scenes, report = [facade_scene(seed=seed) for seed in SEEDS], int(trials(0.55, 0.5, 2))
     guessed = found_truth(scenes, confidence=0.5)
     known = found_truth(scenes, confidence=1 - 1e-12, most=report, per_step=report)
@@ -249,8 +249,8 @@ def test_a_low_confidence_may_do_better_than_it_says(why):
 
 
 def test_contradicting_pairs_let_a_low_confidence_do(why):
-    """18 of 40 wrong, 25 draws at 50 %: where they contradict one another all end at the truth, where they are wrong
-    alike 21 do."""
+    """18 of 40 wrong, 25 draws at 50 %: all end at the truth if the wrong pairs contradict one another, but 21 if they
+    agree."""
     contradict = found_truth([facade_scene(seed=seed) for seed in SEEDS], confidence=0.5)
     alike, _ = outcomes(0.45, 0.5)
     why(
@@ -265,9 +265,8 @@ def test_contradicting_pairs_let_a_low_confidence_do(why):
 
 
 def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
-    """Over 25 draws at ε = 0.1 u, for every trial that can be drawn: the plain least-squares fit of its consensus,
-    which no rule has yet accepted, does not raise the capped sum, and nearly two hundred of them lose a pair or
-    more."""
+    """Over 25 draws at ε = 0.1 u, the plain least-squares fit of each possible trial's consensus, before any acceptance
+    rule, never raises the capped sum, and nearly two hundred of these fits lose a pair or more."""
     fell = 0
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
@@ -276,7 +275,7 @@ def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
         clouds = (np.broadcast_to(cloud, (len(rows), 40, 2)) for cloud in (scene.source, scene.target))
         pose = fit_planar(*clouds, inliers.astype(float)).pose
         refitted = ((pose.apply(scene.source) - scene.target) ** 2).sum(axis=-1)
-        fitted = inliers.sum(axis=1) >= 2  # fewer determine no fit
+        fitted = inliers.sum(axis=1) >= 2  # fewer do not determine a fit
         before, after = (np.minimum(s, 0.1**2).sum(axis=1)[fitted] for s in (squares, refitted))
         assert (after <= before * (1 + 1e-12)).all()
         fell += ((refitted <= 0.1**2).sum(axis=1) < inliers.sum(axis=1))[fitted].sum()
@@ -284,7 +283,7 @@ def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
 
 
 def test_the_stable_consensus_is_its_own_fit():
-    """At the end, the least-squares fit of the pairs within ε is the pose, and the same pairs are within ε of it."""
+    """At the end, the pose is the least-squares fit of the pairs within ε, and exactly these are within ε of it."""
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
         result = solve(scene)
@@ -299,8 +298,8 @@ def test_the_stable_consensus_is_its_own_fit():
 
 
 def test_how_many_right_pairs_lie_within_the_threshold():
-    """At the true pose RANSAC counts a share 1 − exp(−ε²/2σ²) of the right pairs as inliers: of 8,800 in 400 draws of
-    the scene, to 0.015. That is 39 % at ε = σ and 95 % at 2.45 σ."""
+    """At the true pose, RANSAC counts a share 1 − exp(−ε²/2σ²) of the right pairs as inliers, to 0.015 over the 8,800
+    of 400 draws: 39 % at ε = σ and 95 % at 2.45 σ."""
     scenes = [facade_scene(seed=seed) for seed in range(2000, 2400)]
     source, target = (np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target"))
     wrong = np.stack([scene.target_outlier for scene in scenes])
@@ -314,7 +313,7 @@ def test_how_many_right_pairs_lie_within_the_threshold():
 
 
 def test_a_tight_threshold_rejects_right_pairs(why):
-    """ε = 0.04 u at σ = 0.06 u, 25 draws: at least half of the 22 right pairs are lost, and trials grow tenfold."""
+    """ε = 0.04 u at σ = 0.06 u, 25 draws: half of the 22 right pairs or more are lost, and trials grow over tenfold."""
     lost, made, usual = [], [], []
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
@@ -334,8 +333,8 @@ def test_a_tight_threshold_rejects_right_pairs(why):
 
 
 def test_a_wide_threshold_admits_wrong_pairs(why):
-    """ε = 1.25 u, a quarter wrong by one window: all are counted in each of 25 draws, a quarter of a window off, and
-    the RMS over the forty is about half a unit."""
+    """ε = 1.25 u, a quarter of the pairs wrong by one window: in each of 25 draws all pairs are counted, the pose is a
+    quarter of a window off, and the RMS over the forty is about half a unit."""
     runs = []
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.25)
@@ -354,7 +353,7 @@ def test_a_wide_threshold_admits_wrong_pairs(why):
 
 
 def outcomes(wrong, confidence):
-    """In how many of 25 draws the repeated scene ends at the truth, and at the false pose."""
+    """The numbers of draws, of 25, in which the repeated scene ends at the truth and at the false pose."""
     true = false = 0
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=wrong)
@@ -365,7 +364,7 @@ def outcomes(wrong, confidence):
 
 
 def test_confidence_repairs_a_false_minority(why):
-    """With 18 of 40 wrong alike, 50 % confidence takes the false pose in some of 25 draws, and 99 % in none."""
+    """With 18 of 40 wrong alike, 50 % confidence takes the false pose in at least two of 25 draws, 99 % in none."""
     low, high = outcomes(0.45, 0.5), outcomes(0.45, 0.99)
     why("the confidence", {"99 %": f"{high[1]} of 25 end at the false pose", "50 %": f"{low[1]} of 25"})
     assert low[1] >= 2
@@ -373,7 +372,7 @@ def test_confidence_repairs_a_false_minority(why):
 
 
 def test_a_wide_threshold_lets_neighbours_support_one_another(why):
-    """32 of 40 wrong, 25 draws: with ε = 1.6 u none ends within 0.15 u of the truth, with 0.25 u all do."""
+    """32 of 40 wrong, 25 draws: none ends within 0.15 u of the truth with ε = 1.6 u, all do with 0.25 u."""
     scenes = [facade_scene(seed=seed, outliers=0.8) for seed in SEEDS]
     near = {
         epsilon: [rte(solve(scene, inlier=epsilon).pose, scene.truth) < 0.15 for scene in scenes]
@@ -385,14 +384,14 @@ def test_a_wide_threshold_lets_neighbours_support_one_another(why):
 
 
 def test_confidence_confirms_a_false_majority():
-    """With 24 of 40 wrong alike, 50 % finds the truth in a few of 25 draws; 90, 99 and 99.99 % never do."""
+    """With 24 of 40 wrong alike, 50 % finds the truth in at least two of 25 draws; 90, 99 and 99.99 % never do."""
     assert outcomes(0.6, 0.5)[0] >= 2
     for confidence in (0.9, 0.99, 0.9999):
         assert outcomes(0.6, confidence) == (0, 25)
 
 
 def test_the_false_pose_is_the_better_optimum():
-    """With 24 of 40 wrong alike, the lowest capped sum of all trials that can be drawn lies at the false pose."""
+    """With 24 of 40 wrong alike, the lowest capped sum of all possible trials lies at the false pose."""
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.6)
         _, pose, squares, _ = every_trial(scene, 0.7)

@@ -1,4 +1,4 @@
-"""What the chapter on comparing distributions claims: waves, their means, and what the minimum is a minimum of."""
+"""The claims of the chapter on comparing distributions: waves, their means, and where the minimum lies."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def estimate(x, y, length, seed, count):
 
 
 def test_waves_cost_as_much_a_point_however_many(monkeypatch):
-    """The gap of two clouds by 64 waves takes one angle a wave and point: twice the points, twice the angles."""
+    """Comparing two clouds by 64 waves takes one angle per wave and point: twice the points take twice the angles."""
     counts = []
 
     def counting(turns, cos_sin=fourier_features.cos_sin):
@@ -58,7 +58,7 @@ def test_waves_cost_as_much_a_point_however_many(monkeypatch):
 
 @cache
 def ends(lengths, degrees=45.0, distance=1.43, overlap=1.0):
-    """Rotation errors, °, and translation errors, u, of the 25 seeds in the clean room: one batch."""
+    """Rotation errors, °, and translation errors, u, of the 25 seeds in the clean room, as one batch."""
     method, start = METHODS["mmd"], room_start(degrees, distance)
     scenes = [room("clean", seed=seed, overlap=overlap) for seed in SEEDS]
     n = min(len(scene.target) for scene in scenes)
@@ -72,8 +72,8 @@ def ends(lengths, degrees=45.0, distance=1.43, overlap=1.0):
 
 
 def test_only_the_cross_term_knows_the_pose():
-    """The clean room over a full turn and several shifts: exact MMD² plus twice the mean kernel between the clouds is
-    constant. Of 32 waves at ℓ = 1.2 u, the squared length of the source's own mean goes from 0.186 to 0.222."""
+    """In the clean room, over a full turn and several shifts, exact MMD² plus twice the mean kernel between the clouds
+    is constant. With 32 waves at ℓ = 1.2 u, the squared length of the source's own mean ranges from 0.186 to 0.222."""
     scene = room("clean")
     frequencies = unit_frequencies(np.array([40]), 32, 2) / 1.2
     own, sums = [], []
@@ -87,7 +87,7 @@ def test_only_the_cross_term_knows_the_pose():
 
 
 def test_a_shift_turns_the_mean():
-    """The mean of wave ω over a cloud moved by t is the old one times e^(iωᵀt): turned, of the same length."""
+    """The mean of wave ω over a cloud moved by t is the old mean times e^(iωᵀt): turned, with the same length."""
     random = np.random.default_rng(2)
     points, frequencies, shift = random.normal(size=(30, 2)), random.normal(size=(8, 2)), np.array([0.7, -1.9])
     before, after = complex_means(points, frequencies), complex_means(points + shift, frequencies)
@@ -108,8 +108,8 @@ def arrow(*drags):
 
 
 def test_a_drag_turns_the_arrow_and_a_turn_changes_its_length():
-    """In the figure: three drags of the source's middle turn its arrow by more than 20° and leave its length alone; two
-    turns of the source change the length by a tenth or more."""
+    """In the figure, each of three drags of the source's middle turns its arrow by more than 20° and keeps its length;
+    each of two turns of the source changes the length by more than a tenth."""
     before = arrow()
     for place in ((2.0, 1.0), (-1.5, 0.3), (0.4, -1.2)):
         after = arrow(("source", *place))
@@ -120,7 +120,7 @@ def test_a_drag_turns_the_arrow_and_a_turn_changes_its_length():
 
 
 def test_zero_only_for_the_same_cloud():
-    """Exact MMD² over random clouds: never negative, zero for a reordered copy, positive when one point has moved."""
+    """Exact MMD² of random clouds is positive, zero for a reordered copy, and positive again if one point has moved."""
     random = np.random.default_rng(3)
     for _ in range(20):
         x, y = random.normal(size=(12, 2)), random.normal(size=(9, 2))
@@ -132,7 +132,7 @@ def test_zero_only_for_the_same_cloud():
 
 
 def test_more_waves_are_more_faithful(why):
-    """400 draws: on average the exact value, to four standard errors; 16 times the waves, a quarter of the spread."""
+    """400 draws: the mean is the exact value to within four standard errors; 16 times the waves quarter the spread."""
     random = np.random.default_rng(4)
     x, y = random.normal(size=(20, 2)), random.normal(size=(25, 2)) + 0.6
     exact = float(exact_squared_mmd(x, y, 1.0))
@@ -144,7 +144,7 @@ def test_more_waves_are_more_faithful(why):
 
 
 def test_one_wave_cannot_tell_a_crest_from_the_next():
-    """A cloud and its copy shifted by one wavelength along ω have the same mean, and a second wave tells them apart."""
+    """A cloud and its copy shifted by one wavelength along ω have the same mean; a second wave tells them apart."""
     points = np.random.default_rng(5).normal(size=(15, 2))
     waves = np.array([[1.5, -0.4], [0.3, 2.0]])
     shift = 2 * np.pi * waves[0] / (waves[0] @ waves[0])
@@ -154,7 +154,7 @@ def test_one_wave_cannot_tell_a_crest_from_the_next():
 
 
 def test_a_larger_length_scale_is_not_simply_safer(why):
-    """Clean room, 45°, 25 seeds, D = 32: below 5° more often with ℓ = 1.2 u than with 0.3 u, and than with 4 u."""
+    """Clean room, 45°, 25 seeds, D = 32: more runs end below 5° with ℓ = 1.2 u than with 0.3 u or with 4 u."""
     counts = [int((ends((length,))[0] < 5).sum()) for length in (0.3, 1.2, 4.0)]
     messages = {f"{length:g} u": f"{k} of 25 below 5°" for length, k in zip((0.3, 1.2, 4.0), counts, strict=True)}
     why("the length scale", {name: messages[name] for name in ("1.2 u", "0.3 u", "4 u")})
@@ -162,7 +162,7 @@ def test_a_larger_length_scale_is_not_simply_safer(why):
 
 
 def test_a_large_length_scale_leads_to_its_own_minimum():
-    """ℓ = 4 u: all 25 seeds end nearer than 45° and 1.43 u, none below 7°, and within 1° of the end from the truth."""
+    """ℓ = 4 u: all 25 seeds end below 45° and 1.43 u, none below 7°, and within 1° of where runs from the truth end."""
     degrees, units = ends((4.0,))
     assert (degrees < 45).all()
     assert (units < 1.43).all()
@@ -173,8 +173,8 @@ def test_a_large_length_scale_leads_to_its_own_minimum():
 
 
 def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
-    """ℓ = 4 u, started at the truth, 25 seeds: all end more than 7° off. With the target cut where the source ends, all
-    end within 5°."""
+    """ℓ = 4 u, started at the truth, 25 seeds: all end more than 7° off. With the target cut to what the source has
+    seen, all end within 5°."""
     ends_at = {}
     for cut in (False, True):
         degrees = []
@@ -200,7 +200,7 @@ def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
 
 
 def test_a_schedule_does_better_than_a_fixed_length_scale(why):
-    """The same 25 seeds: 2.4, 1.2, 0.6, 0.3 u in turn leaves more of them below 5° and 0.2 u than each alone."""
+    """On the same 25 seeds, 2.4, 1.2, 0.6 and 0.3 u in turn bring more below 5° and 0.2 u than each does alone."""
     placed = {}
     for lengths in (SCHEDULE, *((length,) for length in SCHEDULE)):
         degrees, units = ends(lengths)
@@ -211,8 +211,8 @@ def test_a_schedule_does_better_than_a_fixed_length_scale(why):
 
 
 def test_other_waves_than_gaussian_ones():
-    """The race's MMD-Reg on 'combo' from 45° and 1.43 u, its 25 seeds: 22 placed at least with one draw, or with a draw
-    for each stage, 4 at most with Cauchy frequencies (Laplace's kernel), 20 at least with Laplace frequencies."""
+    """The race's MMD-Reg on 'combo' from 45° and 1.43 u, 25 seeds: at least 22 succeed with one draw of the waves or
+    one per stage, at most 4 with Laplace's kernel (Cauchy frequencies), at least 20 with Laplace frequencies."""
     (contestant,) = contestants(["mmd"])
     others = ({}, {"redraw": True}, {"kernel": "laplace"}, {"kernel": "cauchy"})
     entered = [replace(contestant, options={**contestant.options, **options}) for options in others]
@@ -226,7 +226,7 @@ def test_other_waves_than_gaussian_ones():
 
 
 def test_the_truth_is_not_the_minimum():
-    """In the clean room, 25 seeds, ℓ = 1.2 u: exact MMD² at the truth is positive, and smaller a short shift away."""
+    """In the clean room, 25 seeds, ℓ = 1.2 u: exact MMD² is positive at the truth, and smaller a short shift away."""
     ways = 0.2 * np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=1)
     for seed in SEEDS:
         scene = room("clean", seed=seed)
@@ -236,7 +236,8 @@ def test_the_truth_is_not_the_minimum():
 
 
 def test_missing_overlap_moves_the_minimum(why):
-    """From the truth, 25 seeds, ℓ = 1.2 u: all end below 5° with the whole room in sight, few with 80 % of it."""
+    """From the truth, 25 seeds, ℓ = 1.2 u: all end below 5° if the target sees the whole room, but fewer than ten if it
+    sees only 80 % of it."""
     whole, part = (ends((1.2,), 0.0, 0.0, overlap)[0] for overlap in (1.0, 0.8))
     why(
         "how much of the room the target sees",
@@ -247,7 +248,8 @@ def test_missing_overlap_moves_the_minimum(why):
 
 
 def test_a_small_length_scale_suffers_less_from_missing_overlap(why):
-    """From the truth, 25 seeds, 80 % of the room in the target: with ℓ = 0.3 u all of them end below 5°."""
+    """From the truth, 25 seeds, 80 % of the room in the target: with ℓ = 0.3 u all end below 5°, with 1.2 u fewer than
+    ten."""
     stay = {length: int((ends((length,), 0.0, 0.0, 0.8)[0] < 5).sum()) for length in (0.3, 1.2)}
     why("the length scale, with four fifths seen", {f"{at:g} u": f"{k} of 25 stay within 5°" for at, k in stay.items()})
     assert stay[0.3] == 25

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'A real drive': on 225 recorded scans, for which nobody knows the truth."""
+"""The claims of the chapter 'A real drive', checked on 225 recorded scans whose true poses nobody knows."""
 
 from dataclasses import replace
 from functools import cache
@@ -46,7 +46,7 @@ def loops():
 
 
 def miss(poses):
-    """The median of how far poses miss the loops, metres."""
+    """The median distance by which poses miss the loops, metres."""
     return float(np.median(missed(poses, loops())[0][loops().believed]))
 
 
@@ -55,7 +55,7 @@ def said(metres):
 
 
 def test_what_the_scans_are():
-    """225 scans of 361 beams over half a circle; 11 % of the beams bring no echo, from 10 to 112 of a scan."""
+    """There are 225 scans of 361 beams over half a circle; 11 % of all beams bring no echo, 10 to 112 in each scan."""
     ranges = telecom_loop().ranges
     silent = np.isinf(ranges)
     assert ranges.shape == (225, 361)
@@ -64,9 +64,9 @@ def test_what_the_scans_are():
 
 
 def test_what_a_standing_robot_measures():
-    """While the odometry counts nothing, 12 scans, the spread of a range is 1 cm in the median over the beams that
-    always bring an echo; ten of these vary by more than half a metre; 21 beams bring one only sometimes. The chain of
-    matches moves by less than 1 cm."""
+    """In the first 12 scans the odometry stays at zero. Of the beams that always bring an echo, the median range spread
+    is 1 cm, and ten vary by more than half a metre; 21 beams bring an echo only sometimes. The chain of matches moves
+    by less than 1 cm."""
     drive = telecom_loop()
     assert np.all(drive.motion.t[:12] == 0.0)
     standing = drive.ranges[:12]
@@ -79,8 +79,8 @@ def test_what_a_standing_robot_measures():
 
 
 def test_the_wheels_err_by_their_headings(why):
-    """Odometry misses the loops by 4.8 m in the median. With the turns taken from the matched scans, and its own
-    translations, by less than 0.3 m; with the translations from the scans and its own turns, by more than 4 m."""
+    """Odometry misses the loops by 4.8 m in the median. With the turns of the matched scans and its own translations it
+    misses them by less than 0.3 m; with their translations and its own turns, by more than 4 m."""
     wheels, matched = telecom_loop().motion, chain().motion
     own = miss(chained(wheels))
     turns = miss(chained(Pose(matched.R, wheels.t)))
@@ -99,8 +99,8 @@ def test_the_wheels_err_by_their_headings(why):
 
 
 def test_matches_forwards_and_backwards_agree():
-    """All 224 are believed, with 90 % of the scan explained in the median. Registered the other way round, half of them
-    agree to 3 mm, all to 7 cm and 1.1°."""
+    """All 224 matches are believed and explain 90 % of the scan in the median. Repeated with the scans swapped, they
+    agree to 3 mm in the median, and all of them to 7 cm and 1.1°."""
     result = chain()
     assert result.believed.all()
     assert np.median(result.share[1:]) == pytest.approx(0.9, abs=0.01)
@@ -114,8 +114,8 @@ def test_matches_forwards_and_backwards_agree():
 
 
 def test_a_start_from_the_wheels_keeps_every_link(why):
-    """Started from the odometry, the chain misses the loops by 0.11 m in the median; from no motion at all by 0.7 m,
-    where three of 224 links end more than 10 cm from those."""
+    """Started from the odometry, the chain misses the loops by 0.11 m in the median. Started from no motion, it misses
+    them by 0.7 m, and three of 224 links end more than 10 cm from the others."""
     drive = telecom_loop()
     rest = scan_to_scan(scans(), drive.motion, prediction="rest")
     apart = np.linalg.norm(chain().motion.inverse().compose(rest.motion).t, axis=1)
@@ -129,7 +129,7 @@ def test_a_start_from_the_wheels_keeps_every_link(why):
 
 
 def left_out(chain, loops, halves):
-    """How far the loops that are no edges are missed when the others are, for two choices of the edges."""
+    """How far the loops left out of the graph are missed once the others are closed, for two choices of the edges."""
     shifts, turns = [], []
     for edges in halves:
         used = np.zeros(len(loops.source), dtype=bool)
@@ -147,9 +147,9 @@ def every_second(loops):
 
 
 def test_loops_between_the_edges_close_as_well():
-    """All 55 candidates are accepted. With every second one as an edge, the 27 between, which were missed by 0.11 m,
-    are missed by less than 4 mm in the median, the worst by less than 1.5 cm and 0.15°; so are the 28 with the others
-    as edges."""
+    """All 55 candidates are accepted. With every second one as an edge, the 27 between them, missed by 0.11 m before,
+    are missed by less than 4 mm in the median and by less than 1.5 cm and 0.15° at worst; so are the other 28, with the
+    roles swapped."""
     assert (loops().believed.sum(), len(loops().source)) == (55, 55)
     before = missed(chain().poses, loops())[0]
     assert 0.1 < np.median(before[1::2]) < 0.115
@@ -162,7 +162,7 @@ def test_loops_between_the_edges_close_as_well():
 
 
 def test_loops_far_from_the_edges_close_less_well():
-    """With the first half of the loops as edges, or the second, the rest are missed by up to 5.1 cm and 0.4°."""
+    """With just the first or the second half of the loops as edges, the rest are missed by up to 5.1 cm and 0.4°."""
     rows = np.flatnonzero(loops().believed)
     shifts, turns = left_out(chain(), loops(), (rows[:27], rows[27:]))
     assert max(shift.max() for shift in shifts) == pytest.approx(0.051, abs=0.002)
@@ -174,8 +174,8 @@ def of_single_scans(scans, chain):
 
 
 def test_single_scans_from_aside_measure_a_loop_worse(why):
-    """Matched to single scans, three of the loops left out are missed by more than 3 cm or 0.2°, the worst by 5.5 cm
-    and 0.37°; matched to small maps none."""
+    """If loops are matched to single scans, three of those left out are missed by more than 3 cm or 0.2°, at worst by
+    5.5 cm and 0.37°; if they are matched to small maps, none is."""
     count, worst = {}, {}
     for name, result in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
         shift, turn = map(np.concatenate, left_out(chain(), result, every_second(result)))
@@ -187,8 +187,9 @@ def test_single_scans_from_aside_measure_a_loop_worse(why):
 
 
 def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
-    """Half degrees registered to whole degrees of the same scan, both ways, over the robot's speed: 13.5 ± 1.2 ms later
-    by the translation, 10.5 ± 1.5 ms by the turn. A turn of the mirror takes 13.3 ms. Straightened both are 0."""
+    """Registering the half degrees to the whole degrees of the same scan, both ways, and dividing by the robot's speed
+    shows the half degrees 13.5 ± 1.2 ms later by the translation and 10.5 ± 1.5 ms by the turn. A turn of the mirror
+    takes 13.3 ms. In straightened scans both are 0."""
     late = delays_of(replace(telecom_loop(), delays=None))
     assert late[0] == pytest.approx([13.5e-3, 1.2e-3], abs=0.2e-3)
     assert late[1] == pytest.approx([10.5e-3, 1.5e-3], abs=0.2e-3)
@@ -197,14 +198,14 @@ def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
 
 
 def delays_of(drive):
-    """By translations and by turns: how much later the half degrees are seen than the whole ones, s, and the standard
-    deviation of that."""
+    """By translations and by turns: how much later the half degrees are seen than the whole ones, in s, and the
+    standard deviation of that."""
     n = len(drive.ranges)
     whole, half = drive.ranges.copy(), drive.ranges.copy()
     whole[:, 1::2] = half[:, ::2] = np.inf
     motion = Pose(np.tile(drive.motion.R, (2, 1, 1)), np.tile(drive.motion.t, (2, 1)))
     both = prepare(replace(
-        drive, seconds=np.concatenate([drive.seconds, drive.seconds + 1e9]),  # so that no speed is of both
+        drive, seconds=np.concatenate([drive.seconds, drive.seconds + 1e9]),  # so that no speed spans both halves
         motion=motion, ranges=np.concatenate([whole, half]),
     ))  # fmt: skip
     k, none = np.arange(n), Pose.identity(batch=(n,))
@@ -220,8 +221,8 @@ def delays_of(drive):
 
 
 def test_loops_of_scans_as_recorded_disagree_more(why):
-    """As if all beams were sent at once, χ² is 1.8 to 2.1 times as large in the closed graph, and two of the loops left
-    out are missed by more than 0.2°."""
+    """If all beams of a scan are taken as sent at once, the closed graph's χ² per loop is 1.8 to 2.1 times as large,
+    and two of the loops left out are missed by more than 3 cm or 0.2°."""
     still = prepare(replace(telecom_loop(), delays=None))
     links = scan_to_scan(still, telecom_loop().motion)
     recorded = verified(still, links.poses, *candidates(links.poses))
@@ -237,7 +238,7 @@ def test_loops_of_scans_as_recorded_disagree_more(why):
 
 @cache
 def with_wrong(kernel):
-    """The poses with the wrong loop among the edges, how far from those without, and its weight."""
+    """How far the wrong loop, added as an edge, moves a pose at most, in metres, and the weight it keeps."""
     edges, robust = edges_of(chain(), loops())
     later, earlier = WRONG
     edges = Edges(
@@ -252,8 +253,8 @@ def with_wrong(kernel):
 
 
 def test_least_squares_gives_a_wrong_loop_nearly_its_way():
-    """Two scans 7.2 m apart, of which an edge says that they stand in one place, are left 0.2 m apart. For that most of
-    the 224 links change by more than 5 mm, and half of those between the two by less than 2 cm."""
+    """An edge claims that two scans 7.2 m apart were taken in one place; least squares leaves them 0.2 m apart. For
+    that, most of the 224 links change by more than 5 mm, and half of those between the two by less than 2 cm."""
     closed = {wrong: table().way("closed", "none", wrong) for wrong in (False, True)}
     later, earlier = WRONG
     apart, links = {}, {}
@@ -269,8 +270,8 @@ def test_least_squares_gives_a_wrong_loop_nearly_its_way():
 
 
 def test_a_kernel_lets_go_of_the_wrong_loop(why):
-    """One wrong loop beside 55 right ones takes a pose 7 m away; with Huber's kernel a quarter of a metre, with
-    Cauchy's less than a centimetre."""
+    """One wrong loop beside 55 right ones moves a pose by 7 m; with Huber's kernel by a quarter of a metre, with
+    Cauchy's by less than a centimetre."""
     off = {kernel: with_wrong(kernel)[0] for kernel in ("none", "huber", "cauchy")}
     words = {"none": "none", "huber": "Huber", "cauchy": "Cauchy"}
     why("the kernel", {words[k]: f"a pose {v:.3f} m away" for k, v in off.items()})
@@ -281,9 +282,8 @@ def test_a_kernel_lets_go_of_the_wrong_loop(why):
 
 
 def test_a_kernel_believes_a_chain_that_is_wrong(why):
-    """Matches that start from the motion before have one link that is 1.1 m off. Cauchy's kernel then leaves 19 of 49
-    right loops less than a tenth of their weight; on the chain that starts from the odometry it leaves all of them
-    more."""
+    """Matches started from the previous motion get one link wrong by 1.1 m. Cauchy's kernel then leaves 19 of 49 right
+    loops less than a tenth of their weight; on the chain started from the odometry, every loop keeps more."""
     wrong = scan_to_scan(scans(), telecom_loop().motion, prediction="velocity")
     apart = np.linalg.norm(chain().motion.inverse().compose(wrong.motion).t, axis=1)
     assert (apart > 0.1).sum() == 1
@@ -299,8 +299,8 @@ def test_a_kernel_believes_a_chain_that_is_wrong(why):
 
 
 def test_a_map_drifts_less_than_a_scan(why):
-    """Matched to the last keyframe alone the loops are missed by 0.11 m, to a map of the last eight by 0.03 m,
-    in the median."""
+    """Matched to the last keyframe alone, the poses miss the loops by 0.11 m in the median; matched to a map of the
+    last eight, by 0.03 m."""
     motion = telecom_loop().motion
     alone, eight = (miss(scan_to_map(scans(), motion, length=length).poses) for length in (1, 8))
     why("keyframes in the map", {"eight": f"missed by {eight:.3f} m", "one": f"missed by {alone:.3f} m"})

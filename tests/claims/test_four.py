@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Four representations', against the solvers."""
+"""The claims of the chapter 'Four representations', checked against the solvers."""
 
 import json
 from pathlib import Path
@@ -40,15 +40,15 @@ def close(turn, shift):
 
 @pytest.mark.parametrize("name", ["clean", "noisy"])
 def test_from_60_degrees_all_four_arrive(name):
-    """On five draws each of the four ends within 5° and 0.2 u of the truth."""
+    """On each of five draws, all four methods end within 5° and 0.2 u of the truth."""
     for method in FOUR:
         _, _, turn, shift = ended(method, scenes(name))
         assert close(turn, shift).all(), method
 
 
 def test_cpds_cloud_shrinks_at_first_and_comes_back():
-    """CPD's first step from 60° leaves a cloud of about a third of the size; at the end it is within 2 % of the truth.
-    From 90° the first steps leave less than a twentieth."""
+    """From 60°, CPD's first step shrinks the cloud to about a third of its size; at the end its size is right to 2 %.
+    From 90° it falls below a twentieth on the way."""
     starts = [fish_start()]
     first = scene_poses(advance(begin_walk("cpd", [fish()], starts)), starts)
     assert 0.3 < float(first.scale[0]) < 0.4
@@ -58,8 +58,9 @@ def test_cpds_cloud_shrinks_at_first_and_comes_back():
 
 
 def test_the_scale_falls_deepest_near_a_right_angle():
-    """CPD in the clean scene from 90°, 85°, 60° and 180°: the least scale on the way is larger, the farther the
-    start is from a right angle; the last is 0.99 where it ends within 1° of the truth, 0.96 half a turn off."""
+    """CPD in the clean scene from 90°, 85°, 60° and 180°: the further the start is from a right angle, the larger the
+    smallest scale on the way. The last scale is 0.99 in runs that end within 1° of the truth, and 0.96 in those half a
+    turn off."""
     least, last, off = [], [], []
     for angle in (90.0, 85.0, 60.0, 180.0):
         starts = [fish_start(angle)]
@@ -74,7 +75,7 @@ def test_the_scale_falls_deepest_near_a_right_angle():
 
 
 def test_cpd_forgets_how_far_away_it_began():
-    """From shifts of 0.8, 2.3 and 4.5 u CPD ends in the same place, to 0.1° and 0.01 u, on three draws."""
+    """Started 0.8, 2.3 and 4.5 u away, CPD ends in the same place to 0.1° and 0.01 u, on three draws."""
     drawn = scenes(seeds=(40, 53, 66), name="noisy")
     poses = [ended("cpd", drawn, shift=shift)[1] for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
     for other in poses[1:]:
@@ -84,7 +85,7 @@ def test_cpd_forgets_how_far_away_it_began():
 
 def test_a_wide_first_sigma_makes_cpd_forget(why):
     """From the same shifts, on three draws: rigid CPD, whose scale is fixed, ends in the same place to 0.1° and 0.01 u,
-    as CPD with a scale does. With a first σ of 0.05 u neither does: two ends lie more than 4 u apart."""
+    as does CPD with a scale. With a first σ of 0.05 u neither does: their ends lie up to more than 4 u apart."""
     drawn = scenes(seeds=(40, 53, 66), name="noisy")
     source, target = (np.stack([getattr(scene, name) for scene in drawn]) for name in ("source", "target"))
     apart = {}
@@ -102,9 +103,9 @@ def test_a_wide_first_sigma_makes_cpd_forget(why):
 
 
 def test_a_wide_first_sigma_spreads_cpds_shares(why):
-    """At the first step from 60° in the clean scene: by the entropy of its shares a fixed point belongs to over 120
-    moving ones, with a first σ of 0.05 u to fewer than three. The wide σ puts the soft targets at less than half of the
-    fixed points' RMS distance from the middle."""
+    """First step from 60°, clean scene: by the entropy of its shares, a fixed point belongs to more than 120 moving
+    points, but to fewer than three with a first σ of 0.05 u. Under the wide σ, the soft targets' RMS distance from the
+    middle is less than half that of the fixed points."""
     scene, moved = fish(), fish_start().apply(fish().source)
     usual = float(begin_walk("cpd", [scene], [fish_start()]).state().sigma[0])
     squares = np.square(scene.target[:, None] - moved).sum(axis=-1)
@@ -128,8 +129,8 @@ def rms(offsets):
 
 
 def test_clutter_is_sought_among_the_observations():
-    """Junk in the fixed cloud goes to CPD's clutter, junk in the moving cloud to FilterReg's: more than 85 % of it, and
-    less than 5 % of the rest. CPD names no moving junk; such a component just gets little responsibility."""
+    """CPD's clutter takes more than 85 % of the junk in the fixed cloud and less than 5 % of the rest; FilterReg's does
+    so in the moving cloud. CPD does not mark moving junk; such a component just gets little responsibility."""
     fixed = scenes("clutter", clutter=(0.0, 0.2))
     share = 1.0 - ended("cpd", fixed)[0].state().row
     junk = np.array([scene.target_outlier for scene in fixed])
@@ -146,8 +147,8 @@ def test_clutter_is_sought_among_the_observations():
 
 
 def test_mmd_has_no_place_for_clutter(why):
-    """Even from the truth, with a fifth of the fixed cloud junk, MMD-Reg ends farther off than CPD and FilterReg on the
-    median of five draws, by more than four times; without junk it ends within 0.1°."""
+    """With a fifth of the fixed cloud junk, MMD-Reg, even started at the truth, ends more than four times as far off as
+    CPD and FilterReg, in the median of five draws; without junk it ends within 0.1°."""
     junk = scenes("clutter", noise=0.0, clutter=(0.0, 0.2))
     off = {method: np.median(ended(method, junk, 0.0, (0.0, 0.0))[2]) for method in ("cpd", "filterreg", "mmd")}
     clean = ended("mmd", scenes(), 0.0, (0.0, 0.0))[2]
@@ -161,7 +162,7 @@ def test_mmd_has_no_place_for_clutter(why):
 
 @pytest.mark.parametrize("name", ["clean", "noisy", "clutter"])
 def test_only_cpd_finds_the_size(name):
-    """With the moving cloud 15 % smaller CPD's scale ends within 2 % of 1/0.85 on five draws, the others' is 1."""
+    """With the moving cloud 15 % smaller, CPD's scale ends within 2 % of 1/0.85 on five draws; the others keep 1."""
     drawn = scenes(name, smaller=True)
     assert ended("cpd", drawn)[1].scale == pytest.approx(1.0 / SMALLER, rel=0.02)
     for method in ("filterreg", "mmd", "flow"):
@@ -169,8 +170,8 @@ def test_only_cpd_finds_the_size(name):
 
 
 def test_a_size_that_is_not_sought_costs_the_rest(why):
-    """In the clean scene the switch takes the median translation error of MMD-Reg and of the flow to more than five
-    times what it was, and leaves CPD's where it was."""
+    """In the clean scene, making the moving cloud 15 % smaller multiplies the median translation error of MMD-Reg and
+    of the flow by more than five, and CPD's by less than 1.3."""
     ratio, errors = {}, []
     for method in ("mmd", "flow", "cpd"):
         same, smaller = (np.median(ended(method, scenes(smaller=flag))[3]) for flag in (False, True))
@@ -183,7 +184,8 @@ def test_a_size_that_is_not_sought_costs_the_rest(why):
 
 
 def test_at_a_quarter_turn_they_part():
-    """From 90° in the clean scene the flow arrives on all three draws, CPD and FilterReg on none. From 120° nobody."""
+    """In the clean scene, the flow arrives on all three draws from 90°, CPD and FilterReg on none. From 120° none
+    does."""
     arrived = {}
     for degrees in (90.0, 120.0):
         for method in FOUR:
@@ -207,8 +209,8 @@ def test_from_a_quarter_turn_mixtures_find_the_other_way_round(why):
 
 
 def test_a_stop_says_nothing_of_the_place():
-    """From 150° CPD and MMD-Reg say that they have converged, and the flow that it has finished, on five draws, all
-    more than 10° off."""
+    """From 150°, on all five draws, CPD and MMD-Reg report that they have converged and the flow that it has finished,
+    yet all end more than 10° off."""
     for method, status in (("cpd", Status.CONVERGED), ("mmd", Status.CONVERGED), ("flow", Status.FINISHED)):
         batch, _, turn, _ = ended(method, scenes(), 150.0)
         assert (batch.state().status == status).all()
@@ -216,8 +218,8 @@ def test_a_stop_says_nothing_of_the_place():
 
 
 def test_the_first_euler_step_does_nearly_all():
-    """After one of its ten steps, from pure noise, the flow is within 3° on five clean draws; the other nine turn the
-    pose by less than 2°."""
+    """Starting from pure noise, the flow is within 3° after the first of its ten steps, on five clean draws; the other
+    nine turn the pose by less than 2°."""
     drawn, starts = scenes(), [fish_start()] * 5
     first = scene_poses(advance(begin_walk("flow", drawn, starts)), starts)
     assert np.degrees(rre(first, drawn[0].truth)).max() < 3.0
@@ -225,8 +227,8 @@ def test_the_first_euler_step_does_nearly_all():
 
 
 def test_projection_changes_little_here():
-    """Ten steps with and without the projection end within 0.5° of each other on five clean draws from 60°, not at one
-    pose, and within 2° of the truth."""
+    """On five clean draws from 60°, ten steps with the projection and ten without end within 0.5° of each other, though
+    not at the same pose, and within 2° of the truth."""
     drawn = scenes()
     with_, without = (ended("flow", drawn, project=flag)[1] for flag in (True, False))
     assert np.degrees(rre(with_, without)).min() > 0.01
@@ -235,7 +237,7 @@ def test_projection_changes_little_here():
 
 
 def test_rigid_copies_prove_nothing():
-    """With clutter, from 150°: some run that is more than 90° off has a smaller rigidity residual than some run from
+    """With clutter, some run from 150° that ends more than 90° off has a smaller rigidity residual than some run from
     60° that is right."""
     drawn = scenes("clutter", seeds=range(40, 40 + 13 * 8, 13))
     (near, _, right, _), (far, _, wrong, _) = (ended("flow", drawn, degrees) for degrees in (60.0, 150.0))
@@ -243,8 +245,8 @@ def test_rigid_copies_prove_nothing():
 
 
 def test_how_a_cloud_is_turned_matters_to_the_flow(why):
-    """The same two clouds, one handed over at 60° and at 150°: within 5° of the truth the first time, beyond 10° the
-    second, on five draws. CPD's failure from there is half a turn instead, to 5°."""
+    """The same two clouds on five draws: with one given to the flow at 60°, it ends within 5° of the truth; at 150°,
+    beyond 10°. CPD fails from 150° too, but by half a turn, to 5°."""
     near, far = ended("flow", scenes())[2], ended("flow", scenes(), 150.0)[2]
     message = f"{far.min():.0f}° off or more", f"{near.max():.0f}° off or less"
     why("how the clouds are handed over", {"at 150°": message[0], "at 60°": message[1]})
@@ -264,8 +266,8 @@ def test_mmd_keeps_96_numbers_however_many_points():
 
 
 def test_a_finer_filter_holds_more():
-    """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end: finer cells
-    for a smaller σ."""
+    """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end, since a
+    smaller σ needs finer cells."""
     first = begin_walk("filterreg", [fish()], [fish_start()]).state()
     last = ended("filterreg", [fish()])[0].state()
     assert len(first.filters[0].codes) < 1000
@@ -274,7 +276,7 @@ def test_a_finer_filter_holds_more():
 
 
 def test_clutter_in_both_clouds_costs_the_flow_most(why):
-    """A fifth of both clouds junk, twelve draws from 60°: CPD arrives on all, the flow on at most ten."""
+    """With a fifth of both clouds junk, on twelve draws from 60°, CPD arrives on all, the flow on at most ten."""
     drawn = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13))
     arrived = {method: int(close(*ended(method, drawn)[2:]).sum()) for method in ("cpd", "flow")}
     clean = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13), clutter=(0.0, 0.0))
@@ -286,7 +288,8 @@ def test_clutter_in_both_clouds_costs_the_flow_most(why):
 
 
 def trainings(count):
-    """By variant and kind of scene: a count of the study that is kept, and of the one after a second training."""
+    """By variant and kind of scene: a count from the kept training, that from the second one, and the number of
+    scenes."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     assert log["again"]["seed"] != log["seed"]
     kept, again = (
@@ -298,20 +301,22 @@ def trainings(count):
 
 
 def test_a_second_training_finds_as_many_rotations():
-    """As `train --check` noted: in every kind of scene, for every variant, rotations found to 5°."""
+    """As `train --check` recorded: the two trainings' counts of rotations found to 5° differ by at most 15 % of the
+    scenes, in every kind of scene, for every variant."""
     for key, (one, other, of) in trainings("turned").items():
         assert abs(one - other) <= 0.15 * of, key
 
 
 def test_a_second_training_places_more():
-    """The flow from the source, on scenes of its own kind: rotation to 5° and shift to 0.1 radii."""
+    """Rotation to 5° and shift to 0.1 radii: on scenes of its own kind the flow from the source places 82 of 200 after
+    the first training and 148 after the second; the other variants' counts differ by at most 15 % of the scenes."""
     assert trainings("placed")["flow-from-source", "in distribution"] == (82, 148, 200)
     for (variant, kind), (one, other, of) in trainings("placed").items():
         assert variant == "flow-from-source" or abs(one - other) <= 0.15 * of, kind
 
 
 def test_in_the_room_the_flow_ends_just_beside_the_truth():
-    """From the true pose on the room of the start page: less than 1° and between 0.2 u and 0.22 u off."""
+    """Started at the true pose in the start page's room, the flow ends less than 1° but 0.2 u to 0.22 u off."""
     course = made("flow", SEED, NOISE, 1.0).course(0.0)
     assert course.rotation < 1.0
     assert 0.2 < course.translation < 0.22

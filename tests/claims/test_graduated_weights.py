@@ -1,4 +1,4 @@
-"""The checkable claims about graduated non-convexity, the method of 'Correspondences corrupted' that draws nothing."""
+"""The claims about graduated non-convexity, the method in 'Correspondences corrupted' that draws no samples."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def near_truth(pose, scene):
 
 
 def scattered(scene):
-    """The target with every wrong partner turned about its right place by an angle of its own."""
+    """The target with every wrong partner turned about its right place by a random angle of its own."""
     home = FACADE_TRUTH.apply(FACADE)
     turn = Pose.from_angle(np.random.default_rng(scene.seed).uniform(-np.pi, np.pi, len(home)))
     way = (turn.R @ (scene.target - home)[..., None])[..., 0]
@@ -35,8 +35,8 @@ def scattered(scene):
 
 
 def test_graduated_weights_end_where_ransac_does():
-    """18 of 40 wrong, 25 draws: the same pose as RANSAC's after its refit, to rounding, near the truth, in 15 to 26
-    fits."""
+    """18 of 40 wrong, 25 draws: after 15 to 26 fits the pose is near the truth, and equals RANSAC's refitted pose up to
+    rounding."""
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
         result, drawn = graduated(scene), consensus(scene)
@@ -46,8 +46,8 @@ def test_graduated_weights_end_where_ransac_does():
 
 
 def test_graduated_weights_break_down_before_ransac():
-    """25 draws, right within 3° and 0.15 u: all with 20 of 40 wrong, 14 with 28, two with 32, where RANSAC is right in
-    all; the eleven misses with 28 wrong all say that they converged."""
+    """25 draws, right within 3° and 0.15 u: all are with 20 of 40 wrong, 14 with 28, two with 32, while RANSAC is right
+    in all of them. The eleven misses with 28 wrong all report that they converged."""
     right = {}
     for wrong in (20, 28, 32):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in SEEDS]
@@ -62,8 +62,8 @@ def test_graduated_weights_break_down_before_ransac():
 
 
 def test_partners_that_lean_mislead_graduated_weights(why):
-    """32 of 40 wrong, 25 draws: right in two where the wrong partners lie to the right, and in 23 where each is as far
-    off in a direction of its own."""
+    """32 of 40 wrong, 25 draws: two end right if all wrong partners lie to the right, and 23 if each lies as far off in
+    a random direction of its own."""
     scenes = [facade_scene(seed=seed, outliers=0.8) for seed in SEEDS]
     leaning = sum(near_truth(graduated(scene).pose, scene) for scene in scenes)
     spread = sum(near_truth(graduated(scene, scattered(scene)).pose, scene) for scene in scenes)
@@ -76,7 +76,7 @@ def test_partners_that_lean_mislead_graduated_weights(why):
 
 
 def test_graduated_weights_follow_a_false_majority():
-    """24 of 40 wrong alike, 25 draws: each ends at the pose that is one window off."""
+    """With 24 of 40 wrong alike, each of 25 draws ends at the pose that is one window off."""
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.6)
         assert rte(graduated(scene).pose, FALSE_POSE) < 0.2

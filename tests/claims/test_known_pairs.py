@@ -1,4 +1,4 @@
-"""The checkable claims of the chapters 'Start here' and 'Correspondences known', against the solvers."""
+"""The claims of the chapters 'Start here' and 'Correspondences known', checked against the solvers."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def rotation_3d(rng):
 
 
 def noisy_pairs(n, d, seed=7, noise=0.3):
-    """Random pairs in d dimensions: a source, and a target that is the source moved and disturbed."""
+    """Random pairs in d dimensions: a source, the same points moved by the truth and given noise, and the truth."""
     rng = np.random.default_rng(seed)
     source = rng.standard_normal((n, d)) * np.arange(1.0, d + 1.0)
     truth = Pose(rotation_3d(rng), (0.5, -2.0, 1.0)) if d == 3 else Pose.from_angle(2.0, (0.5, -2.0))
@@ -25,7 +25,7 @@ def noisy_pairs(n, d, seed=7, noise=0.3):
 
 
 def draws(points, truth, sigma, count, seed=11):
-    """`count` targets: the points moved by the truth, each coordinate with a Gaussian error of deviation sigma."""
+    """`count` targets: the points moved by the truth, with Gaussian noise of deviation sigma in each coordinate."""
     rng = np.random.default_rng(seed)
     return truth.apply(points) + sigma * rng.standard_normal((count, *points.shape))
 
@@ -39,7 +39,7 @@ def squares(pose, source, target):
 
 
 def test_transform_between_scans():
-    """The transform from source to target coordinates is the target pose's inverse after the source pose."""
+    """The transform from source to target coordinates is the source pose followed by the inverse of the target pose."""
     at_target, at_source = Pose.from_angle(0.4, (1.0, 2.0)), Pose.from_angle(1.3, (-0.5, 3.0))
     world = np.random.default_rng(1).standard_normal((20, 2))
     source_scan, target_scan = at_source.inverse().apply(world), at_target.inverse().apply(world)
@@ -56,7 +56,7 @@ def test_transform_is_the_robots_motion():
 
 
 def test_translation_error_depends_on_the_origin():
-    """Of one and the same estimate, the rotation error does not depend on the origin, the translation error does."""
+    """For the same estimate, the translation error depends on the choice of origin; the rotation error does not."""
     truth, estimate = Pose.from_angle(0.5, (1.0, 0.0)), Pose.from_angle(0.6, (1.0, 0.0))
     shift = Pose.from_angle(0.0, (30.0, 0.0))
     moved = [shift.compose(pose).compose(shift.inverse()) for pose in (estimate, truth)]
@@ -67,13 +67,13 @@ def test_translation_error_depends_on_the_origin():
 
 
 def nearest_distance(pose, source, target):
-    """The RMS distance from a moved source point to the target point nearest to it, as ICP has it before a step."""
+    """The RMS distance from the moved source points to their nearest target points, as ICP finds it before a step."""
     return register(source, target, "icp", start=pose, max_steps=0).detail("pairing").rms
 
 
 def test_nearest_distance_is_not_the_error():
-    """Even without noise, the distance to the nearest points is not zero at the true pose, and up to a tenth smaller
-    right beside it, within 0.06 u in x and y, in each of ten draws."""
+    """Even without noise, in each of ten draws, the distance to the nearest points is above zero at the true pose, and
+    smaller, by at most a tenth, at some pose within 0.06 u of it in x and y."""
     for seed in range(40, 40 + 13 * 10, 13):
         scans = two_scans(seed=seed, noise=0.0)
         at_truth = nearest_distance(scans.truth, scans.source, scans.target)
@@ -91,7 +91,7 @@ def test_nearest_distance_is_not_the_error():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_centroids_coincide(d):
-    """At the optimum the moved source's weighted centroid lies on the target's, noise and weights or not."""
+    """At the optimum the moved source's weighted centroid coincides with the target's, even with noise and weights."""
     source, target, _ = noisy_pairs(20, d)
     w = np.random.default_rng(3).uniform(0.0, 2.0, 20)
     pose = fit_rigid(source, target, w).pose
@@ -100,7 +100,7 @@ def test_centroids_coincide(d):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_only_sums_matter(d):
-    """The fit depends on the pairs and their weights only through sums that one pass over them collects."""
+    """The fit depends on the pairs and their weights only through sums that one pass over them can collect."""
     source, target, _ = noisy_pairs(300, d)
     weights = np.random.default_rng(3).uniform(0.0, 2.0, 300)
     n, sum_p, sum_q, sum_pq = 0, np.zeros(d), np.zeros(d), np.zeros((d, d))
@@ -119,7 +119,7 @@ def test_only_sums_matter(d):
 
 
 def test_one_valley_over_the_angle():
-    """With the translation eliminated, the planar objective is one cosine in the angle: one minimum, no other dip."""
+    """With the translation eliminated, the planar objective is a single cosine of the angle, with a single minimum."""
     source, target, _ = noisy_pairs(9, 2, noise=1.5)
     fit = fit_planar(source, target)
     p, q = source - source.mean(axis=0), target - target.mean(axis=0)
@@ -135,7 +135,7 @@ def test_one_valley_over_the_angle():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_price_of_staying_a_rotation(d):
-    """Where a reflection would be the best orthogonal matrix, the fit costs 4 λ_d more, and no rotation costs less."""
+    """When the best orthogonal matrix is a reflection, the best rotation costs 4 λ_d more, and the fit finds it."""
     source, target, _ = noisy_pairs(10, d, noise=0.1)
     target[:, 0] *= -1.0
     proper, free = fit_rigid(source, target), fit_rigid(source, target, proper=False)
@@ -151,7 +151,8 @@ def test_price_of_staying_a_rotation(d):
 
 
 def test_noise_alone_can_ask_for_a_reflection():
-    """Of a cloud far thinner than its noise, nearly half of the draws ask for a reflection; of the bird, none does."""
+    """For a cloud far thinner than its noise, a reflection fits best in nearly half of all draws, for the bird in
+    none."""
     thin = fit_rigid(MAST, draws(MAST, KABSCH_TRUTH, 0.12, 4000))
     bird = fit_rigid(BIRD, draws(BIRD, KABSCH_TRUTH, 0.12, 4000))
     assert 0.42 < np.mean(thin.determinant == -1) < 0.5
@@ -159,8 +160,8 @@ def test_noise_alone_can_ask_for_a_reflection():
 
 
 def test_the_scene_shows_the_draw_that_leans_towards_the_reflection():
-    """Of 1,000 draws of the scene more than nine in ten ask for a reflection, not all; of their mirror images across
-    the mast none does."""
+    """In more than nine in ten of the scene's 1,000 draws, but not in all, a reflection fits best; in their mirror
+    images across the mast it never does."""
     scenes = [kabsch_scene("would-reflect", seed=seed) for seed in range(1000)]
     noise = np.stack([s.target for s in scenes]) - KABSCH_TRUTH.apply(MAST)
     across = KABSCH_TRUTH.R[:, 0]
@@ -171,7 +172,8 @@ def test_the_scene_shows_the_draw_that_leans_towards_the_reflection():
 
 
 def test_rotation_is_good_where_the_reflection_wins():
-    """In the scene that would reflect, the rotation is a few degrees from the truth and its residual hardly larger."""
+    """In the scene 'would-reflect', the rotation is less than 5° off and costs under a tenth more than the
+    reflection."""
     scene = kabsch_scene("would-reflect")
     proper, free = (fit_rigid(scene.source, scene.target, proper=kept) for kept in (True, False))
     assert np.linalg.det(free.pose.R) < 0.0
@@ -195,8 +197,8 @@ def test_start_plays_no_part(d):
 
 
 def test_two_points_are_enough_in_the_plane():
-    """Two pairs of distinct points determine a planar pose; one pair, or two equal points, leave no more than a move
-    of the one point onto the other."""
+    """Two pairs of distinct points determine a planar pose; one pair, or two equal points, only determine a move of the
+    one point onto the other."""
     truth = Pose.from_angle(2.5, (1.0, 1.0))
     two = np.array([(0.0, 0.0), (1.0, 0.5)])
     np.testing.assert_allclose(fit_rigid(two, truth.apply(two)).pose.matrix, truth.matrix, atol=1e-12)
@@ -208,7 +210,7 @@ def test_two_points_are_enough_in_the_plane():
 
 
 def test_three_noncollinear_points_are_enough_in_space():
-    """Three noncollinear pairs determine a pose in space; collinear ones, however many, do not."""
+    """Three noncollinear pairs determine a pose in space; collinear pairs, however many, do not."""
     rng = np.random.default_rng(4)
     truth = Pose(rotation_3d(rng), (1.0, 2.0, 3.0))
     three = rng.standard_normal((3, 3))
@@ -220,8 +222,8 @@ def test_three_noncollinear_points_are_enough_in_space():
 
 
 def test_collinear_points_leave_one_rotation_free():
-    """On collinear points in space the solver's poses, turned about their line by any angle, all have the same
-    residuals, with noise as without, and the fit says that this rotation is free."""
+    """For collinear points in space, with and without noise, turning the solver's pose about their line by any angle
+    leaves all residuals unchanged, and the fit reports that this rotation is free."""
     rng = np.random.default_rng(4)
     truth = Pose(rotation_3d(rng), (1.0, 2.0, 3.0))
     axis = np.array([1.0, 2.0, -1.0]) / np.sqrt(6.0)
@@ -241,7 +243,7 @@ def test_collinear_points_leave_one_rotation_free():
 
 
 def test_residual_at_the_optimum_is_below_that_at_the_truth():
-    """With noise or wrong pairs the minimum lies elsewhere than the truth, and its residual is the smaller one."""
+    """With noise or wrong pairs the minimum is not at the truth, and its residual is smaller than the truth's."""
     for name in ("noisy", "outliers", "would-reflect"):
         for seed in range(40, 40 + 13 * 25, 13):
             scene = kabsch_scene(name, seed=seed)
@@ -262,7 +264,7 @@ def test_expected_residual(d, free):
 
 
 def test_noise_of_both_clouds_adds():
-    """Isotropic noise on both clouds gives the residual of one noise whose variance is the sum."""
+    """Isotropic noise on both clouds leaves the same residual as noise on one with the sum of their variances."""
     rng = np.random.default_rng(9)
     target = draws(BIRD, KABSCH_TRUTH, 0.04, 20_000)
     source = BIRD + 0.03 * rng.standard_normal(target.shape)
@@ -272,7 +274,7 @@ def test_noise_of_both_clouds_adds():
 
 
 def test_fitted_scale_takes_one_more_square():
-    """Fitting the scale as well lowers the expected sum of squares by one more σ²."""
+    """Fitting the scale as well lowers the expected sum of squares by another σ²."""
     target = draws(BIRD, KABSCH_TRUTH, 0.05, 20_000)
     costs = fit_rigid(BIRD, target, scale=True).cost
     standard_error = costs.std() / np.sqrt(len(costs))
@@ -280,7 +282,7 @@ def test_fitted_scale_takes_one_more_square():
 
 
 def test_two_pairs_leave_one_square():
-    """Two pairs leave one degree of freedom to the residual: half the difference of the two lengths, at each pair."""
+    """Two pairs leave the residual one degree of freedom: each pair keeps half the difference of the two lengths."""
     source, target = np.array([(0.0, 0.0), (2.0, 0.0)]), np.array([(1.0, 1.0), (1.0, 3.4)])
     pose = fit_rigid(source, target).pose
     np.testing.assert_allclose(metrics.residuals(pose, source, target), 0.2, atol=1e-12)
@@ -291,7 +293,7 @@ def test_two_pairs_leave_one_square():
 
 
 def test_spread_of_the_angle():
-    """The fitted angle scatters with σ / √Σ‖p̃‖², the centroid with σ / √n a coordinate."""
+    """The fitted angle has a standard deviation of σ / √Σ‖p̃‖², the centroid one of σ / √n per coordinate."""
     sigma, n = 0.05, len(BIRD)
     pose = fit_rigid(BIRD, draws(BIRD, KABSCH_TRUTH, sigma, 20_000)).pose
     p = BIRD - BIRD.mean(axis=0)
@@ -323,8 +325,8 @@ def test_a_wrong_pair_pulls_in_proportion():
 
 
 def test_one_wrong_pair_among_many_is_bounded_by_its_distance():
-    """A thousand pairs, each in turn with its partner displaced by 1 u in a direction of its own: the fit moves the
-    points by one to two thousandths of a unit, root mean square."""
+    """Of a thousand pairs, each in turn has its partner displaced by 1 u in a random direction: each time the fit moves
+    the points by one to two thousandths of a unit (RMS)."""
     rng = np.random.default_rng(10)
     source = rng.uniform(-3.0, 3.0, (1000, 2))
     target, moved = KABSCH_TRUTH.apply(source), []
@@ -338,7 +340,8 @@ def test_one_wrong_pair_among_many_is_bounded_by_its_distance():
 
 
 def test_partners_wrong_alike_hide_one_another():
-    """Six of thirteen partners shifted alike, with noise: some right pair is left farther apart than some wrong one."""
+    """With noise and six of thirteen partners shifted alike, the fit leaves some right pair with a larger residual than
+    some wrong one in more than 90 % of draws."""
     wrong = np.arange(13) % 2 == 1
     target = draws(BIRD, KABSCH_TRUTH, 0.12, 200)
     target[:, wrong] += (1.5, 0.0)
@@ -347,8 +350,8 @@ def test_partners_wrong_alike_hide_one_another():
 
 
 def test_far_wrong_partners_show_in_the_largest_residual():
-    """25 draws with one to three far and unrelated wrong partners: the largest residual belongs to one of them in all;
-    the largest residuals, as many as are wrong, are theirs in 25, 21 and 19."""
+    """In all 25 draws with one to three far, unrelated wrong partners, the largest residual belongs to one of them; the
+    one, two or three largest are exactly theirs in 25, 21 and 19 draws."""
     all_shown = dict.fromkeys((1, 2, 3), 0)
     for wrong in all_shown:
         for seed in range(40, 40 + 13 * 25, 13):
@@ -370,7 +373,7 @@ def test_enough_wrong_pairs_reflect_a_bird():
 
 
 def test_rotation_is_the_same_with_scale():
-    """Fitting a scale changes neither the rotation nor the coincidence of the centroids."""
+    """Fitting a scale as well leaves the rotation unchanged, and the centroids still coincide."""
     source, target, _ = noisy_pairs(15, 3)
     rigid, similar = fit_rigid(source, 1.7 * target), fit_rigid(source, 1.7 * target, scale=True)
     np.testing.assert_allclose(rigid.pose.R, similar.pose.R, atol=1e-12)
@@ -378,7 +381,7 @@ def test_rotation_is_the_same_with_scale():
 
 
 def test_scale_of_the_swapped_problem_is_not_the_inverse():
-    """Swapping the clouds inverts the fitted rotation but not the scale: with noise the two multiply to less than 1."""
+    """Swapping noisy clouds inverts the fitted rotation but not the scale: the two scales multiply to less than 1."""
     source, target, _ = noisy_pairs(15, 2)
     there, back = fit_rigid(source, target, scale=True), fit_rigid(target, source, scale=True)
     np.testing.assert_allclose(there.pose.R @ back.pose.R, np.eye(2), atol=1e-12)

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'The landscape', against the solvers."""
+"""The claims of the chapter 'The landscape', checked against the solvers."""
 
 from itertools import pairwise
 
@@ -30,20 +30,20 @@ def mmd(scene, length, draw=40, count=32):
 
 
 def deepest(field):
-    """The tile of the figure's map where the objective is lowest, and how many minima the map has."""
+    """The lowest tile of the figure's map, and how many minima the map has."""
     values = field.grid(AT, AT)
     row, column = np.unravel_index(values.argmin(), values.shape)
     return np.array([AT[column], AT[row]]), minima(values)
 
 
 def basin(field):
-    """Of the 49 sown starts, how many descend to the place that a descent from the deepest tile ends at."""
+    """How many of the 49 sown starts descend to the same place as the deepest tile does."""
     ends = field.path(np.vstack([deepest(field)[0], LATTICE])).points[-1]
     return int((np.hypot(*(ends[1:] - ends[0]).T) < 0.2).sum())
 
 
 def test_neither_is_convex(scene):
-    """Both are bounded over the whole plane, and on some segment the middle lies above both ends."""
+    """Both objectives are bounded over the whole plane, and each has a segment whose middle lies above both ends."""
     rng = np.random.default_rng(1)
     a, b = rng.uniform(-40.0, 40.0, (2, 2000, 2))
     for field, bound in ((mmd(scene, 0.6), 4.0), (capped_field(scene.source, scene.target, 1.0), 1.0)):
@@ -54,8 +54,8 @@ def test_neither_is_convex(scene):
 
 
 def test_false_minima_stay_when_the_rotation_is_free(scene):
-    """Each of the two wrong ends of the first figure, descended on in three parameters at the same length scale, moves
-    by less than 0.1 u and turns by less than 3°, to where it is lower and the run comes to rest."""
+    """From each of the first figure's two wrong ends, a descent in all three parameters at the same length scale goes
+    down, converges, and moves by less than 0.1 u and 3°."""
     ends = mmd(scene, 0.6).path(LATTICE).points[-1]
     wrong = np.unique(np.round(ends[np.hypot(*ends.T) > 0.5], 2), axis=0)
     assert len(wrong) == 2
@@ -70,7 +70,7 @@ def test_false_minima_stay_when_the_rotation_is_free(scene):
 
 
 def test_a_larger_length_scale_often_leaves_fewer_minima(scene, why):
-    """Ten draws of 32 frequencies: more than one minimum in nine at ℓ = 0.3 u, in six at 0.6 u, in none at 1.2 u."""
+    """Of ten draws of 32 frequencies, nine have more than one minimum at ℓ = 0.3 u, six at 0.6 u, none at 1.2 u."""
     several = [sum(deepest(mmd(scene, length, draw))[1] > 1 for draw in DRAWS) for length in (0.3, 0.6, 1.2)]
     at = ("0.3 u", "0.6 u", "1.2 u")
     why("the length scale", {at[k]: f"{several[k]} of ten draws have several minima" for k in (2, 1, 0)})
@@ -78,13 +78,13 @@ def test_a_larger_length_scale_often_leaves_fewer_minima(scene, why):
 
 
 def test_a_larger_length_scale_can_shrink_the_basin(scene):
-    """One draw: of 49 starts, 38 reach the deepest place at ℓ = 0.5 u and 20 at ℓ = 0.6 u."""
+    """In one draw, 38 of 49 starts reach the deepest place at ℓ = 0.5 u, but only 20 at ℓ = 0.6 u."""
     assert [basin(mmd(scene, length, draw=44)) for length in (0.5, 0.6)] == [38, 20]
 
 
 def test_a_large_length_scale_moves_the_minimum(scene, why):
-    """At ℓ = 2.4 u and 128 frequencies the only minimum is 0.35 to 0.45 u off, in each of ten draws; if the target ends
-    where the source does, it is within 0.03 u of the truth in each."""
+    """At ℓ = 2.4 u with 128 frequencies, the only minimum is 0.35 to 0.45 u off in each of ten draws; with the target
+    cut to what the source has seen, it is within 0.03 u of the truth."""
     ends = np.array([mmd(scene, 2.4, draw, 128).path(np.zeros(2)).points[-1] for draw in DRAWS])
     seen, cut = overlapping(scene), []
     for draw in DRAWS:
@@ -103,7 +103,7 @@ def test_a_large_length_scale_moves_the_minimum(scene, why):
 
 
 def test_resampling_moves_the_minima(scene):
-    """Ten draws of 32 frequencies at ℓ = 0.6 u: between one and four minima, and basins of 20 to 49 of 49 starts."""
+    """Ten draws of 32 frequencies at ℓ = 0.6 u have one to four minima, and basins of 20 to 49 of 49 starts."""
     fields = [mmd(scene, 0.6, draw) for draw in DRAWS]
     counts, basins = [deepest(f)[1] for f in fields], [basin(f) for f in fields]
     assert (min(counts), max(counts)) == (1, 4)
@@ -111,8 +111,8 @@ def test_resampling_moves_the_minima(scene):
 
 
 def test_more_frequencies_agree_on_the_deepest_place(scene, why):
-    """Ten draws at ℓ = 0.6 u: with 128 frequencies the deepest tile is the same in all, with 8, some lie more than
-    0.4 u apart."""
+    """Ten draws at ℓ = 0.6 u: with 128 frequencies they all share the deepest tile; with 8, some of their deepest tiles
+    lie more than 0.4 u apart."""
     spread = {}
     for count in (128, 8):
         lowest = np.array([deepest(mmd(scene, 0.6, draw, count))[0] for draw in DRAWS])
@@ -123,8 +123,9 @@ def test_more_frequencies_agree_on_the_deepest_place(scene, why):
 
 
 def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
-    """In two draws of the noisy room with τ = 0.3 u there are shifts that keep at most four pairs within reach and have
-    a smaller mean over these than the truth over its own; the mean over all points is over four times larger there."""
+    """In each of two draws of the noisy room with τ = 0.3 u, some shift keeps at most four pairs within reach and has a
+    smaller mean over them than the truth has over its own; the capped mean over all points is more than four times
+    larger there."""
     for seed in (40, 53):
         scene = room("noise", seed=seed)
         field = capped_field(scene.source, scene.target, 0.3)
@@ -145,7 +146,7 @@ def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
 
 
 def test_kinks_point_upwards(scene):
-    """Along a line the capped objective is continuous, and where its slope jumps it jumps down: a ridge, no pit."""
+    """Along a line the capped objective is continuous, and its slope jumps only downwards: into ridges, not pits."""
     field = capped_field(scene.source, scene.target, 0.6)
     x = np.linspace(-1.0, 1.0, 10001)
     values = field.values(np.stack([x, np.full_like(x, 0.3)], axis=1))
@@ -157,8 +158,8 @@ def test_kinks_point_upwards(scene):
 
 
 def test_the_capped_slope_is_the_mean_offset(scene):
-    """Between switches the gradient is −(2/M) Σ of the offsets of the pairs within τ, against central differences; it
-    is not zero anywhere on a lattice over the window, and far away, where no pair is within τ, it is."""
+    """Between switches the gradient is −(2/M) Σ of the offsets of the pairs within τ, as central differences confirm.
+    It is not zero anywhere on a lattice over the window, but it is far away, where no pair is within τ."""
     field, M = capped_field(scene.source, scene.target, 0.6), len(scene.source)
     for shift in LATTICE + 0.013:
         offsets = scene.target[None] - (scene.source + shift)[:, None]
@@ -173,8 +174,8 @@ def test_the_capped_slope_is_the_mean_offset(scene):
 
 
 def test_a_wider_cap_leaves_fewer_minima_but_not_at_every_step(scene, why):
-    """At all 29 positions of the slider, 0.2 to 3 u: from 197 minima on the map down to one from 2.1 u on. Three steps
-    to a wider cap have one more: 0.7 to 0.8 u, 1.1 to 1.2 u and 1.4 to 1.5 u."""
+    """Over the slider's 29 positions, 0.2 to 3 u, the map's minima fall from 197 to one, which is reached at 2.1 u.
+    Three steps to a wider cap add one: 0.7 to 0.8 u, 1.1 to 1.2 u and 1.4 to 1.5 u."""
     tenths = range(2, 31)
     counts = {t: deepest(capped_field(scene.source, scene.target, t / 10))[1] for t in tenths}
     why("the cap", {f"{t / 10:g} u": f"{counts[t]} minima" for t in (20, 10, 3, 2)})
@@ -185,16 +186,16 @@ def test_a_wider_cap_leaves_fewer_minima_but_not_at_every_step(scene, why):
 
 
 def overlapping(scene):
-    """The target's points, in order along the outline, from the first to the last that has a source point near."""
+    """The target's points, in order along the outline, from the first to the last that has a source point nearby."""
     near = np.linalg.norm(scene.target[:, None] - scene.source, axis=2).min(axis=1) < 0.15
     first, last = np.flatnonzero(near)[[0, -1]]
     return scene.target[first : last + 1]
 
 
 def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances(why):
-    """A room sampled ever more thinly, six draws: the lowest MMD² tile (ℓ = 0.6 u, 128 frequencies) lies over 0.5 u
-    from the truth, that of the capped distances (τ = 1 u) within 0.1 u. Cut the target where the source ends, which
-    takes over a sixth of its points, and MMD's is within 0.1 u as well."""
+    """Six draws of a room sampled ever more thinly: the lowest MMD² tile (ℓ = 0.6 u, 128 frequencies) lies over 0.5 u
+    from the truth, the lowest tile of the capped distances (τ = 1 u) within 0.1 u. With the target cut where the source
+    ends, which removes over a sixth of its points, the MMD² tile is within 0.1 u too."""
     frequencies = unit_frequencies(np.array([40]), 128, 2)[0] / 0.6
     scenes = [room("gradient", seed=seed) for seed in range(40, 40 + 6 * 13, 13)]
     whole = [np.hypot(*deepest(mmd(scene, 0.6, 40, 128))[0]) for scene in scenes]

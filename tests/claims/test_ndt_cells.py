@@ -1,4 +1,4 @@
-"""Chapter 4a: what a cell's Gaussian keeps of a scan, and what it forgets."""
+"""Chapter 4a: what a cell's Gaussian keeps of a scan, and what it loses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SEEDS = [40 + 13 * k for k in range(25)]
 
 
 def one_cell(points: np.ndarray, size: float = 10.0) -> NdtMap:
-    """The map of points that all lie in one cell, whose corner is at (−size/2, −size/2)."""
+    """The map of points that all lie in one cell, with its corner at (−size/2, −size/2)."""
     return build(points[None], size, offset=np.full(2, -size / 2))
 
 
@@ -24,7 +24,7 @@ def eigenvalues(points: np.ndarray) -> np.ndarray:
 
 
 def evenly(length: float, n: int) -> np.ndarray:
-    """n places in the middles of n equal parts of a length that starts at 0."""
+    """The midpoints of n equal parts of a length that starts at 0."""
     return (np.arange(n) + 0.5) * length / n
 
 
@@ -36,7 +36,7 @@ def corner(arm: float, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize("length", [0.4, 1.0, 3.0])
 def test_the_long_axis_of_a_wall_says_how_much_of_it_the_cell_holds(length):
-    """An evenly sampled straight wall of length L without noise: λ₁ = L²/12 (1 − 1/n²), λ₂ = 0."""
+    """For an evenly sampled straight wall of length L without noise, λ₁ = L²/12 (1 − 1/n²) and λ₂ = 0."""
     n, turn = 60, np.array([np.cos(0.7), np.sin(0.7)])
     low, high = eigenvalues((evenly(length, n) - length / 2)[:, None] * turn)
     assert high == pytest.approx(length**2 / 12 * (1 - 1 / n**2), rel=1e-9)
@@ -44,8 +44,8 @@ def test_the_long_axis_of_a_wall_says_how_much_of_it_the_cell_holds(length):
 
 
 def test_the_short_axis_of_a_wall_is_its_noise():
-    """Across a straight wall, over 5,000 draws, the variance of n points is σ² (n − 1)/n on average, and that along the
-    short axis, which is fitted to the same points, σ² (n − 2)/n: of four points, half of σ²."""
+    """Over 5,000 draws, the variance of n points across a straight wall is σ² (n − 1)/n on average, and along the short
+    axis, which is fitted to the same points, σ² (n − 2)/n: for four points, half of σ²."""
     rng, sigma = np.random.default_rng(40), 0.05
     for n in (4, 8):
         along = np.broadcast_to(evenly(2.0, n) - 1.0, (5000, n))
@@ -57,14 +57,14 @@ def test_the_short_axis_of_a_wall_is_its_noise():
 
 @pytest.mark.parametrize("arm", [0.5, 1.0])
 def test_a_corner_has_a_width_without_any_noise(arm):
-    """Two arms of length a: λ₁ = a²/6 along the line that joins their ends, λ₂ = a²/24 across it, σ = 0."""
+    """Two arms of length a, without noise: λ₁ = a²/6 along the line joining their ends, λ₂ = a²/24 across it."""
     low, high = eigenvalues(corner(arm, 400))
     assert [low, high] == pytest.approx([arm**2 / 24, arm**2 / 6], rel=1e-4)
 
 
 def test_the_best_place_in_a_corner_is_on_neither_wall():
-    """The highest score of a single point is at the mean, a/4 from both walls; the corner itself scores
-    e^(−3/2), less than a quarter of it."""
+    """A single point scores highest at the mean, a/4 from both walls; in the corner itself it scores e^(−3/2), less
+    than a quarter of that."""
     arm = 1.0
     cells = one_cell(corner(arm, 400))
     at = np.linspace(-0.5, 1.5, 401)
@@ -76,7 +76,7 @@ def test_the_best_place_in_a_corner_is_on_neither_wall():
 
 
 def test_two_walls_in_a_cell_become_one_between_them():
-    """Parallel walls d apart: the variance across them is d²/4, and midway, where there is nothing, scores one."""
+    """Parallel walls d apart: the variance across them is d²/4, and a point in the empty middle scores one."""
     d, along = 0.8, evenly(1.0, 50) - 0.5
     walls = np.vstack([np.column_stack([along, np.full(50, side * d / 2)]) for side in (-1, 1)])
     cells = one_cell(walls)
@@ -86,7 +86,7 @@ def test_two_walls_in_a_cell_become_one_between_them():
 
 
 def test_equal_moments_are_one_map():
-    """The outline of a square, and a cross of four heaps of points with its mean and covariance: the same Gaussian."""
+    """The outline of a square and a cross of four heaps with the same mean and covariance give the same Gaussian."""
     side = evenly(1.0, 25) - 0.5
     low, high = np.full(25, -0.5), np.full(25, 0.5)
     square = np.vstack([np.column_stack(p) for p in ((side, low), (side, high), (low, side), (high, side))])
@@ -99,8 +99,8 @@ def test_equal_moments_are_one_map():
 
 
 def test_small_cells_lose_points():
-    """25 draws of the room: cells of 1 u cover more than 99 % of its points, of 0.4 u fewer than 90 %, of 0.3 u fewer
-    than half."""
+    """25 draws of the room: cells of 1 u cover more than 99 % of its points, cells of 0.4 u less than 90 %, cells of
+    0.3 u less than half."""
 
     def covered(size: float) -> float:
         parts = []
@@ -116,7 +116,7 @@ def test_small_cells_lose_points():
 
 
 def test_a_larger_cell_adds_the_scatter_of_the_means():
-    """Four cells merged into one: its covariance is their weighted mean plus the covariance of their means."""
+    """The covariance of merged cells is the weighted mean of theirs plus the covariance of their means."""
     target = ndt_room(noise=0.2).target
     small, large = build(target[None], 0.9), build(target[None], 1.8)
     compared = 0
@@ -134,8 +134,8 @@ def test_a_larger_cell_adds_the_scatter_of_the_means():
 
 
 def test_a_nudge_by_a_whole_cell_changes_nothing_and_by_half_a_cell_the_map():
-    """Moved by h the same cells come out; moved by h/2 the same points make other Gaussians: along x, along y and along
-    both, in five draws."""
+    """Shifting the grid by h gives the same cells; by h/2, the same points make different Gaussians: along x, along y
+    and along both, in five draws."""
     for seed in range(40, 40 + 13 * 5, 13):
         target = ndt_room(seed=seed).target
         for way in np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]):
@@ -148,7 +148,7 @@ def test_a_nudge_by_a_whole_cell_changes_nothing_and_by_half_a_cell_the_map():
 
 
 def test_without_noise_the_floor_decides_how_sharp_a_wall_is():
-    """Straight walls measured exactly: λ₂ is raised to λ₁/1000, so the ellipse is √1000 times as long as wide."""
+    """For exactly measured straight walls, λ₂ is raised to λ₁/1000, so the ellipse is √1000 times as long as wide."""
     cells = build(ndt_room(noise=0.0).target[None], 1.0)
     kept = cells.kept[0]
     low, _ = np.linalg.eigvalsh(cells.covariance[0][kept]).T

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Climb', against the solvers."""
+"""The claims of the chapter 'Climb', checked against the solvers."""
 
 import numpy as np
 import pytest
@@ -25,26 +25,27 @@ def draws():
 
 
 def arrived(pose):
-    """Within 2° and 0.1 u of the truth, which is the identity."""
+    """Whether each pose is within 2° and 0.1 u of the truth, which is the identity."""
     truth = Pose.identity(batch=pose.batch)
     return (np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)
 
 
 def around(centre, degrees, distance, count=16):
-    """Starts on a circle about the truth, their centroid `distance` away, turned about it to either side in turn."""
+    """Starts on a circle: their centroid `distance` from the true one, turned by `degrees` to alternate sides."""
     way = np.arange(count) * 2 * np.pi / count
     R = Pose.from_angle(np.where(np.arange(count) % 2, 1.0, -1.0) * np.radians(degrees)).R
     return Pose(R, centre + distance * np.stack([np.cos(way), np.sin(way)], axis=1) - R @ centre)
 
 
 def hessians(cells, which, moved, radius):
-    """Gradients and Hessians by (tx, ty, ρφ) of moved clouds (k, m, 2), all on the map of one cloud."""
+    """Gradients and Hessians with respect to (tx, ty, ρφ) of moved clouds (k, m, 2), all on one cloud's map."""
     score = evaluate(cells, moved, moved.mean(axis=1), np.full(len(moved), which))
     return ndt.scaled(score.gradient, score.hessian, np.full(len(moved), radius))
 
 
 def test_the_score_jumps_at_a_border():
-    """A scan moved by 10⁻⁹ u over a cell's border changes its score by more than 0.01, elsewhere by less than 10⁻⁶."""
+    """A shift of 10⁻⁹ u changes a scan's score by more than 0.01 across a cell's border, elsewhere by less than
+    10⁻⁶."""
     scene = ndt_room()
     cells = ndt_map.build(scene.target[None], 0.8, grids=4)
     x = np.linspace(0.0, 0.1, 401)
@@ -79,7 +80,8 @@ def test_beyond_one_sigma_the_curvature_is_negative():
 
 
 def test_most_starts_have_an_indefinite_hessian(draws):
-    """At starts 10° and 0.5 u off, eight around each of 25 draws, the smallest eigenvalue of H is negative in most."""
+    """Of eight starts 10° and 0.5 u off around each of 25 draws, more than 180 of 200 have a Hessian with a negative
+    smallest eigenvalue, but not all."""
     sources, targets = draws
     cells = ndt_map.build(targets, 0.8, grids=4)
     count = 0
@@ -91,7 +93,7 @@ def test_most_starts_have_an_indefinite_hessian(draws):
 
 
 def test_units_do_not_change_a_scaled_step():
-    """The room in centimetres: the step by (tx, ty, ρφ) is the same motion; that by (tx, ty, φ) is another one."""
+    """With the room in centimetres, the step in (tx, ty, ρφ) is the same motion; the step in (tx, ty, φ) is not."""
     scene = ndt_room()
     steps = {"scaled": [], "bare": []}
     for unit in (1.0, 100.0):
@@ -106,7 +108,7 @@ def test_units_do_not_change_a_scaled_step():
 
 
 def test_coarse_to_fine_from_the_figures_start(draws, why):
-    """From 25° and 1.4 u: cells of 0.8 u alone arrive in one of 25 draws, 3.2 → 1.6 → 0.8 u in every one."""
+    """From 25° and 1.4 u, cells of 0.8 u alone arrive in one of 25 draws, the run over 3.2 → 1.6 → 0.8 u in all 25."""
     start = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
     counts = [int(arrived(register(*draws, "ndt", start=start, cells=h, **CAPS).pose).sum()) for h in (0.8, FINE)]
     why("the cells", {"3.2, 1.6, then 0.8 u": f"{counts[1]} of 25 arrive", "0.8 u": f"{counts[0]} of 25 arrive"})
@@ -114,7 +116,7 @@ def test_coarse_to_fine_from_the_figures_start(draws, why):
 
 
 def test_reach_around_the_truth(draws, why):
-    """Sixteen starts 20° and 1 u off around each of six draws: 2 of 96 arrive at one cell size, 93 coarse to fine."""
+    """Of 96 starts 20° and 1 u off, sixteen around each of six draws, 2 arrive at one cell size, 93 coarse to fine."""
     counts = []
     for h in (0.8, FINE):
         runs = [
@@ -127,7 +129,8 @@ def test_reach_around_the_truth(draws, why):
 
 
 def test_levels_have_summits_of_their_own(draws):
-    """Climbed to rest from the truth on each cell size, one draw's three poses differ by more than the tolerance."""
+    """Climbed to rest from the truth on each of the three cell sizes, the poses of successive sizes differ by more than
+    10⁻³ (u plus radians) in at least 20 of 25 draws."""
     truth = Pose.identity(batch=(25,))
     ends = [register(*draws, "ndt", start=truth, cells=h, **CAPS).pose for h in FINE]
     for a, b in ((0, 1), (1, 2)):
@@ -136,7 +139,7 @@ def test_levels_have_summits_of_their_own(draws):
 
 
 def test_too_coarse_a_level_loses_a_good_start():
-    """One grid, 5° and 0.2 u off: cells of 1.2 u arrive, the run over 4.8 → 2.4 → 1.2 u ends over 10° away."""
+    """One grid, started 5° and 0.2 u off: cells of 1.2 u arrive, the run over 4.8 → 2.4 → 1.2 u ends over 10° away."""
     scene = ndt_room()
     start = Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
     levels = (1.2, (4.8, 2.4, 1.2))
@@ -146,7 +149,7 @@ def test_too_coarse_a_level_loses_a_good_start():
 
 
 def reach_in_degrees(source, target, way, cells):
-    """The angle up to which every start turned about the centroid arrives, in steps of 2°."""
+    """The largest angle, in steps of 2°, up to which every start turned about the centroid arrives."""
     centre, angles = source.mean(axis=0), np.arange(2, 59, 2)
     R = Pose.from_angle(way * np.radians(angles)).R
     result = arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
@@ -154,8 +157,8 @@ def reach_in_degrees(source, target, way, cells):
 
 
 def test_there_is_no_universal_capture_angle(draws):
-    """In three draws, turned either way: all starts arrive up to an angle between 28° and 48°, and with cells of 0.6 u
-    at the end up to one between 18° and 28°."""
+    """In three draws, turned either way, all starts arrive up to an angle that varies between 28° and 48°; with a last
+    level of 0.6 u, it varies between 18° and 28°."""
     reach = {
         cells: [
             reach_in_degrees(source, target, way, cells)
@@ -168,7 +171,8 @@ def test_there_is_no_universal_capture_angle(draws):
 
 
 def test_converged_far_from_the_truth(draws):
-    """From 90°: no run of 25 draws arrives, all stop before the cap, 20 of those from coarse to fine as converged."""
+    """From 90°, none of 25 draws arrives, with cells of 0.8 u or coarse to fine, and all stop before the cap; 20 of the
+    coarse-to-fine runs report convergence."""
     start = Pose.from_angle(np.full(25, np.radians(90.0)), DOWN_RIGHT)
     for h in (0.8, FINE):
         run = register(*draws, "ndt", start=start, cells=h, **CAPS)
@@ -179,7 +183,7 @@ def test_converged_far_from_the_truth(draws):
 
 
 def test_the_truth_is_seldom_the_summit(draws):
-    """Started at the truth on cells of 0.8 u: 22 of 25 draws end at a higher score, the others at the same."""
+    """Started at the truth on cells of 0.8 u, 22 of 25 draws end at a higher score, the others at the same score."""
     sources, targets = draws
     run = register(sources, targets, "ndt", start=Pose.identity(batch=(25,)), cells=0.8, **CAPS)
     cells = ndt_map.build(targets, 0.8, grids=4)
@@ -189,7 +193,8 @@ def test_the_truth_is_seldom_the_summit(draws):
 
 
 def test_a_wall_is_weak_along_itself():
-    """On one wall: converged, more than 0.5 u off along it, condition above 100, the weak direction within 5° of it."""
+    """On one wall, a run converges more than 0.5 u off along it, with a condition number above 100 and its weak
+    direction within 5° of the wall."""
     scene = single_wall()
     start = Pose.from_angle(0.0, (0.6, 0.2))
     run = register(scene.source, scene.target, "ndt", start=start, cells=(1.6, 0.8))

@@ -1,4 +1,4 @@
-"""Chapter 4b: what the score of a pose says, and what it does not, in the room of the figure."""
+"""Chapter 4b: what the score of a pose tells, and what it does not, in the figure's room."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def room(seed: int, grids: int = 1, size: float = 1.0, **options: float) -> tupl
 
 
 def field(scan: np.ndarray, cells: NdtMap) -> np.ndarray:
-    """The score per point and grid over translations up to 1.5 u."""
+    """The score per point and grid over translations of up to 1.5 u along each axis."""
     return score_map(cells, scan, AT, AT) / (len(scan) * cells.table.shape[1])
 
 
@@ -41,8 +41,8 @@ def total(cells: NdtMap, points: np.ndarray) -> float:
 
 
 def test_a_point_of_its_own_cell_scores_a_half_on_average():
-    """Four clouds, each in one cell, from a round to a thin one: 40,000 points drawn from the Gaussian of that cell
-    score ½ on average, and points drawn from one twice as wide a fifth."""
+    """Four clouds from round to thin, each in one cell: 40,000 points drawn from the cell's own Gaussian score ½ on
+    average, and points drawn from one twice as wide a fifth."""
     rng = np.random.default_rng(40)
     for spread in ([[1.0, 0.0], [0.0, 1.0]], [[0.3, 0.2], [0.2, 0.15]], [[4.0, 0.0], [0.0, 0.001]], [[2, 1], [1, 2]]):
         cells = build(rng.multivariate_normal((50.0, 50.0), spread, 30)[None], 100.0)
@@ -54,8 +54,8 @@ def test_a_point_of_its_own_cell_scores_a_half_on_average():
 
 
 def test_a_sharp_cell_counts_no_more_than_a_blurred_one():
-    """25 draws of the room at its usual noise: at its mean every kept cell gives a point one, though areas differ more
-    than twenty-five-fold."""
+    """25 draws of the room at its usual noise: a point at the mean of any kept cell scores one, although the cells'
+    areas differ more than twenty-five-fold."""
     for seed in SEEDS:
         _, cells = room(seed, noise=0.03)
         kept = cells.kept[0]
@@ -67,7 +67,7 @@ def test_a_sharp_cell_counts_no_more_than_a_blurred_one():
 
 @pytest.mark.parametrize("grids", [1, 4])
 def test_one_point_moves_the_score_by_at_most_one_on_each_grid(grids):
-    """Any single scan point put anywhere, also very far off: the sum changes by at most the number of grids."""
+    """Moving any single scan point anywhere, even very far off, changes the sum by at most the number of grids."""
     scan, cells = room(40, grids)
     before, rng = total(cells, scan), np.random.default_rng(40)
     for k in rng.choice(len(scan), 40, replace=False):
@@ -78,7 +78,7 @@ def test_one_point_moves_the_score_by_at_most_one_on_each_grid(grids):
 
 
 def test_a_slide_along_one_pair_of_walls_keeps_what_they_score():
-    """Half a unit along x or along y keeps at least twice the score of as far along the diagonal, in all 25 draws."""
+    """In all 25 draws, half a unit along x or y keeps more than twice the score of an equal shift along a diagonal."""
     for seed in SEEDS:
         scan, cells = room(seed)
         part = 0.5 / np.sqrt(2)
@@ -88,7 +88,7 @@ def test_a_slide_along_one_pair_of_walls_keeps_what_they_score():
 
 
 def offsets(noise: float, grids: int = 1, size: float = 1.0, seeds: Sequence[int] = SEEDS) -> np.ndarray:
-    """Where the climb from the truth comes to rest, (25, 2) or a row a seed, in u."""
+    """Where the climb from the truth comes to rest, in u: one row per seed, (n, 2)."""
     ends = []
     for seed in seeds:
         scan, cells = room(seed, grids, size, noise=noise)
@@ -97,16 +97,16 @@ def offsets(noise: float, grids: int = 1, size: float = 1.0, seeds: Sequence[int
 
 
 def test_25_draws_show_no_bias():
-    """σ = 0.03 u, 25 draws: the summit is 0.005 to 0.02 u off in a typical draw, while the mean offset is within two
-    of its standard errors of zero in x and in y."""
+    """σ = 0.03 u, 25 draws: the summit is 0.005 to 0.02 u off on average, while the mean offset in x and in y is less
+    than two standard errors from zero."""
     off = offsets(0.03)
     assert 0.005 < np.linalg.norm(off, axis=1).mean() < 0.02
     assert (np.abs(off.mean(axis=0)) < 2 * off.std(axis=0, ddof=1) / 5).all()
 
 
 def test_400_draws_show_a_small_bias():
-    """σ = 0.03 u, 400 draws that no other test has: the mean in x is −0.001 to −0.004 u, more than three standard
-    errors from zero, and a tenth to a third of the typical offset."""
+    """σ = 0.03 u, 400 draws that no other test uses: the mean offset in x is −0.001 to −0.004 u, more than three
+    standard errors from zero, and a tenth to a third of the typical distance."""
     off = offsets(0.03, seeds=range(10_000, 10_400))
     mean = off[:, 0].mean()
     assert -0.004 < mean < -0.001
@@ -115,8 +115,8 @@ def test_400_draws_show_a_small_bias():
 
 
 def test_more_noise_moves_the_summit_further(why):
-    """σ = 0.1 u: three times as far in a typical draw as at 0.03 u, or more; the mean in x is now more than two
-    standard errors from zero."""
+    """At σ = 0.1 u the summit is more than three times as far off on average as at 0.03 u, and the mean offset in x is
+    more than two standard errors from zero."""
     calm, noisy = offsets(0.03), offsets(0.1)
     typical = [np.linalg.norm(off, axis=1).mean() for off in (noisy, calm)]
     why("the noise", {"0.1 u": f"{typical[0]:.3f} u off on average", "0.03 u": f"{typical[1]:.3f} u off"})
@@ -125,8 +125,8 @@ def test_more_noise_moves_the_summit_further(why):
 
 
 def test_noise_broadens_the_summit_and_lowers_it():
-    """From σ = 0.03 to 0.2 u the part of the map above half its highest value grows more than fourfold, and the score
-    at the truth falls, in each of ten draws."""
+    """From σ = 0.03 to 0.2 u, in each of ten draws, the part of the map above half its maximum grows more than
+    fourfold, and the score at the truth falls."""
     for seed in SEEDS[:10]:
         calm, noisy = (field(*room(seed, noise=noise)) for noise in (0.03, 0.2))
         assert (noisy > 0.5 * noisy.max()).mean() > 4 * (calm > 0.5 * calm.max()).mean()
@@ -134,8 +134,8 @@ def test_noise_broadens_the_summit_and_lowers_it():
 
 
 def test_outliers_make_cells_that_distract():
-    """With 40 % outliers, over ten draws: more cells, a lower score at the truth, and a floor of the map, its median,
-    more than three times as high."""
+    """Over ten draws, 40 % outliers add cells, lower the score at the truth, and more than triple the map's floor,
+    which is its median."""
     results = []
     for fraction in (0.0, 0.4):
         maps = [room(seed, outliers=fraction) for seed in SEEDS[:10]]
@@ -154,8 +154,8 @@ def test_outliers_make_cells_that_distract():
 
 
 def test_outliers_of_the_scan_score_little():
-    """At the truth with 40 % outliers in both clouds, six draws: an outlier of the scan scores 0.05 to 0.15 on average,
-    and between a third and nine tenths of them land in a kept cell."""
+    """At the truth with 40 % outliers in both clouds, six draws: the scan's outliers score 0.05 to 0.15 on average, and
+    between a third and nine tenths of them land in a kept cell."""
     scores = []
     for seed in SEEDS[:6]:
         scene = ndt_room(seed=seed, outliers=0.4)
@@ -166,8 +166,8 @@ def test_outliers_of_the_scan_score_little():
 
 
 def test_outliers_spoil_the_way_before_the_summit():
-    """With 40 % outliers, six draws: the highest tile lies within 0.15 u of the truth, and of 25 starts around each at
-    most two thirds as many arrive as without outliers."""
+    """With 40 % outliers, six draws: the highest tile lies within 0.15 u of the truth, but at most two thirds as many
+    of 25 starts per draw arrive as without outliers."""
     for seed in SEEDS[:6]:
         values = field(*room(seed, outliers=0.4))
         row, column = np.unravel_index(values.argmax(), values.shape)
@@ -176,15 +176,15 @@ def test_outliers_spoil_the_way_before_the_summit():
 
 
 def test_smaller_cells_are_not_more_precise_here(why):
-    """σ = 0.03 u, 25 draws: the climb from the truth ends farther from it on cells of 0.5 u than of 2 u, on average."""
+    """σ = 0.03 u, 25 draws: the climb from the truth ends farther off with cells of 0.5 u than of 2 u, on average."""
     small, large = (np.linalg.norm(offsets(0.03, size=size), axis=1).mean() for size in (0.5, 2.0))
     why("the cells", {"0.5 u": f"{small:.4f} u off on average", "2 u": f"{large:.4f} u off"})
     assert small > 1.1 * large
 
 
 def test_no_translation_repairs_a_rotation():
-    """Turned by 15°, four grids, ten draws: the best score over all translations is at most 30 % of the score at the
-    truth, and it lies more than half a unit away from no translation at all."""
+    """With the scan turned by 15°, four grids, ten draws: the best score over all translations is at most 30 % of the
+    score at the truth, and lies more than half a unit from the true translation."""
     for seed in SEEDS[:10]:
         scan, cells = room(seed, 4)
         values = field(Pose.from_angle(np.radians(15.0)).apply(scan), cells)
@@ -194,7 +194,7 @@ def test_no_translation_repairs_a_rotation():
 
 
 def jumps(seed: int, grids: int) -> np.ndarray:
-    """By how much the score of a point leaps at each border that any point meets on the way from x = −0.5 to 0.5 u."""
+    """By how much the score per point and grid jumps at each border that any point crosses from x = −0.5 to 0.5 u."""
     scan, cells = room(seed, grids)
     size, nearly = float(cells.size[0]), 1e-9
     to = np.concatenate([np.mod(x0 - scan[:, 0], size) for x0 in np.unique(cells.origin[0, :, 0])])
@@ -210,14 +210,14 @@ def jumps(seed: int, grids: int) -> np.ndarray:
 
 
 def test_a_hundred_borders_on_one_unit_of_travel():
-    """From x = −0.5 to 0.5 u with one grid of 1 u: more than a hundred jumps that are no rounding, in three draws."""
+    """From x = −0.5 to 0.5 u, one grid of 1 u, three draws: each has more than a hundred jumps above rounding error."""
     for seed in SEEDS[:3]:
         assert len(jumps(seed, 1)) > 100
 
 
 def test_four_grids_make_jumps_smaller_and_more_of_them(why):
-    """Along a line through the truth, three draws: the largest jump is at most 0.6 of that with one grid, and there are
-    more than one and a half times as many; none of the two is continuous."""
+    """Along a line through the truth, in each of three draws: four grids make the largest jump at most 0.6 times as
+    large, and jumps more than one and a half times as many, as one grid; the score is discontinuous with both."""
     first = {grids: jumps(SEEDS[0], grids) for grids in (4, 1)}
     words = {n: f"{len(result)} jumps, the largest {result.max():.4f} a point and grid" for n, result in first.items()}
     why("the grids", {"four": words[4], "one": words[1]})
@@ -228,7 +228,7 @@ def test_four_grids_make_jumps_smaller_and_more_of_them(why):
 
 
 def arrivals(grids: int, seeds: list[int] = SEEDS[:3], **options: float) -> float:
-    """The part of 25 starts, up to 1.4 u away along each axis, from which a climb ends within 0.1 u of the truth."""
+    """The share of 25 starts per seed, up to 1.4 u off along each axis, whose climb ends within 0.1 u of the truth."""
     ways = np.linspace(-1.4, 1.4, 5)
     ends = []
     for seed in seeds:
@@ -238,7 +238,7 @@ def arrivals(grids: int, seeds: list[int] = SEEDS[:3], **options: float) -> floa
 
 
 def test_less_than_half_of_the_starts_arrive():
-    """At the true rotation, with cells of 1 u: between a fifth and a half of the starts with one grid, and no more of
+    """At the true rotation, with cells of 1 u, a fifth to a half of the starts arrive with one grid, and not more of
     them with four."""
     one, four = arrivals(1), arrivals(4)
     assert 0.2 < one < 0.5
@@ -246,9 +246,9 @@ def test_less_than_half_of_the_starts_arrive():
 
 
 def test_a_share_of_outliers_widens_the_reach():
-    """The race's NDT on 'combo' from 45° and 1.43 u, its 25 seeds: 7 at most within 5° and 0.2 u as it races, 11 at
-    least with a share of 0.55. The width of the cells is what does it: the race's own climb on maps whose covariances
-    are divided by d₂, and nothing else, ends where the share does."""
+    """The race's NDT on 'combo' from 45° and 1.43 u, 25 seeds: at most 7 end within 5° and 0.2 u as it races, at least
+    11 with an outlier share of 0.55. Wider cells alone explain this: the race's own climb, on maps whose covariances
+    are divided by d₂, succeeds on just as many."""
     (contestant,) = contestants(["ndt"])
     controls = Controls(degrees=45.0, distance=1.43, setting="combo")
     mixed = replace(contestant, options={**contestant.options, "outliers": 0.55})

@@ -1,4 +1,4 @@
-"""What the chapters say of graphs of poses: how an error is shared, what a false edge does, what a kernel can tell."""
+"""The chapters' claims on pose graphs: how errors spread, what a false edge does, and what a kernel can tell."""
 
 import numpy as np
 
@@ -15,8 +15,8 @@ def apart(poses, truth):
 
 
 def ring(n, off):
-    """A drive round a circle of 10 u in n poses, every edge exact and of σ = 0.01 u but the last, which closes the loop
-    and is `off` σ wrong."""
+    """A drive round a circle of 10 u in n poses; all edges have σ = 0.01 u and are exact, except the loop-closing last
+    one, which is off by `off` σ."""
     angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     truth = Pose.from_angle(angle + np.pi / 2.0, 10.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
     nodes = np.arange(n)
@@ -26,8 +26,8 @@ def ring(n, off):
 
 
 def test_one_gap_is_spread_over_the_whole_loop():
-    """A ring of 225 poses whose loop edge alone is wrong, by 0.22 u: before, that edge has all of the χ²; after, no
-    edge has more than a hundredth of the sum, and the sum has fallen to less than a hundredth."""
+    """In a ring of 225 poses, only the loop edge is wrong, by 0.22 u. Before optimisation that edge carries all of χ²;
+    afterwards every edge carries less than a hundredth of the sum, which has itself fallen to less than a hundredth."""
     truth, edges = ring(225, 22.0)
     result = optimise(truth, edges)
     before = optimise(truth, edges, max_steps=0).chi2
@@ -37,8 +37,8 @@ def test_one_gap_is_spread_over_the_whole_loop():
 
 
 def test_loops_shorten_the_way_that_errors_add_up_over():
-    """A walk over 60 crossings with 31 loops, in ten draws: by the walk alone the poses are 0.2 u or more from the true
-    ones, and the loops bring them to less than half of that in every draw."""
+    """A walk over 60 crossings with 31 loops, in ten draws: along the walk alone the poses are more than 0.2 u off
+    (RMS), and the loops more than halve that in every draw."""
     for seed in range(10):
         truth, walked, edges, _ = noisy_streets(seed)
         before, after = apart(walked, truth), apart(optimise(walked, edges).poses, truth)
@@ -47,8 +47,8 @@ def test_loops_shorten_the_way_that_errors_add_up_over():
 
 
 def test_a_false_loop_bends_the_map(why):
-    """The same walk in 25 draws: one false loop edge, which lays a crossing on another 3 u away, takes the poses at
-    least four times as far from the true ones as without it, in all draws."""
+    """The same walk in 25 draws: one false loop edge, which places a crossing on another 3 u away, puts the poses more
+    than four times as far off, in every draw."""
     ratio = []
     for seed in DRAWS:
         truth, walked, edges, loops = noisy_streets(seed)
@@ -63,9 +63,9 @@ def test_a_false_loop_bends_the_map(why):
 
 
 def test_a_kernel_lets_go_of_false_loops(why):
-    """Ten false loops beside 31 right ones, in ten draws: with Cauchy and with dynamic covariance scaling on the loops
-    the poses are at most half as far again from the true ones as without the false loops, in all draws; with Huber and
-    without a kernel in none."""
+    """Ten false loops beside 31 right ones, in ten draws: with Cauchy and with dynamic covariance scaling on the loops,
+    the poses are less than 1.5 times as far off as without the false loops, in every draw; with Huber, or without a
+    kernel, in none."""
     near = dict.fromkeys(("none", "huber", "cauchy", "dcs"), 0)
     rng = np.random.default_rng(1)
     for seed in range(10):
@@ -84,8 +84,8 @@ def test_a_kernel_lets_go_of_false_loops(why):
 
 
 def test_of_a_single_loop_a_kernel_cannot_tell_whether_it_is_right():
-    """A ring of 225 poses with no other loop: with dynamic covariance scaling an edge that is 30 σ wrong is believed in
-    full, and one that is 50 σ wrong keeps less than a thousandth of its information, from a start by odometry."""
+    """A ring of 225 poses with a single loop, started from odometry: dynamic covariance scaling believes a loop edge
+    that is 30 σ wrong in full, and leaves one that is 50 σ wrong less than a thousandth of its information."""
     for off, least, most in ((30.0, 0.999, 1.0), (50.0, 0.0, 0.001)):
         truth, edges = ring(225, off)
         loops = np.arange(225) == 224
@@ -95,8 +95,8 @@ def test_of_a_single_loop_a_kernel_cannot_tell_whether_it_is_right():
 
 
 def test_closing_the_loop_says_more_of_where_the_far_side_is():
-    """Of the pose half the way round, the standard deviation across and along with the loop's edge is at most 0.8 times
-    that without it, and of its heading less than half."""
+    """Closing the loop cuts the halfway pose's standard deviations across and along to less than 0.8 of what they were,
+    and that of its heading to less than half."""
     truth, edges = ring(40, 0.0)
     chain, closed = (np.sqrt(np.diagonal(marginals(truth, some, [20])[0])) for some in (edges[:39], edges))
     assert (closed[:2] < 0.8 * chain[:2]).all()
@@ -104,7 +104,7 @@ def test_closing_the_loop_says_more_of_where_the_far_side_is():
 
 
 def test_information_says_who_gives_way(why):
-    """Turns on the spot that do not add up to a whole one: of the excess an edge takes the less, the surer it is."""
+    """Turns on the spot do not add up to a full circle: the surer an edge is, the less of the excess it takes."""
     took = {}
     for factor in (1.0, 9.0):
         turns = Pose.from_angle(np.full(4, (2.0 * np.pi + 0.4) / 4.0), np.zeros((4, 2)))

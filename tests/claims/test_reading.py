@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Reading the race': what its parts do together, and what no sign can tell."""
+"""The claims of the chapter 'Reading the race': what its parts do together, and what no sign can tell."""
 
 from functools import cache
 
@@ -16,7 +16,7 @@ from widgets.figures.pipeline.run import REACH, SEARCH
 
 
 def right(pose, truth):
-    """Within 5° and 0.2 u of the truth."""
+    """Whether each pose is within 5° and 0.2 u of the truth."""
     return (np.degrees(rre(pose, truth)) < 5.0) & (rte(pose, truth) < 0.2)
 
 
@@ -41,7 +41,7 @@ def pipeline(steps=70, gate=0.5, **controls):
 
 @cache
 def race(degrees):
-    """The nine lines of the race, which were right, and which have three quarters of their source explained."""
+    """For the race's nine lines: which runs are right, explain three quarters of their source, and converged."""
     results = benchmark(Controls(degrees=degrees))
     p, truth = problem(degrees=degrees)
     good = np.stack([right(x.pose, truth) for x in results])
@@ -66,16 +66,16 @@ def proposed_and_refined(scene):
 
 @pytest.mark.parametrize("setting", ["clean", "combo"])
 def test_icp_does_very_well_from_a_good_start(setting):
-    """From 10° and 0.3 u plain ICP, with the gate of the race, comes within 5° and 0.2 u on all 25 seeds, with junk and
-    noise as without."""
+    """From 10° and 0.3 u, plain ICP with the race's gate ends within 5° and 0.2 u on all 25 seeds, both in the clean
+    room and with junk and noise."""
     (icp,) = benchmark(Controls(setting=setting, degrees=10.0, distance=0.3), contestants=contestants(["icp"]))
     assert icp.close == 25
 
 
 @pytest.mark.parametrize("method", ["icp", "point-to-plane", "gicp"])
 def test_no_aid_makes_hard_association_immune(method):
-    """From 150° in the clean room no normals, robust weight or gate among those tried brings any of 25 seeds home,
-    though each changes where every run ends, after five steps or more."""
+    """From 150° in the clean room, no residual, robust weight or gate among those tried makes any of 25 seeds right,
+    though each aid changes where every run ends, after five steps or more."""
     p, truth = problem(setting="clean", degrees=150.0)
     plain = register(p.source, p.target, method, start=p.start)
     assert not right(plain.pose, truth).any()
@@ -87,8 +87,8 @@ def test_no_aid_makes_hard_association_immune(method):
 
 
 def test_a_uniform_component_helps_against_uniform_junk(why):
-    """With a fifth of both clouds uniform junk, rigid CPD finds 12 of 12 seeds with any clutter weight from 0.02 to
-    0.6, and at most half of them with none."""
+    """With a fifth of both clouds uniform junk, rigid CPD is right on 12 of 12 seeds with clutter weights of 0.02, 0.12
+    and 0.6, and on at most half of them with none."""
     p, truth = (x[:12] if isinstance(x, Pose) else x for x in problem(setting="outliers", degrees=20.0, distance=0.5))
     counts = {}
     for weight in (0.0, 0.02, 0.12, 0.6):
@@ -104,8 +104,8 @@ WEIGHTS = (0.02, 0.12, 0.3, 0.6, 0.9, 0.99)  # of CPD's clutter
 
 @cache
 def part_missing(clutter, sigma=None, from_truth=False):
-    """Rigid CPD on 12 seeds of the clean room of whose target two fifths are missing, from 20° and 0.5 u: which were
-    right, and the negative log-likelihoods of the ends."""
+    """Rigid CPD from 20° and 0.5 u on 12 seeds of the clean room, with two fifths of the target missing: which were
+    right, and the final negative log-likelihoods."""
     p, truth = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
     start = (truth if from_truth else p.start)[:12]
     result = register(p.source[:12], p.target[:12], "cpd-rigid", start=start, clutter=clutter, sigma=sigma)
@@ -113,8 +113,8 @@ def part_missing(clutter, sigma=None, from_truth=False):
 
 
 def test_no_clutter_weight_helps_from_the_default_sigma():
-    """Rigid CPD is right on none of 12 seeds with any clutter weight from 0 to 0.99, and the default first σ is the
-    root mean square of all distances over √2, more than 3 u."""
+    """Rigid CPD is right on none of 12 seeds with any clutter weight from 0 to 0.99; its default first σ, the root mean
+    square of all distances over √2, is more than 3 u."""
     for weight in (0.0, *WEIGHTS):
         assert not part_missing(weight)[0].any()
     p, _ = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
@@ -129,8 +129,8 @@ def test_no_clutter_weight_helps_from_the_default_sigma():
 
 
 def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
-    """Only the first σ is another, 0.5, 0.7 or 1 u: every weight from 0.02 to 0.99 is right on all 12 seeds, and
-    without one none is."""
+    """With only the first σ changed, to 0.5, 0.7 or 1 u, all 12 seeds are right with every weight from 0.02 to 0.99,
+    and none without one."""
     right = {sigma: [part_missing(w, sigma)[0].sum() for w in WEIGHTS] for sigma in (None, 0.5, 0.7, 1.0)}
     counts = {sigma: f"{min(of)}" if min(of) == max(of) else f"{min(of)} to {max(of)}" for sigma, of in right.items()}
     why(
@@ -147,8 +147,8 @@ def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
 
 
 def test_the_default_sigma_misses_a_better_optimum(why):
-    """Only the start is another: from the truth, with the default first σ, every weight stays right on all 12 seeds,
-    and every run ends at a higher likelihood than the one from 20°."""
+    """With the default first σ but started at the truth, all 12 seeds stay right with every weight, and every run ends
+    at a higher likelihood than the one from 20°."""
     away, near = (
         sum(int(part_missing(weight, from_truth=there)[0].sum()) for weight in WEIGHTS) for there in (False, True)
     )
@@ -161,7 +161,7 @@ def test_the_default_sigma_misses_a_better_optimum(why):
 
 
 def test_proposed_then_refined(why):
-    """RANSAC's pose, also refined by ICP, is right on all 25 seeds from 45° and 180°; ICP alone finds 9 and 0."""
+    """From 45° and 180°, RANSAC's pose is right on all 25 seeds, alone and refined by ICP; ICP alone finds 9 and 0."""
     counts = {}
     for degrees in (45.0, 180.0):
         p, truth = problem(degrees=degrees)
@@ -174,9 +174,8 @@ def test_proposed_then_refined(why):
 
 
 def test_refining_sharpens_only_with_a_gate_to_match(why):
-    """ICP with a gate of 0.5 u takes a quarter off RANSAC's median rotation error, and its translation error is within
-    a twentieth of what it was; with the race's 2.6 u the first falls by less than a fifth, the second grows by a
-    quarter."""
+    """Refining with a gate of 0.5 u lowers RANSAC's median rotation error by a quarter and keeps its translation error
+    to within a twentieth; the race's 2.6 u lowers the first by less than a fifth and raises the second by a quarter."""
     _, truth = problem()
     before, narrow, wide = (x.pose for x in (proposal(), pipeline(), pipeline(gate=2.6)))
     turn = [np.median(rre(pose, truth)) for pose in (before, narrow, wide)]
@@ -190,7 +189,7 @@ def test_refining_sharpens_only_with_a_gate_to_match(why):
 
 
 def test_a_hasty_proposal_is_not_repaired():
-    """One step of 32 hypotheses leaves 4 of 25 poses right, and refining them makes it 9, though all 25 converge."""
+    """One step of 32 hypotheses leaves 4 of 25 poses right; refining raises that to 9, though all 25 converge."""
     _, truth = problem()
     assert right(proposal(1).pose, truth).sum() == 4
     refined = pipeline(1)
@@ -199,16 +198,16 @@ def test_a_hasty_proposal_is_not_repaired():
 
 
 def test_a_third_of_what_converges_is_wrong():
-    """At the race's usual settings 196 to 204 of 225 runs say that they have converged (a run that needs the last step
-    allowed does so on one processor and not on another), and nearly a third of these are wrong."""
+    """At the race's usual settings, 196 to 204 of 225 runs report convergence, and nearly a third of these are wrong.
+    (A run that needs the last allowed step takes it on one processor and not on another.)"""
     good, _, converged = race(45.0)
     assert 196 <= converged.sum() <= 204
     assert 0.30 < (converged & ~good).sum() / converged.sum() < 0.33
 
 
 def test_from_half_a_turn_most_of_what_converges_is_wrong():
-    """From 180°, 197 of 225 runs say that they have converged; only RANSAC's 25 are right, of which one has reached
-    the cap."""
+    """From 180°, 197 of 225 runs report convergence; only RANSAC's 25 are right, and one of those has reached the
+    cap."""
     good, _, converged = race(180.0)
     assert converged.sum() == 197
     assert (converged & good).sum() == 24
@@ -216,8 +215,8 @@ def test_from_half_a_turn_most_of_what_converges_is_wrong():
 
 
 def test_overlap_tells_most_wrong_fits():
-    """Asking for three quarters of the source within 0.3 u accepts every right run of the race and 2 wrong of 77; from
-    180° no wrong one of 200."""
+    """Requiring three quarters of the source within 0.3 u accepts every right run of the race and 2 of its 77 wrong
+    ones; from 180° it accepts none of the 200 wrong ones."""
     for degrees, wrong, accepted in ((45.0, 77, 2), (180.0, 200, 0)):
         good, explained, _ = race(degrees)
         assert (~good).sum() == wrong
@@ -226,8 +225,8 @@ def test_overlap_tells_most_wrong_fits():
 
 
 def test_no_threshold_serves_half_an_overlap(why):
-    """Where the target sees half the room, three quarters refuse all 22 right poses of the pipeline; two fifths accept
-    them all and the 3 wrong ones as well; half accepts no wrong one and 7 right."""
+    """If the target sees half the room, a threshold of three quarters rejects all 22 of the pipeline's right poses; two
+    fifths accepts all of them and the 3 wrong ones too; half accepts 7 right ones and no wrong one."""
     p, truth = problem(overlap=0.5)
     pose = pipeline(overlap=0.5).pose
     good, share = right(pose, truth), evidence(p.source, p.target, pose, REACH).share
@@ -248,8 +247,8 @@ def test_no_threshold_serves_half_an_overlap(why):
 
 
 def test_a_symmetric_hall_passes_every_sign_of_the_clouds():
-    """In the hall 15 of 25 poses are half a turn off, with the whole source explained, a residual below 0.06 u, a sound
-    system, and halves that agree to 0.02 u."""
+    """In the hall, 15 of 25 poses are half a turn off, yet the whole source is explained, the residual is below 0.06 u,
+    the system is well conditioned, and the halves agree to 0.02 u."""
     source, target, truth = clouds(hall)
     pose = proposed_and_refined(hall).pose
     wrong = np.degrees(rre(pose, truth)) > 179.0
@@ -263,8 +262,8 @@ def test_a_symmetric_hall_passes_every_sign_of_the_clouds():
 
 
 def test_odometry_is_right_as_far_as_its_prediction(why):
-    """ICP in the hall with no proposal, from predictions that are wrong by 20°, 90° and 160°: right on all 25, on none,
-    and half a turn off on all 25."""
+    """ICP in the hall without a proposal: from predictions 20° off it is right on all 25, from 90° on none, and from
+    160° it ends half a turn off on all 25."""
     source, target, truth = clouds(hall)
     ends = {}
     for degrees in (20.0, 90.0, 160.0):
@@ -277,8 +276,8 @@ def test_odometry_is_right_as_far_as_its_prediction(why):
 
 
 def test_the_residual_decides_whether_halves_agree_in_a_corridor(why):
-    """In the corridor, from a prediction that is 10° and 0.9 u off: two halves refined by point to plane end more than
-    0.1 u apart in the median, refined by point pairs less than 0.05 u."""
+    """In the corridor, from a prediction 10° and 0.9 u off, two halves refined by point to plane end more than 0.1 u
+    apart in the median; refined by point pairs, less than 0.05 u."""
     source, target, _ = clouds(corridor)
     pose = register(source, target, "point-to-plane", start=room_start(10.0, 0.9), gate=1.0).pose
     apart = {
@@ -291,15 +290,16 @@ def test_the_residual_decides_whether_halves_agree_in_a_corridor(why):
 
 
 def with_end_wall(cloud, kept):
-    """A scan of the hall with all but so many of the points on its end wall, at x = 4.2 u, left out."""
+    """A scan of the hall that keeps at most `kept` of the points on its end wall, at x = 4.2 u."""
     end = np.flatnonzero(cloud[:, 0] > 4.1)
     chosen = end[np.linspace(0, len(end) - 1, min(kept, len(end))).round().astype(int)]
     return np.delete(cloud, np.setdiff1d(end, chosen), axis=0)
 
 
 def test_halves_part_where_few_points_hold_the_pose(why):
-    """Scans of the hall at the true pose, with none, two or all of the points on their end wall: refined by point to
-    plane, halves end 0.12, 0.05 and less than 0.02 u apart in the median; by point pairs less than 0.02 u each time."""
+    """Scans of the hall at the true pose, keeping none, two or all of the points on their end wall: halves refined by
+    point to plane end 0.12, 0.05 and less than 0.02 u apart in the median; refined by point pairs, always less than
+    0.02 u."""
     source, target, truth = clouds(hall)
     apart = {}
     for method in ("point-to-plane", "icp"):
@@ -317,8 +317,8 @@ def test_halves_part_where_few_points_hold_the_pose(why):
 
 
 def test_a_prediction_tells_them_apart():
-    """A predicted turn that is 20° off, trusted to 60°, refuses the 15 wrong poses of the hall and accepts the 10 right
-    ones; and ICP from such a prediction, 0.5 u away, is right on all 25 without any proposal."""
+    """A predicted turn that is 20° off, trusted to 60°, rejects the hall's 15 wrong poses and accepts the 10 right
+    ones; ICP started from that prediction, 0.5 u away, is right on all 25 without any proposal."""
     source, target, truth = clouds(hall)
     pose = proposed_and_refined(hall).pose
     accepted = np.degrees(rre(pose, room_start(20.0, 0.5))) <= 60.0
@@ -329,8 +329,9 @@ def test_a_prediction_tells_them_apart():
 
 
 def test_a_corridor_shows_in_the_eigenvalues_alone():
-    """In the corridor every source point is explained and all 25 runs converge, with the slide wrong on all but one;
-    the smallest eigenvalue is below 0.002 of the largest, while residual and halves are within the figure's limits."""
+    """In the corridor every source point is explained and all 25 runs converge, but all except one are wrong along the
+    slide. Only the smallest eigenvalue shows it, below 0.002 of the largest; residual and halves stay within the
+    figure's limits."""
     source, target, truth = clouds(corridor)
     result = proposed_and_refined(corridor)
     signs = evidence(source, target, result.pose, REACH)
@@ -343,8 +344,8 @@ def test_a_corridor_shows_in_the_eigenvalues_alone():
 
 
 def test_a_certificate_holds_under_its_model():
-    """With three wrong partners no pose has a smaller RMS than the closed form's, of 20,000 drawn around it and the
-    truth itself; and it is 5° and 0.3 u off."""
+    """With three wrong partners, neither the truth nor any of 20,000 poses drawn around the closed-form pose has a
+    smaller RMS than that pose, which is more than 5° and 0.3 u off."""
     scene = kabsch_scene("outliers")
     fit = register(scene.source, scene.target, "kabsch").pose
     best = rms(fit, scene.source, scene.target)
@@ -357,8 +358,8 @@ def test_a_certificate_holds_under_its_model():
 
 
 def calibration(setting):
-    """The mean of eᵀ H e over 100 seeds, H the sum of GICP's pair precisions at its end, started at the truth, and e
-    the error of the pose. Were H the inverse of the error's covariance, it would be 3."""
+    """The mean of eᵀ H e over 100 seeds, where H is the sum of GICP's pair precisions at its end, started at the truth,
+    and e is the pose's error. It would be 3 if H were the inverse of the error's covariance."""
     p, _ = race_problem(Controls(setting=setting, degrees=0.0, distance=0.0), tuple(range(40, 140)))
     result = register(p.source, p.target, "gicp", start=p.start, gate=0.5)
     system, used = result.detail("system"), result.detail("pairing").count
@@ -368,7 +369,7 @@ def calibration(setting):
 
 
 def test_a_registration_is_no_calibrated_factor():
-    """Read as the inverse of a covariance, GICP's matrix expects squared errors more than ten times those that occur
-    in the clean room, and less than half of those in the noisy room with junk."""
+    """Read as an inverse covariance, GICP's matrix predicts squared errors more than ten times the actual ones in the
+    clean room, and less than half of them in the noisy room with junk."""
     assert calibration("clean") < 0.3
     assert calibration("combo") > 6.0

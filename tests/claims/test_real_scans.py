@@ -1,7 +1,7 @@
-"""The checkable claims about real scans: two of the recorded drive, registered by methods of the race.
+"""The claims about real scans: pairs from the recorded drive, registered by methods of the race.
 
-Nobody has annotated the drive. A pose is compared with the one of the drive's closed graph, in which 224 matched links
-and 55 loops agree; it is right here within 10 cm and 1° of that.
+The drive has no ground truth. Poses are compared with those of its closed graph, in which 224 matched links and 55
+loops agree; here, a pose is right if it is within 10 cm and 1° of the graph's.
 """
 
 import re
@@ -57,7 +57,7 @@ def begun(start, pair):
 
 
 def off(pose, pair):
-    """Metres and degrees from the graph."""
+    """The distance from the graph's pose, in metres and degrees."""
     return float(np.linalg.norm(pose.t - graph(pair).t)), float(np.degrees(rre(pose, graph(pair))))
 
 
@@ -68,9 +68,9 @@ def agrees(pose, pair):
 
 @cache
 def runs(name, start):
-    """Of the 27 pairs, which agree with the graph and which say that they have converged."""
+    """Which of the 27 pairs agree with the graph, and which report convergence."""
     method, options = METHODS[name]
-    if name == "RANSAC" and start != STARTS[0]:  # it does not look at the start, which its own tests hold it to
+    if name == "RANSAC" and start != STARTS[0]:  # it ignores the start, as its own tests check
         return runs(name, STARTS[0])
     results = [register(scan(a), scan(b), method, start=begun(start, (a, b)), **options) for a, b in PAIRS]
     right = np.array([agrees(result.pose, pair) for result, pair in zip(results, PAIRS, strict=True)])
@@ -87,8 +87,8 @@ def printed():
 
 
 def test_the_pairs_are_a_metre_and_a_half_apart():
-    """27 pairs, every eighth scan with the one four before it: by the graph 1.5 m apart in the median and 2.3 m at
-    most, turned by up to 21°; the wheels are up to 0.34 m and 6.6° off."""
+    """The 27 pairs match every eighth scan with the one four before it. By the graph they are 1.5 m apart in the
+    median, 2.3 m at most, and turned by up to 21°; the wheels are up to 0.34 m and 6.6° off."""
     apart = np.array([np.linalg.norm(graph(pair).t) for pair in PAIRS])
     turned = np.array([abs(np.degrees(graph(pair).angle)) for pair in PAIRS])
     shift, turn = np.array([off(wheels(pair), pair) for pair in PAIRS]).max(axis=0)
@@ -103,13 +103,13 @@ def test_the_pairs_are_a_metre_and_a_half_apart():
 @pytest.mark.native
 @pytest.mark.parametrize("name", METHODS)
 def test_the_table_is_what_the_methods_do_on_real_scans(name):
-    """How many of the 27 pairs end within 10 cm and 1° of the closed graph, from each start: as the chapter prints."""
+    """From each start, as many of the 27 pairs end within 10 cm and 1° of the closed graph as the chapter prints."""
     assert tuple(int(runs(name, start)[0].sum()) for start in STARTS) == printed()[name]
 
 
 def test_the_start_decides_on_real_scans_as_well(why):
-    """Point to plane on the 27 pairs: from the wheels 26 agree with the graph, from no motion ten, turned by 60° none,
-    of which 18 have converged."""
+    """Point to plane on the 27 pairs: 26 agree with the graph if started from the wheels, ten from no motion, and none
+    from a start turned by 60°, although 18 of those converge."""
     ends = {start: runs("point to plane", start) for start in STARTS}
     why("the start", {start: f"{right.sum()} of 27 agree" for start, (right, _) in ends.items()})
     assert [int(right.sum()) for right, _ in ends.values()] == [26, 10, 0]
@@ -117,14 +117,14 @@ def test_the_start_decides_on_real_scans_as_well(why):
 
 
 def test_mmd_leaves_the_pose_of_the_graph():
-    """MMD on the 27 pairs, started at the graph's own pose: 26 converge, and 11 are still within 10 cm and 1° of it."""
+    """MMD on the 27 pairs, started at the graph's own pose: 26 converge, but only 11 end within 10 cm and 1° of it."""
     right, converged = runs("MMD", "the graph")
     assert (int(right.sum()), int(converged.sum())) == (11, 26)
 
 
 def test_after_a_lap_the_wheels_are_no_start():
-    """Scan 192 on scan 42: the wheels are 4.8 m and 18° off. From there ICP, point to plane and GICP find no pair in
-    their gate; soft targets and RANSAC end within 2 cm and 0.1° of the graph, MMD within 5 cm and 1°."""
+    """Scan 192 to scan 42, where the wheels are 4.8 m and 18° off. Started from them, ICP, point to plane and GICP find
+    no pair within their gate; soft targets and RANSAC end within 2 cm and 0.1° of the graph, MMD within 5 cm and 1°."""
     pair = (192, 42)
     shift, turn = off(wheels(pair), pair)
     assert 4.7 < shift < 4.8
@@ -144,7 +144,7 @@ def test_after_a_lap_the_wheels_are_no_start():
 
 
 def test_a_search_needs_no_start_after_a_lap():
-    """Scan 192 on scan 42: the correlative search over cells of 0.3 m, without a start, ends within 10 cm and 0.5° of
+    """Scan 192 to scan 42: without a start, the correlative search over cells of 0.3 m ends within 10 cm and 0.5° of
     the graph; refined by point to plane it is within 2 cm and 0.1°, at −10.09° and (0.309, 0.037) m."""
     pair = (192, 42)
     result = register(scan(192), scan(42), "correlative", cell=0.3)

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Search everywhere', against the solvers."""
+"""The claims of the chapter 'Search everywhere', checked against the solvers."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ DRAWS = [40 + 13 * k for k in range(12)]
 
 
 def elsewhere(scene, best, apart, **options):
-    """The search of everything that is turned by more than `apart` degrees from the pose `best`."""
+    """The search of all poses turned by more than `apart` degrees from the pose `best`."""
     mean = scene.source.mean(axis=0, keepdims=True)
     turned = Pose.from_angle(float(best.angle) + np.pi)
     start = Pose(turned.R, (best.apply(mean) - turned.apply(mean))[0])
@@ -28,13 +28,13 @@ def elsewhere(scene, best, apart, **options):
 
 @pytest.fixture(scope="module")
 def halls():
-    """Twelve draws of the hall, and what the search of all poses finds in each."""
+    """Twelve draws of the hall, and the result of searching all poses in each."""
     scenes = [hall(seed=seed) for seed in DRAWS]
     return scenes, [register(s.source, s.target, METHOD, **ASKED) for s in scenes]
 
 
 def each_for_itself(grid, arms, middle, half):
-    """The bound of the first order with the distances that the second takes, those to the points themselves."""
+    """The first-order bound, but with the second-order bound's exact distances to the points."""
     floors = []
     for k in range(0, len(middle), 256):
         at, wide = middle[k : k + 256], half[k : k + 256]
@@ -47,8 +47,9 @@ def each_for_itself(grid, arms, middle, half):
 
 
 def test_summing_the_slopes_first_makes_the_proof_short(monkeypatch, why):
-    """The noisy room to gaps of 10⁻³ and 3 · 10⁻⁴ u², with the slopes summed before they are bounded in small boxes, or
-    each point for itself: fewer than 25,000 boxes both times against 1.5 to 2.5 times as many and more than 100,000."""
+    """The noisy room, proved to gaps of 10⁻³ and 3 · 10⁻⁴ u². If the slopes of small boxes are summed before they are
+    bounded, fewer than 25,000 boxes are enough for both. If each point is bounded for itself, the first takes 1.5 to
+    2.5 times as many, the second more than 100,000."""
     scene = room("noise")
     boxes = {}
     for words, bound in (("summed first", branch_and_bound.fine), ("each point for itself", each_for_itself)):
@@ -67,8 +68,8 @@ def test_summing_the_slopes_first_makes_the_proof_short(monkeypatch, why):
 
 
 def test_the_rounding_of_the_grid_would_keep_a_proof_from_ending():
-    """At the proved pose of the noisy room the bound by the grid is more than 2 · 10⁻³ u² below the value, even for a
-    box of that pose alone; the one by the points is the value."""
+    """At the proved pose of the noisy room, the grid's bound is more than 2 · 10⁻³ u² below the value, even for a box
+    of that one pose; the points' bound equals the value."""
     scene = room("noise")
     result = register(scene.source, scene.target, METHOD, **ASKED)
     (ground,) = result.states[0].ground
@@ -80,7 +81,7 @@ def test_the_rounding_of_the_grid_would_keep_a_proof_from_ending():
 
 
 def test_in_the_hall_a_proof_is_half_a_turn_off_as_often_as_not(halls):
-    """Twelve draws: all proved, five within 5° of the truth, seven within 5° of half a turn from it."""
+    """Twelve draws, all proved: five are within 5° of the truth, seven within 5° of half a turn from it."""
     scenes, results = halls
     off = np.degrees([rre(f.pose, s.truth) for f, s in zip(results, scenes, strict=True)])
     assert all(f.status == Status.PROVED for f in results)
@@ -89,7 +90,7 @@ def test_in_the_hall_a_proof_is_half_a_turn_off_as_often_as_not(halls):
 
 
 def test_the_hall_has_two_optima_of_one_value(halls):
-    """The best pose turned by more than 90° from the answer: half a turn from it, and within 1e-3 u² of its value."""
+    """The best pose turned by more than 90° from the answer is half a turn from it and within 1e-3 u² of its value."""
     scenes, results = halls
     for scene, best in zip(scenes, results, strict=True):
         other = elsewhere(scene, best.pose, 90.0)
@@ -100,7 +101,7 @@ def test_the_hall_has_two_optima_of_one_value(halls):
 
 @pytest.mark.parametrize("setting", ["clean", "noise", "combo"])
 def test_in_the_room_no_other_heading_comes_near(setting):
-    """The floor of everything turned by more than 30° from the answer lies 0.02 u² above the answer's value."""
+    """All poses turned by more than 30° from the answer are proved to lie at least 0.02 u² above its value."""
     for seed in DRAWS[:2]:
         scene = room(setting, seed=seed)
         best = register(scene.source, scene.target, METHOD, **ASKED)
@@ -110,15 +111,15 @@ def test_in_the_room_no_other_heading_comes_near(setting):
 
 
 def refined(scene, start):
-    """The end of capped ICP from a start, and its mean capped squared distance."""
+    """The pose where capped ICP from a start ends, and its mean capped squared distance."""
     end = register(scene.source, scene.target, "capped-icp", start=start, cap=ASKED["cap"], max_steps=100)
     return end.pose, float(end.objective) / len(scene.source)
 
 
 def test_the_best_of_a_grid_leads_to_the_proved_optimum(why):
-    """Six settings, two draws each: the best pose of the grid lies up to 2.6° and 0.2 u from the truth, and capped ICP
-    from there ends within 1e-3 u² of the proved optimum. From that pose turned half round about the source's
-    middle it ends more than 0.01 u² above, every time."""
+    """Six settings, two draws each: the grid's best pose lies up to 2.6° and 0.2 u from the truth, and capped ICP from
+    it ends within 1e-3 u² of the proved optimum. From that pose turned by 180° about the source's middle, it always
+    ends more than 0.01 u² above."""
     scenes = [room(setting, seed=seed) for setting in ROOM_SETTINGS for seed in DRAWS[:2]]
     above, turned, off = [], [], []
     for scene in scenes:
@@ -145,9 +146,9 @@ def test_the_best_of_a_grid_leads_to_the_proved_optimum(why):
 
 @pytest.mark.native
 def test_a_loop_of_the_drive_needs_no_prediction(why):
-    """Scan 200 of the recorded drive on scan 40. From where the wheels put it, more than 5 m off, and from no motion
-    the match is not believed; from the grid's best it is, within 10 cm and 1° of which it ends. Fewer than one in a
-    hundred of the poses were scored."""
+    """Scan 200 of the recorded drive to scan 40. Matches from the wheels' pose, more than 5 m off, and from no motion
+    are not believed; the match from the grid's best pose is, and ends within 10 cm and 1° of it. Fewer than one in a
+    hundred of the grid's poses were scored."""
     drive = telecom_loop()
     scans, wheels = prepare(drive), chained(drive.motion)
     grid = register(scans.cloud(200), scans.cloud(40), "correlative")

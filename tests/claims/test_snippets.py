@@ -1,4 +1,4 @@
-"""The Python that chapters, docs and the README show is Python that runs."""
+"""The Python shown in the chapters, the docs and the README runs."""
 
 import re
 from pathlib import Path
@@ -16,7 +16,7 @@ SNIPPETS = [
 
 @pytest.mark.native
 def test_there_are_snippets():
-    """The chapters are found, and show code; so does the README."""
+    """Code blocks are found in the chapters and in the README."""
     assert len(SNIPPETS) > 1
     assert SNIPPETS[0].id == "README-0"
 

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapters 'The contestants' and 'The soft family', against the solvers."""
+"""The claims of the chapters 'The contestants' and 'The soft family', checked against the solvers."""
 
 from itertools import pairwise
 
@@ -22,7 +22,7 @@ SOFT_THREE = ("soft-annealed", "association-bp", "hypothesis-mixture")
 
 
 def problem(scene, start=None):
-    """One registration of a scene, from its own start."""
+    """One registration of a scene, from the scene's own start by default."""
     start = scene.start if start is None else start
     one = Pose(start.R[None], start.t[None])
     return Problem(scene.source[None], scene.target[None], np.ones((1, len(scene.source))), one, np.array([40]))
@@ -32,7 +32,7 @@ def problem(scene, start=None):
 
 
 def test_a_step_is_the_weighted_fit_to_soft_targets():
-    """The pose after a CPD step is the closed-form fit of the moving points to their soft targets, so weighted."""
+    """A CPD step gives the closed-form fit of the moving points to their soft targets, weighted by responsibility."""
     for seed in range(40, 40 + 13 * 5, 13):
         scene = bird(seed=seed)
         for method, scale in (("cpd-rigid", False), ("cpd-similarity", True)):
@@ -46,8 +46,8 @@ def test_a_step_is_the_weighted_fit_to_soft_targets():
 
 
 def test_lowering_q_is_enough():
-    """Of random nearby poses and widths, each one that lowers the auxiliary objective lowers the negative
-    log-likelihood by at least as much: a step need not be the best one."""
+    """Every random nearby pose and width that lowers the auxiliary objective lowers the negative log-likelihood at
+    least as much: a step need not be the best one."""
     rng = np.random.default_rng(5)
     scene = bird()
     lowered = 0
@@ -74,7 +74,7 @@ def test_lowering_q_is_enough():
 
 
 def bird_error(**options):
-    """Where rigid CPD's 40 steps from the figure's start end: degrees off, and its σ."""
+    """The rotation error in degrees, and σ, after 40 steps of rigid CPD from the figure's start."""
     scene = bird(clutter=options.pop("junk"))
     options = {"sigma": 1.1, "volume": AREA, "max_steps": 40, **options}
     run = register(scene.source, scene.target, "cpd-rigid", start=scene.start, **options)
@@ -82,7 +82,7 @@ def bird_error(**options):
 
 
 def test_from_minus_80_degrees_all_three_fail_in_most_draws():
-    """The figure's bird, from −80° over 25 draws: rigid CPD, FilterReg and GMMReg all end more than 5° off in 17."""
+    """The figure's bird from −80°: in 17 of 25 draws, rigid CPD, FilterReg and GMMReg all end more than 5° off."""
     results = {"volume": AREA, "clutter": 0.1, "tolerance": 1e-3}
     options = {
         "cpd-rigid": {"sigma": 1.1, **results},
@@ -100,7 +100,7 @@ def test_from_minus_80_degrees_all_three_fail_in_most_draws():
 
 
 def test_the_clutter_weight_saves_the_run(why):
-    """The bird with ten clutter points: with a weight of 0.1 the run ends within 1°, without one more than 80° off."""
+    """The bird with ten clutter points: with a weight of 0.1 the run ends within 1°, with none more than 80° off."""
     off, near = bird_error(junk=10, clutter=0.0)[0], bird_error(junk=10, clutter=0.1)[0]
     why("the clutter weight, with ten clutter points", {"none": f"{off:.1f}° off", "0.1": f"{near:.1f}° off"})
     assert near < 1.0
@@ -108,8 +108,8 @@ def test_the_clutter_weight_saves_the_run(why):
 
 
 def test_stray_points_hold_sigma_up(why):
-    """Without a clutter weight: with ten clutter points σ stays above 1 u and the run ends more than 80° off; without
-    them σ falls below 0.2 u and the run ends within 1°."""
+    """Without a clutter weight, σ stays above 1 u and the run ends more than 80° off if there are ten clutter points;
+    if there are none, σ falls below 0.2 u and the run ends within 1°."""
     (off, wide), (near, narrow) = (bird_error(junk=junk, clutter=0.0) for junk in (10, 0))
     why(
         "the clutter points, without a clutter weight",
@@ -125,8 +125,7 @@ def test_stray_points_hold_sigma_up(why):
 
 
 def test_a_wider_first_sigma_avoids_the_local_maximum(why):
-    """From a turn of 50°, with as many steps as it takes: a first σ of 1.1 u ends over 70° off, one of 1.5 u within
-    1°."""
+    """From a turn of 50°, with enough steps to converge: a first σ of 1.1 u ends over 70° off, 1.5 u within 1°."""
     scene, off = bird(), {}
     for sigma in (1.1, 1.5):
         options = {"sigma": sigma, "clutter": 0.1, "volume": AREA, "max_steps": 300}
@@ -138,8 +137,8 @@ def test_a_wider_first_sigma_avoids_the_local_maximum(why):
 
 
 def test_a_local_maximum_of_the_likelihood():
-    """From a turn of 50° and a first σ of 1.1 u rigid CPD converges over 70° off, less likely than the end of a run
-    from the truth."""
+    """From a turn of 50° with a first σ of 1.1 u, rigid CPD converges over 70° off, at a lower likelihood than a run
+    from the truth does."""
     scene = bird()
     options = {"sigma": 1.1, "clutter": 0.1, "volume": AREA, "max_steps": 300}
     lost, near = (
@@ -153,8 +152,8 @@ def test_a_local_maximum_of_the_likelihood():
 
 
 def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
-    """The similarity from a turn of 60° and a first σ of 2 u: below a third of its size after 40 steps; with 300 it
-    converges above 0.9 of its size, over 90° off."""
+    """From a turn of 60° with a first σ of 2 u, the similarity has shrunk below a third of its size after 40 steps;
+    given 300, it converges above 0.9 of its size, over 90° off."""
     scene = bird()
     options = {"start": bird_start(-60.0), "sigma": 2.0, "clutter": 0.1, "volume": AREA}
     early, late = (
@@ -167,7 +166,7 @@ def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
 
 
 def test_one_over_n_depends_on_the_unit():
-    """In millimetres the volume's convention gives the same motion, the paper's another one."""
+    """Switching to millimetres leaves the motion unchanged under the volume convention, but not under the paper's."""
     scene = bird(noise=0.25, clutter=10)
     results = {}
     for unit in (1.0, 1000.0):
@@ -181,7 +180,7 @@ def test_one_over_n_depends_on_the_unit():
 
 
 def test_one_over_v_does_not_depend_on_the_sampling():
-    """Every point of both clouds twice: with 1/V the clutter's shares stay, with 1/N all of them fall."""
+    """If every point of both clouds is doubled, the clutter's shares stay the same with 1/V, and all fall with 1/N."""
     scene = bird()
 
     def given(copies, volume):
@@ -201,8 +200,7 @@ def test_one_over_v_does_not_depend_on_the_sampling():
 
 
 def test_a_far_point_does_not_pull_in_gmmreg():
-    """A fixed point far beyond σ changes the distance by the same amount wherever the source is put nearby, and its
-    slope only by the factor that all counts share."""
+    """A fixed point far beyond σ changes the gradient only by the factor n/(n + 1), which comes from its count."""
     scene = bird(clutter=0)
     stray = np.vstack([scene.target, [[40.0, 25.0]]])
     n = len(scene.target)
@@ -217,8 +215,8 @@ def test_a_far_point_does_not_pull_in_gmmreg():
 
 
 def test_the_heuristics_weight_moves_with_bandwidth_and_count():
-    """The clutter weight that a constant 0.12 amounts to grows as σ shrinks and falls as points are added; with σ and
-    the count held it is that of a mixture: both give the same support."""
+    """The clutter weight equivalent to a constant of 0.12 grows as σ shrinks and falls as points are added; at fixed σ
+    and count, a mixture with that weight gives the same support."""
     n, V = len(room("combo").target), 64.0
     w = [clutter_weight(0.12, sigma, n, V) for sigma in (1.1, 0.5, 0.12)]
     assert w[0] < w[1] < w[2]
@@ -236,9 +234,9 @@ def test_the_heuristics_weight_moves_with_bandwidth_and_count():
 
 @pytest.mark.parametrize("method", ["icp", "soft-annealed", "mmd"])
 def test_smooth_or_not_along_a_line(method):
-    """Along a straight line of poses in 200, 800 and 3200 steps: the slope of ICP's objective jumps where partners
-    change, by more than a quarter of its largest value each time; in those of soft targets at one width and of MMD the
-    largest change falls with the step."""
+    """Along a straight line of poses in 200, 800 and 3200 steps: the slope of ICP's objective always jumps by more than
+    a quarter of its largest value, where partners change; the largest change in the slopes of soft targets at fixed
+    width and of MMD falls with the step."""
     scene = bird()
     options = {"icp": {}, "soft-annealed": {"first": 0.5, "last": 0.5}, "mmd": {"lengths": (1.0,)}}[method]
 
@@ -252,7 +250,7 @@ def test_smooth_or_not_along_a_line(method):
         )  # fmt: skip
         state = begin(METHODS[method], p, METHODS[method].options(**options)).state()
         value = state.objective
-        if method == "soft-annealed":  # the score that one step at a fixed width never raises
+        if method == "soft-annealed":  # the score that a step at fixed width never raises
             value = np.log1p(state.support / (1.0 - state.support)).sum(axis=1)
         slope = np.diff(value) / (shifts[1] - shifts[0])
         return np.abs(np.diff(slope)).max() / np.abs(slope).max()
@@ -265,8 +263,8 @@ def test_smooth_or_not_along_a_line(method):
 
 
 def test_who_may_be_claimed_more_than_once():
-    """At the race's start a target point is claimed several times over by soft targets, hardly more than once in all by
-    the association marginals, and never more than once by one hypothesis: 5 seeds."""
+    """At the race's start, over 5 seeds, some target point is claimed more than three times in total by soft targets,
+    none more than 1.25 times by the association marginals, and none more than once by one hypothesis."""
     sums = {"soft": [], "bp": [], "hypothesis": []}
     for seed in SEEDS[:5]:
         asked, _ = race_problem(Controls(), [seed])
@@ -281,8 +279,8 @@ def test_who_may_be_claimed_more_than_once():
 
 
 def test_rivals_keep_the_marginals_unlinked(why):
-    """The tip of the tail with the source 2.4 u away: the one-to-one marginals leave more than 60 % of it unlinked, and
-    less than 20 % where it is the only point of the source. Soft targets leave as much of it either way."""
+    """The tip of the tail, with the source 2.4 u away: the one-to-one marginals leave more than 60 % of it unlinked,
+    but less than 20 % if it is the source's only point. Soft targets leave the same share in both cases."""
     scene, start = bird(), bird_start(0.0, 2.4)
 
     def unlinked(method, source):
@@ -302,14 +300,14 @@ def test_rivals_keep_the_marginals_unlinked(why):
 
 
 def test_mmd_looks_at_no_pair():
-    """The residual is made of one phase for each moving point and wave; the target enters by its mean alone, taken
-    once for a length scale. No pair of points is looked at."""
+    """The residual is built from one phase per moving point and wave; the target enters only by its mean, computed once
+    per length scale. No pair of points is compared."""
     scene = bird()
     for count in (16, 64):
         state = begin(METHODS["mmd"], problem(scene), METHODS["mmd"].options(count=count, lengths=(1.0,))).state()
         waves = state.frequencies[0] / state.length[0]
         moved = scene.start.apply(scene.source)
-        phases = moved @ waves.T  # m · D of them: the target's n points enter by their mean alone
+        phases = moved @ waves.T  # m · D of them: the target's n points enter only by their mean
         assert phases.shape == (len(scene.source), count)
         mean = np.concatenate([np.cos(phases).mean(axis=0), np.sin(phases).mean(axis=0)]) / np.sqrt(count)
         np.testing.assert_allclose(state.moving_mean[0], mean, atol=1e-12)

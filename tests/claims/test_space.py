@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'In space', against the solvers."""
+"""The claims of the chapter 'In space', checked against the solvers."""
 
 import numpy as np
 import pytest
@@ -23,10 +23,10 @@ def off(found, truth=TRUTH):
 
 
 def random_rotations(n, seed=1):
-    """n rotations in space, uniformly distributed: by the QR decomposition of Gaussian matrices."""
+    """n uniformly distributed rotations in space, from QR decompositions of Gaussian matrices."""
     q, r = np.linalg.qr(np.random.default_rng(seed).standard_normal((n, 3, 3)))
     q = q * np.sign(np.diagonal(r, axis1=1, axis2=2))[:, None, :]
-    return q * np.linalg.det(q)[:, None, None]  # in odd dimensions −Q is the other kind
+    return q * np.linalg.det(q)[:, None, None]  # in odd dimensions, −Q turns a reflection into a rotation
 
 
 PLANAR = (
@@ -37,8 +37,8 @@ PLANAR = (
 
 @pytest.mark.parametrize("name", METHODS)
 def test_which_methods_run_in_space(name):
-    """A mug in space is refused by NDT, FilterReg, GMMReg, the flows, the searches, the race's RANSAC, association BP
-    and hypothesis mixture; every other method takes a step on it."""
+    """NDT, FilterReg, GMMReg, the flows, the searches, the race's RANSAC, association BP and hypothesis mixture refuse
+    a mug in space; every other method takes a step on it."""
     scene = mug_pairs("four") if method_of(name).paired else mug()
     if name in PLANAR:
         with pytest.raises(ValueError, match="works in 2 dimensions, the points have 3"):
@@ -51,8 +51,7 @@ def test_which_methods_run_in_space(name):
 
 
 def test_every_rotation_has_an_axis():
-    """Of a thousand random rotations each is a turn about one axis: the rotation vector of its axis and angle gives it
-    back."""
+    """Each of a thousand random rotations is a turn about one axis: its axis and angle give it back."""
     R = random_rotations(1000)
     values, vectors = np.linalg.eig(R)
     k = np.argmin(np.abs(values - 1.0), axis=1)
@@ -64,8 +63,8 @@ def test_every_rotation_has_an_axis():
 
 @pytest.mark.parametrize(("degrees", "apart"), [(90.0, 120.0), (10.0, 1.741), (1.0, 0.01745)])
 def test_the_order_of_turns_matters_and_less_so_for_small_ones(degrees, apart):
-    """Two turns about x and y, in either order: 120° apart for quarter turns, the angle's square for small ones. In the
-    plane the order makes no difference."""
+    """Two turns about x and y in the two orders end 120° apart for quarter turns, and apart by the angle's square for
+    small ones. In the plane the order makes no difference."""
     x, y = about((1, 0, 0), degrees), about((0, 1, 0), degrees)
     assert np.degrees(rre(x.compose(y), y.compose(x))) == pytest.approx(apart, rel=2e-3)
     one, other = Pose.from_angle(np.radians(degrees)), Pose.from_angle(1.1)
@@ -73,7 +72,7 @@ def test_the_order_of_turns_matters_and_less_so_for_small_ones(degrees, apart):
 
 
 def test_few_rotations_lie_near_the_truth():
-    """Of all rotations a quarter lies within 45° of a given one in the plane, (θ − sin θ)/π, one in forty, in space."""
+    """Within 45° of a given rotation lie a quarter of all in the plane, and (θ − sin θ)/π, one in forty, in space."""
     angle = Pose(random_rotations(40000), np.zeros((40000, 3))).angle
     for degrees in (45.0, 90.0, 120.0):
         part = np.radians(degrees)
@@ -87,8 +86,8 @@ def test_few_rotations_lie_near_the_truth():
 
 
 def test_a_line_of_pairs_leaves_a_turn(why):
-    """Three pairs in a line, with a tenth of a unit of noise: turned by any angle about it the mug has the same sum of
-    squares, and the solver names the free rotation. A fourth pair off the line makes the pose unique."""
+    """For three pairs in a line, with a tenth of a unit of noise, turning the mug about it by any angle keeps the sum
+    of squares, and the solver names the free rotation. A fourth pair off the line makes the pose unique."""
     pairs = mug_pairs("line", noise=0.1)
     poses = poses_about_line(pairs.source, pairs.target, np.radians(np.arange(0.0, 360.0, 10.0)))
     sums = (residuals(poses, pairs.source, pairs.target) ** 2).sum(axis=-1)
@@ -105,8 +104,8 @@ def test_a_line_of_pairs_leaves_a_turn(why):
 
 
 def reflected(flat, noise, draws=400, n=12):
-    """The share of fits for which a mirror image would be better, and the largest error of the rotation, degrees: n
-    places round the mug's rim, or on rim and foot by turns, with noise on both clouds."""
+    """The share of fits for which a reflection would be better, and the largest rotation error in degrees: n places
+    round the mug's rim, or alternately on rim and foot, with noise on both clouds."""
     rng, turn = np.random.default_rng(5), 2 * np.pi * np.arange(n) / n
     height = np.ones(n) if flat else np.where(np.arange(n) % 2, 1.0, -1.0)
     places = np.column_stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), height])
@@ -116,7 +115,7 @@ def reflected(flat, noise, draws=400, n=12):
 
 
 def test_pairs_on_a_flat_rim_ask_for_a_mirror_image(why):
-    """Twelve pairs round the rim, both clouds with noise of 0.02 u: in about half of 400 draws the uncorrected fit is a
+    """Twelve pairs round the rim, noise of 0.02 u on both clouds: in about half of 400 draws the uncorrected fit is a
     reflection; with every other place moved to the foot, in none. The corrected rotations are within 4°."""
     (rim, far), (both, _) = reflected(True, 0.02), reflected(False, 0.02)
     shares = {"all on the rim": rim, "on rim and foot by turns": both}
@@ -130,14 +129,14 @@ def test_pairs_on_a_flat_rim_ask_for_a_mirror_image(why):
 
 
 def ends(method, seeds=SEEDS, start=None, points=320, **options):
-    """Rotation errors, degrees, from one start, a mug each."""
+    """Rotation errors in degrees, one mug per seed, all from one start."""
     began = mug_start() if start is None else start
     scenes = [mug(seed, points=points) for seed in seeds]
     return np.array([off(register(s.source, s.target, method, start=began, **options)) for s in scenes])
 
 
 def test_planes_end_nearer_than_points(why):
-    """From 40° and 0.4 u off, in 25 draws: half of the ICP runs end within 3°, half of those of point to plane within
+    """From 40° and 0.4 u off, 25 draws: half of the ICP runs end within 3°, half of those of point to plane within
     1°."""
     point, plane = ends("icp"), ends("point-to-plane")
     words = {"points": point, "planes": plane}
@@ -149,7 +148,7 @@ def test_planes_end_nearer_than_points(why):
 
 
 def test_the_sampling_keeps_icp_from_the_truth(why):
-    """In five draws ICP ends 5.2° off on average with 320 points a cloud, and within 1° with four times as many."""
+    """In five draws ICP ends 5.2° off on average with 320 points per cloud, and within 1° with four times as many."""
     few, many = (ends("icp", SEEDS[:5], points=n, max_steps=200).mean() for n in (320, 1280))
     why("how many points sample the mug", {"320": f"{few:.1f}° off on average", "1,280": f"{many:.1f}°"})
     assert few == pytest.approx(5.2, abs=0.1)
@@ -157,9 +156,9 @@ def test_the_sampling_keeps_icp_from_the_truth(why):
 
 
 def test_the_axis_of_the_start_matters(why):
-    """Turned by 40° across its axis the mug is brought back to within 10° in ten of ten draws, by either residual.
-    Turned by 40° about its axis, by ICP in none and by point to plane in three to seven: from so far, how a machine
-    rounds decides some of the runs."""
+    """Turned by 40° across its axis, the mug ends within 10° in ten of ten draws, with either residual. Turned by 40°
+    about its axis, it does so in none with ICP and in three to seven with point to plane: from so far off, a machine's
+    rounding decides some of the runs."""
     axes = {"across, x": (1, 0, 0), "across, y": (0, 1, 0), "its own": (0, 0, 1)}
     near = {}
     for name, axis in axes.items():
@@ -173,8 +172,8 @@ def test_the_axis_of_the_start_matters(why):
 
 
 def test_how_far_either_reaches():
-    """One mug, 25 starts turned about random axes, 50 steps at most. From 20° all 25 end within 10°; from 40° 21 by ICP
-    and 25 by point to plane; from 60° six and 17; from 80° none by either."""
+    """One mug, 25 starts turned about random axes, at most 50 steps. From 20° all 25 end within 10°; from 40° 21 do
+    with ICP and 25 with point to plane; from 60° six and 17; from 80° none with either."""
     axes = np.random.default_rng(1).standard_normal((25, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     scene, counts = mug(), {}
@@ -189,8 +188,8 @@ def test_how_far_either_reaches():
 
 
 def test_without_its_handle_the_mug_keeps_its_turn(why):
-    """Point to plane from 40° off, 25 draws. Without the handle every run names one free direction of six, and ends
-    with the 27° about the mug's axis that the start had, to 2.5°. With it, 22 of 25 end within 3°."""
+    """Point to plane from 40° off, 25 draws. Without the handle every run names one free direction of six and keeps the
+    start's 27° about the mug's axis, to 2.5°. With it, 22 of 25 end within 3°."""
     twist = 2.0 * np.degrees(np.arctan(np.tan(np.radians(20.0)) * abs(AXIS[2])))
     errors, free = {}, {}
     for handle in (False, True):
@@ -214,7 +213,7 @@ def test_without_its_handle_the_mug_keeps_its_turn(why):
 
 
 def tilt(neighbours, noise=0.02):
-    """The median angle, degrees, between estimated and true normals on the wall, over ten draws."""
+    """The median angle in degrees between estimated and true normals on the wall, averaged over ten draws."""
     angles = []
     for seed in SEEDS[:10]:
         places, scene = mug(seed, noise=0.0, handle=False).target, mug(seed, noise=noise, handle=False)
@@ -229,8 +228,8 @@ def tilt(neighbours, noise=0.02):
 
 
 def test_normals_want_more_neighbours_and_not_too_many(why):
-    """On the mug's wall with 0.02 u of noise the median normal is 15° off from two neighbours, 4° from six, 2.5° from
-    16, and from 60 it is worse again."""
+    """On the mug's wall with 0.02 u of noise, the median normal is 15° off with two neighbours, 4° with six, 2.5° with
+    16, and with 60 it gets worse again."""
     results = {k: tilt(k) for k in (2, 6, 16, 60)}
     why("the number of neighbours", {str(k): f"{angle:.1f}°" for k, angle in results.items()})
     assert results[2] == pytest.approx(15.0, abs=1.0)

@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'A point meets a wall', against the solvers."""
+"""The claims of the chapter 'A point meets a wall', checked against the solvers."""
 
 import functools
 
@@ -35,7 +35,7 @@ def successes(setting, method, start, **options):
 
 
 def gaps(method, steps=1, **options):
-    """How far the end wall still is, u, after each step: a scan of the corner pushed 0.6 u along its long wall."""
+    """The distance left to the end wall after each step, u: a scan of the corner, pushed 0.6 u along its long wall."""
     cloud = sampled(CORNER, 0.1)
     result = register(cloud - [0.6, 0.0], cloud, method, max_steps=steps, **options)
     return 0.6 - result.history.poses.t[:, 0]
@@ -45,8 +45,8 @@ def gaps(method, steps=1, **options):
 
 
 def test_a_wall_answers_with_its_nearest_sample():
-    """However far a scan has slid along a wall sampled every 0.15 u, no inner pair lies farther along it than 0.075 u:
-    the pair does not know how far the slide was."""
+    """However far a scan has slid along a wall sampled every 0.15 u, no inner pair is more than 0.075 u apart along it:
+    a pair cannot tell how far the slide was."""
     wall = sampled(np.array([(-6.0, 0.0), (6.0, 0.0)]), 0.15)
     scan = sampled(np.array([(-2.0, 0.3), (2.0, 0.3)]), 0.16)
     for slide in (0.0, 0.07, 0.5, 1.3, 3.1):
@@ -57,9 +57,9 @@ def test_a_wall_answers_with_its_nearest_sample():
 
 
 def test_point_pairs_crab_along_a_wall():
-    """A fifth of the points face the end wall: each of the first five point-to-point steps closes between one and three
-    tenths of the gap, and the pairs along the long wall bring it to rest with 0.16 u still open; point to plane closes
-    it in one step."""
+    """With a fifth of the points facing the end wall, each of the first five point-to-point steps closes one to three
+    tenths of the gap, and the pairs along the long wall stop the run with 0.16 u still open. Point to plane closes the
+    gap in one step."""
     point, plane = gaps("icp", 40), gaps("point-to-plane", 1)
     ratio = point[1:6] / point[:5]
     assert ((ratio > 0.7) & (ratio < 0.9)).all()
@@ -68,7 +68,7 @@ def test_point_pairs_crab_along_a_wall():
 
 
 def test_in_the_clean_room_planes_and_covariances_take_fewer_steps():
-    """From the near start all three find all 25 clean rooms; point pairs take three times the steps in the median."""
+    """From the near start all three find all 25 clean rooms; point pairs take three times the median steps or more."""
     steps = {}
     for method in ("icp", "point-to-plane", "gicp"):
         assert successes("clean", method, NEAR) == 25
@@ -80,8 +80,9 @@ def test_in_the_clean_room_planes_and_covariances_take_fewer_steps():
 
 
 def test_sliding_along_the_line_costs_nothing():
-    """A scan put anywhere along a wall, also far beyond its end, has the same plane objective, its squared distances
-    from the wall's line, and no force along it; the objective of point pairs grows with the way beyond the end."""
+    """A scan placed anywhere along a wall, even far beyond its end, has the same plane objective, the sum of its
+    squared distances from the wall's line, and no force along it; the point objective grows with the distance beyond
+    the end."""
     rng, along, n = np.random.default_rng(3), np.array([-0.8, 0.6]), np.array([0.6, 0.8])
     wall = sampled(np.array([4.0 * along, -4.0 * along]), 0.15)
     off = rng.uniform(0.1, 0.5, 12)
@@ -104,15 +105,16 @@ def raw_condition(moved, n, centre, unit):
 
 @pytest.mark.parametrize("start", [NEAR, MIDWAY, FARTHER])
 def test_in_the_plane_the_fit_is_the_root_of_a_quartic(start):
-    """With (cos, sin) = v the sum of squares is quadratic in t and v. Without t it is vᵀGv − 2hᵀv, and on |v| = 1 it is
-    least where (G + λ) v = h, |adj(G + λ) h|² = det(G + λ)²: of the real λ one gives the least of 36,000 angles."""
+    """With (cos, sin) = v the sum of squares is quadratic in t and v. Eliminating t leaves vᵀGv − 2hᵀv, whose minimum
+    on |v| = 1 satisfies (G + λ) v = h and |adj(G + λ) h|² = det(G + λ)². One of the real λ gives the lowest cost, no
+    higher than that of any of 36,000 angles."""
     for seed in SEEDS[:5]:
         scene, pose = room("clean", seed=seed), room_start(*start)
         index = nearest.build(scene.target[None])
         rows = index.nearest(pose.apply(scene.source)[None])[0][0]
         n, p, q = normals(index).vectors[0, rows], scene.source, scene.target[rows]
         turned = np.stack([-p[:, 1], p[:, 0]], axis=1)
-        free = np.eye(len(n)) - n @ np.linalg.pinv(n)  # takes away what t can
+        free = np.eye(len(n)) - n @ np.linalg.pinv(n)  # projects out what t can explain
         A = free @ np.stack([np.vecdot(n, p), np.vecdot(n, turned)], axis=1)
         b = free @ np.vecdot(n, q)
         G, h = A.T @ A, A.T @ b
@@ -131,9 +133,9 @@ def test_in_the_plane_the_fit_is_the_root_of_a_quartic(start):
 
 
 def test_condition_before_and_after_centring():
-    """The room's system has condition 2.7 about its centre with the angle scaled by the RMS radius, 13 about the
-    origin in plain units, and beyond eight million when the same room lies 100 u away in any of twelve directions, or
-    is measured in millimetres."""
+    """The room's system has condition 2.7 about its centre with the angle scaled by the RMS radius, 13 about the origin
+    in plain units, and more than eight million if the same room lies 100 u away in any of twelve directions, or is
+    measured in millimetres."""
     scene = room("clean")
     index = nearest.build(scene.target[None])
     n = normals(index).vectors[0, index.nearest(scene.source[None])[0][0]]
@@ -151,8 +153,8 @@ def test_condition_before_and_after_centring():
 
 @pytest.mark.parametrize("scene", [single_wall, corridor])
 def test_walls_leave_the_slide(scene):
-    """On one wall and in a corridor point to plane finds the turn and the place across; along the walls it stays
-    where it was, and says that this slide is free."""
+    """On one wall and in a corridor, point to plane finds the turn and the position across; along the walls it stays
+    where it was, and reports that this slide is free."""
     for seed in SEEDS[:8]:
         drawn = scene(seed=seed)
         result = register(drawn.source, drawn.target, "point-to-plane", start=drawn.start, free_below=0.05)
@@ -167,8 +169,8 @@ def test_walls_leave_the_slide(scene):
 
 
 def test_point_pairs_call_a_wall_well_conditioned():
-    """On the one wall the point system has a condition near 1; its end is more than 1 u from the truth along the wall,
-    as its start was, and within 0.1 u of where point to plane ends."""
+    """On the single wall the point system has a condition near 1, yet its end is more than 1 u from the truth along the
+    wall, as its start was, and within 0.1 u of point to plane's end."""
     along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
     for seed in SEEDS[:8]:
         scene = single_wall(seed=seed)
@@ -193,7 +195,7 @@ def test_point_pairs_call_a_wall_well_conditioned():
 
 
 def test_gicp_holds_a_wall_by_a_hundredth():
-    """On a noise-free wall the covariances hold the slide with exactly 1/100 of what holds the rest: weak, not free."""
+    """On a noise-free wall, the covariances hold the slide exactly 1/100 as strongly as the rest: weak, not free."""
     scene = single_wall(noise=0.0)
     result = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.1, (0.3, 0.1)))
     system = result.states[0].system
@@ -204,7 +206,7 @@ def test_gicp_holds_a_wall_by_a_hundredth():
 
 
 def slides(method, **options):
-    """How far a run goes along the noisy wall, u, in each of 25 draws from one start 0.4 u along from the truth."""
+    """How far a run moves along the noisy wall, u, in each of 25 draws from one start 0.4 u along from the truth."""
     along, moved = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8), []
     for seed in SEEDS:
         scene = single_wall(seed=seed, noise=0.1)
@@ -215,8 +217,8 @@ def slides(method, **options):
 
 
 def test_on_a_noisy_wall_gicp_wanders():
-    """On one wall with noise of 0.1 u GICP goes along it by more than 0.6 u, either way, in 25 draws; point to plane,
-    told to leave weak directions alone, stays within 0.03 u of where it was along it."""
+    """On one wall with noise of 0.1 u, in 25 draws, GICP slides along it by more than 0.6 u, in either direction; point
+    to plane with weak directions left alone stays within 0.03 u of its start along the wall."""
     wandered = slides("gicp")
     assert wandered.min() < -0.6
     assert wandered.max() > 0.6
@@ -224,7 +226,7 @@ def test_on_a_noisy_wall_gicp_wanders():
 
 
 def test_a_bad_normal_does_not_widen_its_covariance():
-    """At the room's corners normals are off by up to 45°, and their covariances are as narrow as on a bare wall."""
+    """At the room's corners normals are off by up to 45°, but their covariances are as narrow as on a bare wall."""
     surface = normals(nearest.build(room("clean", noise=0.0).target[None]))
     n = surface.vectors[0]
     off = np.degrees(np.arctan2(np.abs(n).min(axis=1), np.abs(n).max(axis=1)))
@@ -238,8 +240,9 @@ def test_a_bad_normal_does_not_widen_its_covariance():
 
 
 def test_no_residual_has_the_widest_basin():
-    """From 45°, of 25 draws: with noise, point pairs find all, plane and GICP miss one to three; where the sampling
-    thins out, plane finds fewer than point; where it is striped, point finds none and the others all."""
+    """From 45°, of 25 draws: with noise, point pairs find all, while point to plane and GICP miss one to three; where
+    the sampling thins out, point to plane finds at least five fewer than point pairs; where it is striped, point pairs
+    find none and the others all."""
     results = {
         setting: [successes(setting, method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")]
         for setting in ("noise", "gradient", "striped")
@@ -251,23 +254,24 @@ def test_no_residual_has_the_widest_basin():
 
 
 def test_fewer_steps_are_no_rule():
-    """In the noisy room some draws take point to plane more steps than point pairs, and both find the room."""
+    """In two or more draws of the noisy room, point to plane takes more steps than point pairs, and both find the
+    room."""
     point, plane = runs("noise", "icp", MIDWAY), runs("noise", "point-to-plane", MIDWAY)
     both = (point[1] < 5.0) & (plane[1] < 5.0)
     assert (both & (plane[0].steps > point[0].steps)).sum() >= 2
 
 
 def test_fewer_steps_are_no_better_pose():
-    """In the noisy room, near, point to plane takes fewer steps in 24 of 25 draws, and in about half of them it ends
-    farther from the true rotation than point pairs."""
+    """In the noisy room, from the near start, point to plane takes fewer steps in 24 of 25 draws, but in about half of
+    the draws it ends farther from the true rotation than point pairs."""
     point, plane = runs("noise", "icp", NEAR), runs("noise", "point-to-plane", NEAR)
     assert (plane[0].steps < point[0].steps).sum() == 24
     assert 8 <= (plane[1] > point[1]).sum() <= 17
 
 
 def test_a_convex_residual_does_not_make_a_convex_objective():
-    """For fixed pairs the plane objective is a parabola along any line of translations; with the nearest pairs of every
-    place it has several minima along one."""
+    """For fixed pairs the plane objective is a parabola along a line of translations; with points paired anew at each
+    place it has at least three minima along one."""
     scene = room("clean")
     index = nearest.build(scene.target[None])
     n = normals(index).vectors[0]
@@ -289,8 +293,8 @@ def test_a_convex_residual_does_not_make_a_convex_objective():
 
 
 def test_equal_residuals_get_unequal_weights():
-    """Pairs of equal length have residuals that differ more than five times, in plane and in GICP mode, and pairs of
-    equal residual have different weights: the weight is no function of the residual that is squared."""
+    """Pairs of equal length have residuals that differ more than fivefold, in plane and in GICP mode, and pairs of
+    equal residual have different weights: the weight is not a function of the squared residual."""
     scene = room("outliers")
     for method in ("point-to-plane", "gicp"):
         state = register(scene.source, scene.target, method, start=room_start(*NEAR), max_steps=0, weight="tukey")
@@ -304,7 +308,7 @@ def test_equal_residuals_get_unequal_weights():
         same = apart < 0.05
         assert (
             np.abs(np.subtract.outer(w, w))[same].max() > 0.15
-        )  # no kernel falls by half as much over 5 % of a residual
+        )  # over 5 % of a residual, no kernel falls by even half as much
 
 
 def _one(*arrays):
@@ -313,7 +317,7 @@ def _one(*arrays):
 
 def test_a_scale_of_distances_is_not_that_of_plane_residuals():
     """At the truth of the clean room the median distance is more than twice the median plane residual: the rest is the
-    gap between two samplings. Most pairs that Huber takes down by distance are ordinary plane residuals."""
+    gap between the two samplings. Most pairs that Huber weights down by distance have ordinary plane residuals."""
     scene = room("clean")
     state = register(scene.source, scene.target, "point-to-plane", max_steps=0).states[0]
     r = np.ravel(state.pairing.distances)
@@ -328,8 +332,8 @@ def test_a_scale_of_distances_is_not_that_of_plane_residuals():
 
 
 def test_from_near_robust_weights_halve_the_error(why):
-    """With a fifth of each cloud junk, from the near start, each of the three weights lowers the median rotation error
-    of each residual, by half or more for Welsch."""
+    """With a fifth of each cloud junk, from the near start, each of the three weights lowers each residual's median
+    rotation error, and Welsch more than halves it."""
     off = {
         weight: np.median(runs("outliers", "icp", NEAR, weight=weight)[1])
         for weight in ("none", "huber", "tukey", "welsch")
@@ -343,8 +347,8 @@ def test_from_near_robust_weights_halve_the_error(why):
 
 
 def test_from_midway_robust_weights_find_no_more_rooms():
-    """With the same junk from 45°, no weight brings more draws home than no weight does, and with point to plane Tukey
-    brings four fewer."""
+    """With the same junk from 45°, no weight finds the room in more draws than using none does, and with point to plane
+    Tukey finds it in four fewer."""
     plain = {method: successes("outliers", method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")}
     for method, result in plain.items():
         for weight in ("huber", "tukey", "welsch"):
@@ -354,7 +358,7 @@ def test_from_midway_robust_weights_find_no_more_rooms():
 
 def test_tukey_throws_away_the_wall_that_matters(why):
     """The long wall fits, so the scale is small, and the end wall, 0.6 u off, lies beyond Tukey's threshold: the slide
-    is never corrected. Huber keeps its pull, bounded, and closes the gap."""
+    is never corrected. Huber bounds the end wall's pull but keeps it, and closes the gap."""
     left = {name: abs(gaps("point-to-plane", 40, weight=name)[-1]) for name in ("tukey", "huber")}
     why("the weight", {name.capitalize(): f"{gap:.2f} u left open" for name, gap in left.items()})
     assert left["huber"] < 0.03
@@ -364,7 +368,7 @@ def test_tukey_throws_away_the_wall_that_matters(why):
 def test_about_the_median_itself_the_scale_is_smaller():
     """The clean room, 25 draws from −110°, 45°, 75° and 180°: the median absolute deviation about the median itself is
     0.2 to 0.6 times that about zero. With it Tukey rejects 15 to 20 % of the pairs on average from 180°, and at most
-    2 % from the other three; with the scale about zero it rejects no pair from any of the four."""
+    2 % from the other three; with the scale about zero it rejects none from any of the four."""
     scenes = [room("clean", seed=seed) for seed in SEEDS]
     source, target = (np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target"))
     for degrees, low, high in ((-110.0, 0.0, 0.02), (45.0, 0.0, 0.02), (75.0, 0.0, 0.02), (180.0, 0.15, 0.2)):
@@ -379,8 +383,8 @@ def test_about_the_median_itself_the_scale_is_smaller():
 
 
 def test_trimming_pure_noise_costs_accuracy(why):
-    """In the noisy room there are no wrong points. Dropping the farthest 30 % of the pairs doubles the rotation error,
-    root mean square over 25 draws, of point pairs, and raises it by half of plane and GICP."""
+    """The noisy room has no wrong points. Dropping the farthest 30 % of the pairs there multiplies the RMS rotation
+    error over 25 draws by more than two for point pairs, and by more than 1.5 for point to plane and GICP."""
     off = {
         method: [np.sqrt((runs("noise", method, NEAR, trim=t)[1] ** 2).mean()) for t in (0.0, 0.3)]
         for method in ("icp", "point-to-plane", "gicp")

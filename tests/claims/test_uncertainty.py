@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'How sure?', against the solvers."""
+"""The claims of the chapter 'How sure?', checked against the solvers."""
 
 from functools import cache
 
@@ -13,13 +13,14 @@ DRAWS = 1000
 
 @cache
 def held(place, method, ways, **more):
-    """The draws of 1,000 whose region holds the truth, one count a way."""
+    """How many of 1,000 draws have a region that holds the truth, one count per way."""
     return [line.covered for line in coverage(place, method, ways, count=DRAWS, **more)]
 
 
 def test_in_the_room_censi_nearly_keeps_its_word_for_point_to_plane():
-    """Of 1,000 draws, starts 3° and 0.15 u about the truth: Censi's regions hold it in 930 to 950, the Hessian's in 880
-    to 900, those of redrawn scans in 940 to 965. With point to point both closed forms hold it in fewer than 280."""
+    """Point to plane, 1,000 draws, starts 3° and 0.15 u about the truth: 930 to 950 of Censi's regions hold it, 880 to
+    900 of the Hessian's, 940 to 965 of those from redrawn scans. With point to point, fewer than 280 do with either
+    closed form."""
     hessian, censi = held("room", "point-to-plane", ("hessian", "censi"))
     (sampled,) = held("room", "point-to-plane", ("sampled",))
     assert 880 <= hessian <= 900
@@ -29,9 +30,9 @@ def test_in_the_room_censi_nearly_keeps_its_word_for_point_to_plane():
 
 
 def test_gicp_states_far_too_small_a_region():
-    """Of 1,000 draws, starts 3° and 0.15 u about the truth: the Hessian's regions hold it in 500 to 600 in the room and
-    in the hall, and in fewer than 100 in the corridor. Those of redrawn scans hold it in more than 930 in room and
-    hall."""
+    """Of 1,000 draws, starts 3° and 0.15 u about the truth: 500 to 600 of the Hessian's regions hold it in the room and
+    in the hall, and fewer than 100 in the corridor. In the room and the hall, more than 930 of those from redrawn scans
+    do."""
     counts = {place: held(place, "gicp", ("hessian", "sampled")) for place in ("room", "corridor", "hall")}
     for place in ("room", "hall"):
         assert 500 <= counts[place][0] <= 600
@@ -40,8 +41,8 @@ def test_gicp_states_far_too_small_a_region():
 
 
 def test_other_point_to_point_methods_are_as_overconfident():
-    """1,000 draws in the room: with a cap and with the KISS threshold 200 to 280 of the Hessian's regions hold the
-    truth, with trimming to 80 % 70 to 130; of Censi's 20 to 60 do with each."""
+    """1,000 draws in the room: 200 to 280 of the Hessian's regions hold the truth with a cap and with the KISS
+    threshold, 70 to 130 with trimming to 80 %; of Censi's, 20 to 60 do with each."""
     asked = (("capped-icp", {}), ("kiss-threshold-icp", {}), ("trimmed-icp", {"keep": 0.8}))
     counts = {method: held("room", method, ("hessian", "censi"), **options) for method, options in asked}
     assert all(20 < censi < 60 for _, censi in counts.values())
@@ -50,8 +51,9 @@ def test_other_point_to_point_methods_are_as_overconfident():
 
 
 def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
-    """1,000 draws in the room, each started at the truth, so that the start is not at fault: the same spots seen twice
-    with their pairs known, the same spots with pairs found, other spots with pairs found."""
+    """1,000 draws in the room, all started at the truth to rule out the start. Pairing the same spots, seen twice, at
+    least 950 of the Hessian's regions hold the truth if the pairs are known, and 920 to 970 if they are found; with
+    other spots, 480 to 580."""
     clean, noisy = redrawn("room", DRAWS, noise=0.0), redrawn("room", DRAWS)
     truth, rng = clean.truth, np.random.default_rng(7)
     spots = truth.apply(clean.source)
@@ -74,8 +76,8 @@ def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
 
 
 def test_the_spread_of_the_start_halves_what_the_hessian_holds(why):
-    """Point to point in the room, 1,000 draws: from the truth itself 480 to 580 of the regions hold it, from starts 3°
-    and 0.15 u about it fewer than half as many, and more than 200."""
+    """Point to point in the room, 1,000 draws: 480 to 580 of the regions hold the truth if the runs start there; if
+    they start 3° and 0.15 u about it, more than 200 do, but fewer than half as many."""
     (exact,) = held("room", "icp", ("hessian",), heading=0.0, shift=0.0)
     (spread,) = held("room", "icp", ("hessian",))
     why("the starts", {
@@ -87,7 +89,7 @@ def test_the_spread_of_the_start_halves_what_the_hessian_holds(why):
 
 
 def test_point_to_plane_forgets_a_near_start():
-    """In the room the two counts for point to plane differ by less than 20 of 1,000, for either closed form."""
+    """In the room the same two counts for point to plane differ by less than 20 of 1,000, with either closed form."""
     ways = ("hessian", "censi")
     exact = held("room", "point-to-plane", ways, heading=0.0, shift=0.0)
     spread = held("room", "point-to-plane", ways)
@@ -95,8 +97,8 @@ def test_point_to_plane_forgets_a_near_start():
 
 
 def test_starts_carried_through_help_point_to_point_and_do_not_suffice():
-    """100 draws in the room: with six starts carried through, between 25 and 60 regions hold the truth, where Censi's
-    alone hold it in fewer than ten."""
+    """100 draws in the room: with six starts carried through, 25 to 60 regions hold the truth; with Censi's estimate
+    alone, fewer than ten."""
     made = runs("room", "icp", 100)
     more, alone = (int(regions(made, way).covers(made.scans.truth).sum()) for way in ("starts", "censi"))
     assert alone < 10
@@ -105,7 +107,7 @@ def test_starts_carried_through_help_point_to_point_and_do_not_suffice():
 
 def test_a_corridor_is_a_needle_and_both_closed_forms_make_it_too_short():
     """300 draws of point to plane: σ along the corridor is more than 50 times that across it, and more than three times
-    the median of what the Hessian says. About half of the Hessian's regions hold the truth, two thirds of Censi's."""
+    the Hessian's median claim. About half of the Hessian's regions hold the truth, and two thirds of Censi's."""
     made = runs("corridor", count=300)
     spread = ends_of(made).modes[0]
     assert spread.deviations[0] > 50.0 * spread.deviations[1]
@@ -116,7 +118,8 @@ def test_a_corridor_is_a_needle_and_both_closed_forms_make_it_too_short():
 
 
 def test_more_noise_makes_the_corridor_look_better_known(why):
-    """300 draws of point to plane: the Hessian's largest σ, a median, with noise of 0.01 and of 0.08 u."""
+    """300 draws of point to plane: the median of the Hessian's largest σ is smaller, by more than 15 %, with noise of
+    0.08 u than with 0.01 u."""
     claimed = {}
     for noise in (0.08, 0.01):
         made = runs("corridor", count=300, noise=noise)
@@ -127,7 +130,8 @@ def test_more_noise_makes_the_corridor_look_better_known(why):
 
 
 def test_true_normals_leave_the_corridor_free():
-    """Scanned without noise, point to plane has one free direction in all of 20 draws: the slide. No number is NaN."""
+    """Scanned without noise, point to plane has exactly one free direction, the slide, in all of 20 draws, and every
+    entry of the estimate is finite."""
     made = runs("corridor", count=20, noise=0.0, heading=0.0, shift=0.0)
     estimate = covariance(made.result, sigma=0.04)
     assert (estimate.free.sum(axis=1) == 1).all()
@@ -137,8 +141,8 @@ def test_true_normals_leave_the_corridor_free():
 
 
 def test_point_to_point_sees_no_needle():
-    """1,000 draws in the corridor: the Hessian's regions are as wide one way as the other, to 1 %, and hold the truth
-    in fewer than ten. Where the runs end, σ along the corridor is more than ten times that across it."""
+    """1,000 draws in the corridor: the Hessian's regions are equally wide in every direction, to 1 %, and fewer than
+    ten hold the truth. Of the runs' ends, σ along the corridor is more than ten times that across it."""
     made = runs("corridor", "icp", DRAWS)
     estimate = covariance(made.result)
     assert (estimate.deviations[:, 0] < 1.01 * estimate.deviations[:, 2]).all()
@@ -148,9 +152,9 @@ def test_point_to_point_sees_no_needle():
 
 
 def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
-    """1,000 draws of point to plane: the same scans, from headings known to 3° and to 90°. The second cluster of more
-    than 5 % is half a turn off; no end is within 1 u of the mean of all, by its angle times the cloud's radius and its
-    place."""
+    """1,000 draws of point to plane on the same scans, from headings known to 3° and to 90°: only the latter give a
+    second cluster of more than 5 %, half a turn off. No end then lies within 1 u of the mean of all, measured by its
+    place and its angle times the cloud's radius."""
     outcomes, result = {}, {}
     for heading in (90.0, 3.0):
         made = runs("hall", count=DRAWS, heading=heading)

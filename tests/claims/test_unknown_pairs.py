@@ -1,4 +1,4 @@
-"""The checkable claims of the chapter 'Correspondences unknown', against the solvers."""
+"""The claims of the chapter 'Correspondences unknown', checked against the solvers."""
 
 from itertools import pairwise
 
@@ -17,13 +17,13 @@ NEAR, USUAL, FAR = room_start(15.0, 0.5), room_start(45.0, 1.43), room_start(-11
 
 
 def rooms(setting="clean", **options):
-    """The clouds of 25 draws of a room, one batch each."""
+    """The clouds of 25 draws of a room, batched into a source and a target array."""
     scenes = [room(setting, seed=seed, **options) for seed in SEEDS]
     return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
 
 
 def runs(clouds, start, method="icp", **options):
-    """One run of each draw: the result, and where the pose is right, within 5° and 0.2 u."""
+    """One run per draw: the result, and which poses are right, within 5° and 0.2 u."""
     result = solvers.register(*clouds, method, start=start, **options)
     right = (metrics.rre(result.pose, Pose.identity()) < np.radians(5.0)) & (
         metrics.rte(result.pose, Pose.identity()) < 0.2
@@ -37,7 +37,7 @@ def at_truth(clouds, method="icp", **options):
 
 
 def course(clouds, start, method="icp", steps=70, **options):
-    """The states of a run, one after every step."""
+    """The states of a run, one after each step."""
     states = []
     solvers.register(
         *clouds, method, start=start, max_steps=steps, callback=lambda k, s: states.append(s) and None, **options
@@ -49,8 +49,8 @@ def course(clouds, start, method="icp", steps=70, **options):
 
 
 def test_nearest_partners_are_shared_and_left_over():
-    """At the near start, in each of 25 draws, ICP pairs each source point with its nearest: several share one partner,
-    and other target points have none."""
+    """At the near start, in each of 25 draws, ICP pairs each source point with its nearest target point: some of these
+    are shared, and others have no partner."""
     source, target = rooms()
     pairs = solvers.register(source, target, max_steps=0, start=NEAR).detail("pairing").rows
     for p, q, rows in zip(NEAR.apply(source), target, pairs, strict=True):
@@ -60,8 +60,8 @@ def test_nearest_partners_are_shared_and_left_over():
 
 
 def test_both_halves_of_a_step_lower_the_sum():
-    """Moving lowers the sum of squares over the pairs, or leaves it; matching anew lowers it further, or leaves it. So
-    in each of twelve steps of 25 draws, and in the first both lower it in every draw."""
+    """In each of twelve steps of 25 draws, neither moving nor matching anew raises the sum of squares over the pairs;
+    in the first step, both lower it by more than 1 % in every draw."""
     clouds = rooms("combo")
     start = solvers.register(*clouds, max_steps=0, start=USUAL).detail("pairing")
     rows, sums = start.rows, np.square(start.distances).sum(axis=1)
@@ -78,7 +78,7 @@ def test_both_halves_of_a_step_lower_the_sum():
 
 
 def test_pairs_that_repeat_end_the_run():
-    """Once a matching changes no partner, the next fit is the one before: the pose has come to rest."""
+    """Once matching changes no partner, the next fit repeats the last one: the pose has come to rest."""
     for seed in list(SEEDS)[:8]:
         scene = room("clean", seed=seed)
         poses, rows = [], []
@@ -92,7 +92,7 @@ def test_pairs_that_repeat_end_the_run():
 
 
 def test_pairing_a_straight_wall_says_nothing_along_it():
-    """Two samplings of one wall, a source started anywhere along it: ICP stays within a spacing of where it began."""
+    """Two samplings of one wall, with the source started anywhere along it: ICP stays within a spacing of its start."""
     wall = np.column_stack([np.arange(0.0, 8.0, 0.15), np.zeros(54)])
     part = np.column_stack([np.arange(2.0, 6.0, 0.15), np.zeros(27)])
     for slide in (-1.0, -0.5, 0.6, 1.1):
@@ -105,8 +105,8 @@ def test_pairing_a_straight_wall_says_nothing_along_it():
 
 
 def test_a_gate_lets_the_rms_rise():
-    """With a gate of 0.6 u, the RMS over the pairs used rises within six steps in every one of 25 draws, where the pose
-    is still more than 35° off; all of them come out right."""
+    """With a gate of 0.6 u, the RMS over the pairs used rises within six steps in each of 25 draws, while the pose is
+    still more than 35° off; all of them end right."""
     states = course(rooms(), USUAL, gate=0.6)
     rms = np.stack([state.pairing.rms for state in states])
     rises = rms[1:] > rms[:-1] * (1 + 1e-9)
@@ -120,7 +120,7 @@ def test_a_gate_lets_the_rms_rise():
 
 
 def test_trimming_alone_is_a_fixed_count():
-    """A fifth trimmed off, with no gate, is the fixed count of the other four fifths: the same poses, step by step."""
+    """Trimming a fifth without a gate equals keeping a fixed four fifths: the same poses, step by step."""
     clouds = rooms("outliers")
     trimmed, count = (
         course(clouds, NEAR, method, steps=10, **options)
@@ -159,7 +159,7 @@ def test_a_gate_can_cost_steps(why):
 
 
 def test_a_gate_can_narrow_the_reach(why):
-    """From 45° in the noisy room, all 25 draws come out right without a gate, at most three with 0.6 u."""
+    """From 45° in the noisy room, all 25 draws end right without a gate, at most three with one of 0.6 u."""
     clouds = rooms("noise")
     free, gated = runs(clouds, USUAL)[1], runs(clouds, USUAL, gate=0.6)[1]
     why("the gate", {"0.6 u": f"{gated.sum()} of 25 arrive", "none": f"{free.sum()} of 25 arrive"})
@@ -168,7 +168,7 @@ def test_a_gate_can_narrow_the_reach(why):
 
 
 def arrivals(clouds, start, used, steps=70):
-    """Which of 25 draws come out right where a step fits the pairs that `used(step, distances)` names."""
+    """Rotation errors, degrees, and translation errors, u, of 25 draws fitted to the pairs that `used` selects."""
     source, target = clouds
     pose = Pose(*(np.broadcast_to(part, (len(source), *part.shape)) for part in (start.R, start.t)))
     for k in range(steps):
@@ -185,8 +185,8 @@ def off_truth(pose):
 
 
 def test_a_gate_leaves_out_the_pairs_with_most_to_say(why):
-    """The same start and room: with the pairs beyond 0.6 u left out at most three of 25 draws arrive, with as many
-    left out at random all, and with the gate put in after ten steps all but two at most."""
+    """The same start and room: leaving out the pairs beyond 0.6 u, at most three of 25 draws arrive; leaving out as
+    many at random, all do; adding the gate only after ten steps, at least 23 do."""
     rng = np.random.default_rng(1)
 
     def at_random(k, distances):
@@ -208,8 +208,8 @@ def test_a_gate_leaves_out_the_pairs_with_most_to_say(why):
 
 
 def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
-    """The same 25 runs: over all pairs used the RMS rises at hundreds of steps, over those that the step before had
-    used it rises at none of these."""
+    """The same 25 runs: over all pairs used the RMS rises at more than 200 steps; over those that the previous step had
+    used too, it rises at none of these."""
     states = course(rooms(), USUAL, gate=0.6)
     all_pairs = old_pairs = 0
     for before, after in pairwise(states):
@@ -230,7 +230,7 @@ def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
 
 
 def test_trimming_junk_lowers_the_error(why):
-    """With a fifth of both scans junk, keeping 80 % of the pairs at least halves the median translation error."""
+    """With a fifth of both scans junk, keeping 80 % of the pairs more than halves the median translation error."""
     clouds = rooms("outliers")
     (plain, right), (kept, right_kept) = runs(clouds, NEAR), runs(clouds, NEAR, "trimmed-icp", keep=0.8)
     errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, kept)]
@@ -247,7 +247,7 @@ def test_trimming_junk_lowers_the_error(why):
 
 
 def test_near_starts_arrive_and_far_ones_stop_elsewhere(why):
-    """From 15° all 25 draws of the clean room come out right; from −110° none does, and nearly all say converged."""
+    """From 15° all 25 draws of the clean room end right; from −110° none does, and at least 23 report convergence."""
     clouds = rooms()
     (near, right), (far, right_far) = runs(clouds, NEAR), runs(clouds, FAR)
     why(
@@ -262,8 +262,8 @@ def test_near_starts_arrive_and_far_ones_stop_elsewhere(why):
 
 
 def test_a_loose_tolerance_only_stops_sooner(why):
-    """Stopping where the RMS changes by less than 5 % instead of a millionth: fewer steps in every draw, and on average
-    a larger error."""
+    """Stopping at an RMS change below 5 % instead of a millionth takes fewer steps in every draw, and leaves a larger
+    error on average."""
     clouds = rooms()
     (tight, _), (loose, _) = (runs(clouds, USUAL, rms_tolerance=t) for t in (1e-6, 0.05))
     errors = [np.degrees(metrics.rre(result.pose, Pose.identity())).mean() for result in (tight, loose)]
@@ -277,15 +277,15 @@ def test_a_loose_tolerance_only_stops_sooner(why):
 
 
 def pillars(first: int, last: int) -> FloatArray:
-    """Equal pillars of a row, 2 u apart, by the numbers of the first and the last, (n, 2)."""
+    """A row of equal pillars, 2 u apart, numbered from first to last, (n, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     pillar = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
     return np.concatenate([pillar + np.array([2.0 * k, 0.0]) for k in range(first, last + 1)])
 
 
 def test_equal_pillars_fit_one_period_off():
-    """Three of seven equal pillars, 2 u apart, started nearer to the next one: a fit one period off, with no residual
-    at all."""
+    """Three of seven equal pillars, 2 u apart, started nearer to the next one: they fit it, one period off, without any
+    residual."""
     row, seen = pillars(0, 6), pillars(2, 4)
     for start, where in ((0.3, 0.0), (1.7, 2.0)):
         result = solvers.register(seen, row, start=Pose.from_angle(0.0, (start, 0.1)))
@@ -295,8 +295,8 @@ def test_equal_pillars_fit_one_period_off():
 
 
 def test_the_end_of_a_row_tells_its_periods_apart():
-    """One period off, three pillars from within the row have no residual, at the truth neither; where one of the three
-    is the last of the row, they have none at the truth, and an RMS above 0.5 u one period off."""
+    """Three pillars from within the row fit exactly both at the truth and one period off. If one of them is the last of
+    the row, they fit exactly only at the truth, and have an RMS above 0.5 u one period off."""
     row = pillars(0, 6)
     for last, off in ((4, 0.0), (6, 0.5)):
         for start in (0.3, 1.7):
@@ -306,8 +306,8 @@ def test_the_end_of_a_row_tells_its_periods_apart():
 
 
 def test_what_is_seen_once_pulls_on_every_fit(why):
-    """Where the target sees six tenths of the room, plain ICP fails from near in all 25 draws; a gate of 0.6 u brings
-    all of them home."""
+    """If the target sees six tenths of the room, plain ICP fails from near in all 25 draws, and a gate of 0.6 u saves
+    all."""
     clouds = rooms(overlap=0.6)
     plain, gated = runs(clouds, NEAR)[1], runs(clouds, NEAR, gate=0.6)[1]
     why("the gate", {"none": f"{plain.sum()} of 25 arrive", "0.6 u": f"{gated.sum()} of 25 arrive"})
@@ -316,7 +316,7 @@ def test_what_is_seen_once_pulls_on_every_fit(why):
 
 
 def test_without_what_is_seen_once_plain_icp_arrives(why):
-    """The same rooms and start: plain ICP fails in all 25 draws, and arrives in all without the source points that lie,
+    """The same rooms and start: plain ICP fails in all 25 draws, but arrives in all without the source points that are,
     at the truth, farther than 0.3 u from everything the target saw."""
     clouds = rooms(overlap=0.6)
     arrived = 0
@@ -334,8 +334,8 @@ def test_without_what_is_seen_once_plain_icp_arrives(why):
 
 
 def test_a_wall_alone_makes_a_better_fit_than_the_truth(why):
-    """Where the target sees little more than one wall, all 25 gated runs converge, and in at least 15 the pose is wrong
-    and its RMS below that of the same rule at the truth. With six tenths seen all are right."""
+    """If the target sees little more than one wall, all 25 gated runs converge, but at least 15 are wrong with an RMS
+    below that of the same rule at the truth. With six tenths seen, all are right."""
     clouds = rooms("noise", overlap=0.35)
     result, right = runs(clouds, NEAR, gate=0.6)
     below = result.detail("pairing").rms < at_truth(clouds, gate=0.6).rms
@@ -350,8 +350,8 @@ def test_a_wall_alone_makes_a_better_fit_than_the_truth(why):
 
 
 def test_stripes_pull_a_trimmed_fit_along_the_walls(why):
-    """In the striped room plain ICP comes out right from near in all 25 draws. Keeping 80 % of the pairs, at least 15
-    end more than 0.2 u off, within half a degree, at an RMS below 0.075 u."""
+    """In the striped room plain ICP ends right from near in all 25 draws. With 80 % of the pairs kept, at least 15 end
+    more than 0.2 u but less than half a degree off, at an RMS below 0.075 u."""
     clouds = rooms("striped")
     _, right = runs(clouds, NEAR)
     result, _ = runs(clouds, NEAR, "trimmed-icp", keep=0.8)
@@ -367,8 +367,8 @@ def test_stripes_pull_a_trimmed_fit_along_the_walls(why):
 
 
 def test_stripes_trim_the_walls_that_would_object():
-    """Where such a trimmed run ends more than 0.2 u off, more than nine tenths of the source points on vertical walls
-    are left out, on average, and 5 to 15 % of those on horizontal ones."""
+    """When such a trimmed run ends more than 0.2 u off, it leaves out more than nine tenths of the source points on
+    vertical walls on average, and 5 to 15 % of those on horizontal ones."""
     source, target = rooms("striped")
     result, _ = runs((source, target), NEAR, "trimmed-icp", keep=0.8)
     n, used = normals(nearest.build(source)).vectors, result.detail("pairing").used
@@ -380,8 +380,8 @@ def test_stripes_trim_the_walls_that_would_object():
 
 
 def test_sparing_the_walls_that_object_saves_the_trimmed_fit(why):
-    """The same rooms and start, a fifth of the pairs left out: the farthest of all leave at least 15 of 25 draws more
-    than 0.2 u off, the farthest on horizontal walls none."""
+    """The same rooms and start, a fifth of the pairs left out: leaving out the farthest of all, at least 15 of 25 draws
+    end more than 0.2 u off; leaving out the farthest on horizontal walls, none does."""
     source, target = rooms("striped")
     n = normals(nearest.build(source)).vectors
     vertical, fifth = np.abs(n[..., 0]) > np.abs(n[..., 1]), round(0.2 * source.shape[1])
