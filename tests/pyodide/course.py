@@ -1,4 +1,4 @@
-"""The race run step by step, natively or in the page's Python: where every problem stands after every step."""
+"""Runs the race step by step, natively or in the page's Python, and records every problem's pose after each step."""
 
 import json
 
@@ -13,7 +13,7 @@ from solvers.studies.race import CONTESTANTS, Controls, race_problem
 
 
 def main(text):
-    """Poses after "one step" of every method and along every contestant's "course", with its "counts" at the end."""
+    """The poses after "one step" of every method and along each contestant's "course", and its final "counts"."""
     asked = json.loads(text)
     controls = Controls(setting=asked["setting"], degrees=asked["degrees"])
     problem, truth = race_problem(controls)
@@ -31,7 +31,7 @@ def main(text):
 
 
 def one_step(room):
-    """The poses after one step of every method at its defaults, from one start."""
+    """The poses after one step of every method with default options, all from one start."""
     scenes = [kabsch_scene("noisy", seed=int(seed)) for seed in room.seed]
     source, target = (np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target"))
     pairs = Problem(source, target, np.ones(source.shape[:2]), room.start, room.seed)
@@ -43,6 +43,6 @@ def one_step(room):
 
 
 def flat(pose):
-    """R, t and scale of b poses as (b, 7)."""
+    """R, t and scale of b poses, as (b, 7)."""
     scale = np.broadcast_to(pose.scale, pose.t.shape[:-1])[..., None]
     return np.concatenate([pose.R.reshape(*pose.R.shape[:-2], 4), pose.t, scale], axis=-1)

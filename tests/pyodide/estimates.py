@@ -1,4 +1,4 @@
-"""Searches, pose graphs, odometry and uncertainty, natively or in the page's Python: what each of them ends with."""
+"""The results of searches, pose graphs, odometry and uncertainty, computed natively or in the page's Python."""
 
 import json
 
@@ -15,7 +15,7 @@ from solvers.uncertainty import covariance, monte_carlo
 
 
 def main(text):
-    """For each name in "asked" what `FOUND` gives: names to numbers."""
+    """The result of each function of `FOUND` listed under "asked": names mapped to numbers."""
     return json.dumps({name: FOUND[name]() for name in json.loads(text)["asked"]})
 
 
@@ -25,7 +25,7 @@ def rows(pose):
 
 
 def searches():
-    """Each search to its end: on the race's 25 seeds, and on five of them where it takes long."""
+    """The end of each search on the race's 25 seeds, or on five of them if it is slow."""
 
     def end(scene, name):
         result = register(scene.source, scene.target, name)
@@ -41,7 +41,7 @@ def searches():
 
 
 def odometry():
-    """A short drive: matched scan to scan and to a map, its loops, and the graph that they close."""
+    """A short drive matched scan to scan and to a map, its loops, and the graph closed with them."""
     drive, _ = simulated_drive(scans=50, beams=91)
     scans = prepare(drive)
     chain, mapped = scan_to_scan(scans, drive.motion), scan_to_map(scans, drive.motion, length=2)
@@ -69,7 +69,7 @@ def posegraph():
 
 
 def uncertainty():
-    """Covariances in closed form, and from redrawn scenes."""
+    """Covariances in closed form and from redrawn scenes."""
     scene = kabsch_scene("noisy", seed=53)
     fit = register(scene.source, scene.target, "kabsch")
     scenes = [corridor(seed=seed) for seed in range(12)]

@@ -1,4 +1,4 @@
-"""Figures asked for frames, natively or in the page's Python: the questions are the same, the answers are compared."""
+"""Requests frames from the figures, natively or in the page's Python, so that the same requests can be compared."""
 
 import json
 
@@ -9,7 +9,7 @@ from widgets.engine.registry import WIDGETS
 
 
 def main(text):
-    """The frames for {"frames": requests}, and where "jobs" says so the whole result of every job of every figure."""
+    """The frames for {"frames": requests} and, if "jobs" is true, the full result of every figure's jobs."""
     asked = json.loads(text)
     host = Host()
     frames = [host.frame(json.dumps(request)) for request in asked["frames"]]

@@ -1,4 +1,4 @@
-"""Runs Python inside Pyodide under Node: on the runtime as it is shipped, or on the complete one it is made from."""
+"""Runs Python inside Pyodide under Node: in the shipped runtime, or in the complete one that it is built from."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ SUITE = Path(__file__).with_name("suite.py")
 def run_python_in_shipped_runtime(
     code: str, value: Any = None, *, info: RuntimeInfo | None = None, cache: Path | None = None, timeout: float = 600
 ) -> Any:
-    """What `main(text: str) -> str` of `code`, JSON in and out, makes of `value` on the runtime that is shipped.
+    """Call `main(text: str) -> str` of `code` in the shipped runtime with `value`, JSON in and out; return its result.
 
-    `info` defaults to the runtime of this checkout. Raises NodeError with the traceback where the code fails.
+    `info` defaults to the runtime of this checkout. Raises NodeError with the traceback if the code fails.
     """
     info = info or assembled(cache=cache)
     files = {PurePosixPath(file.name).name: info.contents[file.name] for file in (*info.files, *info.later)}
@@ -47,7 +47,7 @@ def run_python_in_complete_runtime(
     cache: Path | None = None,
     timeout: float = 1800,
 ) -> Any:
-    """The same on Pyodide, numpy and Hypothesis as they come, with folders mounted: { path inside: folder outside }."""
+    """The same with unmodified Pyodide, numpy and Hypothesis, and folders mounted: { path inside: folder outside }."""
     outside = gather(["numpy", "pyodide", "hypothesis"], cache=cache or cache_dir())
     wheels = [path.read_bytes() for path in outside.values() if path.suffix == ".whl"]
     with tempfile.TemporaryDirectory(prefix="ladder-inside-") as temporary:
@@ -62,10 +62,10 @@ def run_python_in_complete_runtime(
 
 
 def assert_the_suite_passes(folder: str) -> None:
-    """The tests of a folder, run inside the complete runtime but for those that are marked native."""
+    """Run a folder's tests inside the complete runtime, except those marked native, and check that they pass."""
     answer = run_python_in_complete_runtime(
         SUITE.read_text("utf-8"),
-        # The conftest above is the site's: it serves and drives a browser.
+        # Leave out the conftest above, which belongs to the site: it serves pages and drives a browser.
         {"args": [folder, f"--confcutdir={folder}", "-p", "tests.recorded", "-m", "not native", "-q"]},
         mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
     )

@@ -1,5 +1,5 @@
-"""The race, and what is built on registrations, natively and in the page's Python: one code, one numpy version, two
-processors and two LAPACKs."""
+"""The race, and what builds on registrations, natively and in the page's Python: the same code and numpy version on two
+processors with two LAPACKs."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ COURSE = Path(__file__).with_name("course.py")
 ESTIMATES = Path(__file__).with_name("estimates.py")
 AGREE = 1e-9
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
-# These choose: a cell for a point, an accepted step, a hypothesis, a tied candidate. A difference in the last place may
-# turn a choice, and what follows from it. All others contract, and forget such a difference.
+# These make discrete choices: a point's cell, an accepted step, a hypothesis, a tied candidate. A difference in the
+# last digit can flip a choice and all that follows from it. All other methods contract, and so lose such a difference.
 CHOOSING = {"ndt", "mmd", "ransac-congruent", "hypothesis-mixture", "association-bp"}
 
 
 @pytest.fixture(scope="module")
 def courses() -> tuple[dict[str, Any], dict[str, Any]]:
-    """The same course here and there."""
+    """The same course, computed natively and in the page's Python."""
     asked = {"setting": "combo", "degrees": 45.0}
     here = json.loads(main(json.dumps(asked)))
     there = run_python_in_shipped_runtime(COURSE.read_text("utf-8"), asked)
@@ -36,14 +36,14 @@ def courses() -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def apart(here: Any, there: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The largest difference of each pose, relative to the larger of one and its largest number."""
+    """The largest difference within each pose, relative to its largest number or to one, whichever is larger."""
     a, b = np.asarray(here, dtype=float), np.asarray(there, dtype=float)
     return np.abs(a - b).max(axis=-1) / np.maximum(1.0, np.abs(a).max(axis=-1))
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_one_step_is_the_same_in_the_page(courses: tuple[dict[str, Any], dict[str, Any]], method: str) -> None:
-    """One step of every method, from one start, on all 25 seeds: native and in the page agree to 1e-9."""
+    """One step of every method from one start, on all 25 seeds: native and page results agree to 1e-9."""
     here, there = courses
     difference = apart(here["one step"][method], there["one step"][method])
     assert difference.shape == (len(SEEDS),)
@@ -52,9 +52,10 @@ def test_one_step_is_the_same_in_the_page(courses: tuple[dict[str, Any], dict[st
 
 @pytest.mark.parametrize("method", [c.method for c in CONTESTANTS])
 def test_the_race_ends_the_same_in_the_page(courses: tuple[dict[str, Any], dict[str, Any]], method: str) -> None:
-    """All 25 seeds end within 1e-9 of each other; those of a method that chooses may part, within one in the counts.
+    """All 25 seeds end within 1e-9 of each other, natively and in the page. If a method makes discrete choices, up to
+    two seeds may part; the counts then differ by at most one.
 
-    Seen: of all contestants and seeds only NDT's seed 339 parts, at its tenth step.
+    Observed: of all contestants and seeds, only NDT's seed 339 parts, at its tenth step.
     """
     here, there = courses
     ends = apart(here["course"][method][-1], there["course"][method][-1])
@@ -66,7 +67,7 @@ def test_the_race_ends_the_same_in_the_page(courses: tuple[dict[str, Any], dict[
 
 
 def first_apart(here: dict[str, Any], there: dict[str, Any], method: str, problem: int) -> int:
-    """The first step after which problem i's poses differ by more than 1e-9."""
+    """The first step after which a problem's poses differ by more than 1e-9."""
     a, b = here["course"][method], there["course"][method]
     steps = min(len(a), len(b))
     difference = apart([pose[problem] for pose in a[:steps]], [pose[problem] for pose in b[:steps]])
@@ -76,7 +77,7 @@ def first_apart(here: dict[str, Any], there: dict[str, Any], method: str, proble
 
 @pytest.fixture(scope="module")
 def found() -> tuple[dict[str, Any], dict[str, Any]]:
-    """What searches, odometry, graphs and covariances end with here and there."""
+    """The results of searches, odometry, graphs and covariances, computed natively and in the page's Python."""
     asked = {"asked": list(estimates.FOUND)}
     here = json.loads(estimates.main(json.dumps(asked)))
     return here, run_python_in_shipped_runtime(ESTIMATES.read_text("utf-8"), asked)
@@ -86,8 +87,8 @@ def found() -> tuple[dict[str, Any], dict[str, Any]]:
 def test_what_is_built_on_registrations_ends_the_same_in_the_page(
     found: tuple[dict[str, Any], dict[str, Any]], name: str
 ) -> None:
-    """Searches, matched scans and loops, closed graphs with their marginals, covariances: native and in the page agree
-    to 1e-8, relative to the larger of 0.001 and the number, and choose the same pairs and take as many steps."""
+    """Searches, matched scans and loops, closed graphs with their marginals, covariances: native and page results agree
+    to 1e-8, relative to the number or to 0.001, whichever is larger, with the same choices and step counts."""
     here, there = (json.dumps(each[name]) for each in found)
     words = [re.sub(NUMBER, "#", text) for text in (here, there)]
     assert words[0] == words[1]

@@ -1,4 +1,4 @@
-"""Every figure natively and in the page's Python: the same bytes at its controls' ends and for all that can be done."""
+"""Every figure natively and in the page's Python: the same bytes at its controls' extremes and for all actions."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ FRAMES = Path(__file__).with_name("frames.py")
 
 
 def ends(spec: Spec) -> tuple[Value, ...]:
-    """A slider's two ends, every option of a choice, both sides of a toggle."""
+    """A slider's two ends, all options of a choice, or both states of a toggle."""
     if spec.kind == "slider":
         return spec.low, spec.high
     return tuple(spec.options) if spec.kind == "choice" else (False, True)
 
 
 def requests(widget: Widget) -> Iterator[dict[str, Any]]:
-    """Every preset, with each button, handle, pick and hover; of the first what the tape records, as far as it shows
-    anything new; and each control at each of its ends, after one press."""
+    """For every preset: each button, handle, pick and hover. For the first preset: what the tape records, if it shows
+    anything new. For each control: each of its extremes, after one press."""
     presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
     placed = [
         *(["drag", handle, 1.23, -0.57] for handle in widget.handles),
@@ -53,8 +53,8 @@ def requests(widget: Widget) -> Iterator[dict[str, Any]]:
 
 
 def taped(widget: Widget) -> Iterator[dict[str, Any]]:
-    """What the tape records of the first preset: of its states those in which a control has a value, or as many presses
-    were made, as in none before."""
+    """The states that the tape records of the first preset, but only those in which some control has a new value or the
+    number of presses is new."""
     seen: set[str] = set()
     for changes, presses in widget.tape:
         plain = preset(widget, next(iter(widget.presets)), changes).plain()
@@ -69,7 +69,7 @@ def asked(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:
 
 
 def walk() -> Iterator[dict[str, Any]]:
-    """Every stage of the walkthrough, in each of its presets: one after the other through two iterations."""
+    """Every stage of the walkthrough, one after the other through two iterations, in each of its presets."""
     widget = WIDGETS["four"]
     for name in widget.presets:
         yield from (asked({**preset(widget, name).plain(), "log": [["press", "next"]] * k}, 0) for k in range(2, 11))
@@ -77,8 +77,8 @@ def walk() -> Iterator[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def answers(request: pytest.FixtureRequest) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
-    """The questions about the figures that are asked for, and the answers natively and in the page's Python: both of a
-    process that has drawn nothing yet, since what is known is drawn finer than was asked."""
+    """The requests for the selected figures, and the answers natively and in the page's Python. Both come from
+    processes that have not drawn anything yet, since states already known are drawn in finer detail than requested."""
     names = figures(request)
     questions = [each for name in names for each in requests(WIDGETS[name])] + [*(walk() if "four" in names else ())]
     unique = list({json.dumps(question, sort_keys=True): question for question in questions}.values())
@@ -102,7 +102,7 @@ def test_frames_are_the_same_bytes_in_the_page(
 
 
 def apart(one: str, other: str) -> bool:
-    """Whether two frames differ: in a byte, or in a number of the files that they offer by more than 1e-9 of it."""
+    """Whether two frames differ: in a byte, or by more than 1e-9 (relative or absolute) in a number in their files."""
     frames = [json.loads(text) for text in (one, other)]
     texts = [json.dumps(frame.pop("files", {})) for frame in frames]
     words = [re.sub(NUMBER, "#", text) for text in texts]
@@ -113,7 +113,7 @@ def apart(one: str, other: str) -> bool:
 def test_jobs_find_the_same_in_the_page(
     answers: tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]],
 ) -> None:
-    """The race's table at its first settings: every number as printed, and to 1e-9 relative as computed."""
+    """The race's table at its first settings: every number is the same as printed, and to 1e-9 relative as computed."""
     _, here, there = answers
     assert here["jobs"].keys() == there["jobs"].keys() == {"race benchmark"}
     for name, result in here["jobs"].items():

@@ -1,4 +1,4 @@
-"""Figures inside Pyodide: their own tests on the complete runtime, everything once on the shipped one."""
+"""Figures inside Pyodide: their own tests in the complete runtime, and everything once in the shipped one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_everything_runs_once_on_the_shipped_runtime() -> None:
         module.name
         for package in (solvers, widgets)
         for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
-        if not module.name.startswith(("solvers.__main__", "solvers.cli"))  # no page runs the command line
+        if not module.name.startswith(("solvers.__main__", "solvers.cli"))  # pages never run the command line
     }
     assert set(done["every_module"]) == modules | {"solvers", "widgets"}
     assert set(done["every_method"]) == set(solvers.METHODS)
@@ -33,7 +33,8 @@ def test_everything_runs_once_on_the_shipped_runtime() -> None:
 
 
 def test_wasm_tells_no_floating_point_error() -> None:
-    """What natively raises or warns gives NaN in the page: solvers must look at results, not wait for LinAlgError."""
+    """What natively raises or warns gives NaN in the page, so solvers must check results rather than wait for
+    LinAlgError."""
     code = """
 import json
 import numpy as np

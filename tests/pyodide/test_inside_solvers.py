@@ -1,5 +1,5 @@
-"""Solvers inside Pyodide: their own tests on the complete runtime. A file of its own, since it takes minutes and files
-are shared out among processes."""
+"""Solvers inside Pyodide: their own tests in the complete runtime. They have a file to themselves because they take
+minutes and files are distributed among processes."""
 
 from __future__ import annotations
 
