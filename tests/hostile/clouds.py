@@ -1,4 +1,4 @@
-"""Clouds that no scanner makes: few points, one place, one line, one cell, far apart, in any unit. From a seed."""
+"""Seeded clouds that no scanner produces: few points, one place, one line, one cell, far apart, in any unit."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ SIZES = (1, 2, 3, 4, 5, 6, 6, 8, 12, 40)
 UNITS = (1e-300, 1e-200, 1e-150, 1e-100, 1e-30, 1e-12, 1e-6, 1e-3, 1.0, 1.0, 1e3, 1e6, 1e12, 1e30, 1e75, 1e100, 1e149)
 READABLE = (1e-8, 1e-6, 1e-3, 1.0, 1.0, 1.0, 1e3, 1e6, 1e9)
 APART = (0.0, 0.0, 0.0, 0.1, 1.0, 3.0, 10.0, 1e3, 1e6, 1e9, 1e12)
-LARGEST = 1e150  # what solvers take
+LARGEST = 1e150  # the largest coordinate that solvers accept
 
 Array = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 
 def cloud(rng: np.random.Generator, n: int, d: int) -> Array:
-    """One of eleven kinds, n points of d coordinates, about one unit wide."""
+    """A cloud of one of eleven kinds: n points with d coordinates, about one unit wide."""
     base = rng.standard_normal((n, d))
     line = np.linspace(-1.0, 1.0, n)[:, None]
     kinds = (
@@ -36,9 +36,9 @@ def cloud(rng: np.random.Generator, n: int, d: int) -> Array:
 
 
 def pairs(seed: int, units: tuple[float, ...] = UNITS) -> Iterator[tuple[Array, Array]]:
-    """Source (m, d) and target (n, d) without end, d from 2 to 4: unrelated, equal, mirrored, side by side or worlds
-    apart, each in a unit of its own now and then. In four dimensions there are four points at least: fewer are refused
-    as a cloud that lies on its side."""
+    """An endless stream of source (m, d) and target (n, d), with d from 2 to 4: unrelated, equal, mirrored, side by
+    side or worlds apart, and sometimes each in its own unit. In four dimensions there are at least four points, since
+    fewer are refused as a transposed cloud."""
     rng = np.random.default_rng(seed)
     while True:
         d = int(rng.choice((2, 2, 2, 3, 4)))

@@ -1,4 +1,4 @@
-"""Every test here tries thousands of calls, and the last lines of a run say what came of them."""
+"""Every test here makes thousands of calls; the last lines of a run summarise their outcomes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ CALLS = 5000
 
 @pytest.fixture
 def calls(pytestconfig: pytest.Config) -> int:
-    """How many calls a test makes, about."""
+    """Roughly how many calls a test makes."""
     return int(pytestconfig.getoption("hostile_calls") or CALLS)
 
 
 @pytest.fixture
 def tally(request: pytest.FixtureRequest) -> Iterator[Tally]:
-    """What the test's calls come to, shown at the end of the run."""
+    """The outcomes of the test's calls, shown at the end of the run."""
     counted = Tally(request.node.name.removeprefix("test_").replace("_", " ").replace("[", " ").rstrip("]"))
     yield counted
     request.node.user_properties.append(("hostile", [counted.what, *(counted.counts[each] for each in OUTCOMES)]))

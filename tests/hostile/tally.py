@@ -1,4 +1,4 @@
-"""What hostile calls came to: each ends well, degenerate or refused in words of ours, and anything else is an error."""
+"""Counts the outcomes of hostile calls: fine, degenerate, or refused in our own words; anything else is an error."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ OUTCOMES = ("ok", "degenerate", "refused", "error")
 
 @dataclass
 class Tally:
-    """The calls of one kind. errors: what was tried and what came of it."""
+    """The calls of one kind. errors: what was tried, and the error that it raised."""
 
     what: str
     counts: Counter[str] = field(default_factory=Counter)
     errors: list[str] = field(default_factory=list)
 
     def tries(self, told: object, call: Callable[[], str]) -> None:
-        """Count one call. `call` answers with its outcome; a ValueError that our code raises is a refusal."""
+        """Count one call. `call` returns its outcome; a ValueError that our code raises counts as a refusal."""
         try:
             outcome = call()
         except Exception as error:
@@ -33,14 +33,14 @@ class Tally:
         self.counts[outcome] += 1
 
     def closes(self) -> None:
-        """Fail with the first errors where there is any."""
+        """Fail with the first errors, if there are any."""
         if self.errors:
             pytest.fail(f"{len(self.errors)} errors, such as\n\n" + "\n".join(self.errors[:5]), pytrace=False)
 
 
 def _ours(error: ValueError) -> bool:
-    """Whether a `raise` made the error, in words that were written for it, and not numpy or int() by the way. What is
-    wrong with JSON, json says best."""
+    """Whether an explicit `raise`, with a message written for it, made the error, rather than numpy or int() in
+    passing. Errors in JSON are the exception: json's own messages are best."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     line = linecache.getline(last.filename, last.lineno or 0)
     written = isinstance(error, json.JSONDecodeError) or line.strip().startswith("raise ")

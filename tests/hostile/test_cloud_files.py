@@ -1,4 +1,4 @@
-"""Files of points that were cut, spliced and mistyped: a cloud of finite points, or the line of what is wrong."""
+"""Point files that were cut, spliced and mistyped are read as a cloud of finite points, or refused with a reason."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def cloud(draw: random.Random) -> np.ndarray:
 
 
 def damaged(draw: random.Random, data: bytes) -> bytes:
-    """Something cut, put in, said twice or in another order; or a number of the header that is another."""
+    """Bytes cut out or put in, a line copied over another or swapped with it, or a number replaced."""
     at = draw.randrange(len(data) + 1)
     what = draw.randrange(6)
     if what == 0:

@@ -1,4 +1,4 @@
-"""A reader's own clouds through the figure: every method, any settings, and each state draws or its file is refused."""
+"""A reader's own clouds in the figure, with every method and any settings: each state draws, or its file is refused."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def test_own_clouds(units: tuple[float, ...], tally: Tally, calls: int) -> None:
 
 
 def text(points: Array) -> bytes:
-    """The points as a file."""
+    """The points as a CSV file."""
     return "\n".join(",".join(repr(float(v)) for v in row) for row in points).encode()
 
 
 def state(draw: random.Random, method: str, given: dict[str, str]) -> dict[str, Any]:
-    """A record of the method with what it brings, or with settings that do not suit it."""
+    """A record of the method, either with its own settings or with some that may not suit it."""
     controls: dict[str, Any] = {"clouds": "own", "method": method, **OWN[method].brings()}
     if draw.random() < 0.5:
         controls |= {"length": draw.choice((0.5, 1.0, 8.0, 40.0)), "share": draw.choice((0.0, 30.0, 60.0))}
@@ -64,7 +64,7 @@ def state(draw: random.Random, method: str, given: dict[str, str]) -> dict[str, 
 
 
 def drawn(host: Host, record: dict[str, Any]) -> str:
-    """How one state ends: a record that the page wrote is never refused."""
+    """The outcome of drawing one state; a record that the page wrote must never be refused."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -73,7 +73,7 @@ def drawn(host: Host, record: dict[str, Any]) -> str:
             raise AssertionError("this is a state of the page") from error
     check_any_frame(record, frame)
     (stop,) = (each["value"] for each in frame["readouts"] if each["name"] == "stop")
-    if stop == "not begun" and "files" in frame:  # both clouds are there, and the method says why it does not begin
+    if stop == "not begun" and "files" in frame:  # both clouds are there; the method says why it cannot begin
         assert frame["note"].startswith("Stopped at step 0: ")
         return "refused"
     return "degenerate" if stop.startswith("degenerate") else "ok"

@@ -1,4 +1,4 @@
-"""Records that nobody's page wrote, of every figure: a frame that draws, or a reason."""
+"""Records that no page ever wrote, for every figure: each gives a frame that draws, or a reason."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_records_of_every_figure(tally: Tally, calls: int) -> None:
 
 
 def sound(draw: random.Random, widget: Widget) -> dict[str, Any]:
-    """A record that the widget takes."""
+    """A valid record of the widget."""
     changes: dict[str, Any] = {}
     for name, spec in specs(widget.controls).items():
         if draw.random() < 0.3:
@@ -56,7 +56,7 @@ def sound(draw: random.Random, widget: Widget) -> dict[str, Any]:
 
 
 def spoil(draw: random.Random, record: dict[str, Any]) -> None:
-    """Something of it, at any depth, is replaced, taken away or put in twice."""
+    """Replace, remove or duplicate one item of the record, at any depth."""
     at: Any = record
     while True:
         keys = list(at) if isinstance(at, dict) else list(range(len(at)))
@@ -79,7 +79,7 @@ def spoil(draw: random.Random, record: dict[str, Any]) -> None:
 
 
 def torn(draw: random.Random, text: str) -> str:
-    """The text with something cut out of it, put into it or nested a thousand times."""
+    """The text with a piece cut out, and sometimes another put in, such as thousands of opening brackets."""
     at = draw.randrange(len(text))
     end = draw.randrange(at, min(len(text), at + 9) + 1)
     put = draw.choice(("", "{", "}", "[" * 3000, '"', ",", "1e999", "-", "null", "\\ud800", "\0"))
@@ -90,6 +90,6 @@ def drawn(host: Host, text: str) -> str:
     host.frame(text)
     request = json.loads(text)
     asked = request["record"]
-    frame = json.loads(host.frame(json.dumps({**request, "figure": "fig-x"})))  # as the checks call it
+    frame = json.loads(host.frame(json.dumps({**request, "figure": "fig-x"})))  # under the name that the checks use
     check_any_frame(parsed(WIDGETS[asked["widget"]], asked).plain(), frame)
     return "ok"

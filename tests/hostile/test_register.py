@@ -1,4 +1,4 @@
-"""`register` over every method: whatever the clouds, an answer that holds or `degenerate` with a reason."""
+"""`register` with every method: whatever the clouds, a valid answer, or `degenerate` with a reason."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ def test_any_clouds_through_every_method(tally: Tally, calls: int) -> None:
 
 
 def registered(source: Array, target: Array, name: str, seed: int) -> str:
-    """How one call ends; a warning of numpy's is an error, and so is a ValueError: clouds are never refused."""
+    """The outcome of one call. A numpy warning counts as an error, and so does a ValueError: clouds are never
+    refused."""
     method = METHODS[name]
     if method.dims is not None and source.shape[1] not in method.dims:
         source, target = source[:, :2], target[:, :2]
