@@ -12,7 +12,7 @@ RandomPose = Callable[..., Pose]
 
 
 def _random_pose(rng: Generator, d: int, batch: tuple[int, ...] = (), scaled: bool = False) -> Pose:
-    """A rotation uniform over all (QR of a Gaussian matrix, signs fixed), a translation of a few units."""
+    """A uniformly random rotation (QR of a Gaussian matrix, signs fixed) and a translation of a few units."""
     Q, upper = np.linalg.qr(rng.standard_normal((*batch, d, d)))
     Q = Q * np.sign(np.diagonal(upper, axis1=-2, axis2=-1))[..., None, :]
     Q[..., :, 0] *= np.sign(np.linalg.det(Q))[..., None]

@@ -1,7 +1,7 @@
-"""What editors and type checkers read of methods: `python -m tests.solvers.stub` writes solvers/_functions.pyi.
+"""The types that editors and type checkers see: `python -m tests.solvers.stub` writes solvers/_functions.pyi.
 
-The modules that come with `solvers`, a signature for each method's function, an overload of `register` for each method,
-and `METHODS` with each method's options. All of it follows from `solvers` and `solvers.per_method`.
+It lists the modules that come with `solvers`, a signature for each method's function, an overload of `register` for
+each method, and `METHODS` with each method's options, all derived from `solvers` and `solvers.per_method`.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ METHODS: _Methods
 
 
 def stub() -> str:
-    """The file's text."""
+    """The text of the stub file."""
     classes = sorted({METHODS[name].options.__name__ for name in METHODS})
     modules = [f"from solvers import {name} as {name}" for name, file in solvers._MODULES.items() if name == file]
     parts = [HEAD.format(modules="\n".join(modules), options="\n".join(f"    {name}," for name in classes))]
@@ -89,12 +89,12 @@ def stub() -> str:
 
 
 def write() -> None:
-    """Put the text into its place."""
+    """Write the stub file."""
     STUB.write_text(stub(), "utf-8")
 
 
 def _names(method: str) -> str:
-    """A method's name and the field's names for it, as members of a Literal."""
+    """A method's name and its common aliases, as members of a Literal."""
     return _quoted([method, *(other for other, own in ALIASES.items() if own == method)])
 
 
@@ -108,7 +108,7 @@ def _item(method: str) -> str:
 
 
 def _parameters(method: str) -> list[str]:
-    """The parameters of a method's function, with the star before those by name."""
+    """The parameters of a method's function, with a star before the keyword-only ones."""
     return list(_with_star(per_method.parameters(method)))
 
 
@@ -124,7 +124,7 @@ def _with_star(parameters: Sequence[inspect.Parameter]) -> Iterator[str]:
 
 
 def _signature(name: str, parameters: Sequence[str]) -> str:
-    # A parameter is not to be broken at its spaces.
+    # Do not wrap a parameter at its spaces.
     joined = ", ".join(one.replace(" ", "\0") for one in parameters) + ","
     lines = textwrap.wrap(joined, 112, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
     return f"def {name}(\n" + "\n".join(lines).replace("\0", " ") + "\n) -> Result: ..."

@@ -1,4 +1,4 @@
-"""Lists of clouds: each is its own run, and what comes beside them is one for all or one for each."""
+"""Lists of clouds: each cloud is a separate run, and other arguments are shared by all or given one for each."""
 
 from functools import partial
 
@@ -47,7 +47,7 @@ def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
 
 
 def test_beside_a_list_an_array_has_one_row_for_each_cloud(scene):
-    """Of targets, weights, pairs and seeds alike, as a list of its rows has."""
+    """Arrays of targets, weights, pairs and seeds beside a list work like lists of their rows."""
     sources = [scene.source, scene.source[::-1]]
     given = {
         "target": np.stack([scene.target, scene.target + 1.0]),
@@ -72,7 +72,7 @@ def test_beside_a_list_an_array_has_one_row_for_each_cloud(scene):
 
 
 def test_a_list_of_one_is_a_batch_of_one(scene):
-    """Arrays with one leading axis; of several clouds it is lists, whose entries may differ in length."""
+    """One cloud gives arrays with one leading axis; several give lists, whose entries may differ in length."""
     one, two = (kabsch([scene.source] * n, [scene.target] * n) for n in (1, 2))
     alone = kabsch(scene.source, scene.target)
     assert np.array_equal(one.correspondences, alone.correspondences[None])
@@ -88,7 +88,7 @@ SIZES = (132, 60, 90)
 
 @pytest.fixture
 def rooms():
-    """A scene's clouds in three sizes, and the result of all three."""
+    """A scene's source in three sizes, its target, and the result for all three."""
     scene = room("noise")
     sources = [scene.source[:n] for n in SIZES]
     return sources, scene.target, register(sources, scene.target, "point-to-plane", gate=0.5, start=scene.truth)
@@ -106,7 +106,7 @@ def test_what_moves_points_moves_each_cloud_by_its_own_pose(rooms):
 
 
 def test_evidence_of_a_list_is_that_of_each(rooms):
-    """Against one target or one each, whichever of the two is the list."""
+    """The evidence of a list is that of each entry, against one target or one each, whichever argument is the list."""
     sources, target, result = rooms
     targets = [target[: 100 + k] for k in range(3)]
     for p, q in ((sources, target), (sources, targets), (sources[0], targets), (sources, np.stack([target] * 3))):
@@ -134,7 +134,7 @@ def test_the_usual_reach_of_a_list_is_that_of_each(rooms):
 
 
 def test_halves_of_a_list_are_those_of_each(rooms):
-    """Against one target or one each, with weights and seeds for all or for each."""
+    """The halves of a list are those of each entry, with one target, weights and seed for all, or one each."""
     sources, target, result = rooms
     targets = [target[: 100 + k] for k in range(3)]
     rng = np.random.default_rng(8)
@@ -183,7 +183,7 @@ def test_covariances_of_a_list_are_those_of_each(rooms):
 
 
 def test_a_list_of_one_cloud_takes_an_entry_for_it() -> None:
-    """As lists of several do; a noise for each point is an entry, one for all of them a number."""
+    """A list of one cloud takes a list with one entry of per-point noise, as lists of several clouds do."""
     cloud = np.random.default_rng(3).normal(size=(30, 2))
     several = register([cloud, cloud], [cloud + 0.1, cloud + 0.1], "icp")
     alone = register([cloud], [cloud + 0.1], "icp")
@@ -200,7 +200,7 @@ def test_what_is_no_cloud_beside_a_list_is_refused_by_name(wrong: object) -> Non
 
 
 def test_a_list_is_of_clouds_of_one_dimension():
-    """Said of the list, and of a cloud that is transposed as of any other."""
+    """Mixed dimensions are reported for the list; a transposed cloud in it is reported as it is on its own."""
     plane = SPACE[:, :2]
     with pytest.raises(ValueError, match=r"^source: .* of one dimension, but number 0 .* has 2 and number 1 has 3$"):
         register([plane, SPACE], [plane, SPACE])
@@ -216,7 +216,7 @@ def test_who_takes_no_list_says_how_to_go_on(rooms):
 
 
 def test_a_true_value_of_the_callback_ends_the_run_of_one_cloud(rooms):
-    """Each cloud of a list is a run of its own, whose steps are counted from 1; a batch is one."""
+    """Each cloud of a list is a separate run with steps counted from 1, so a true value ends only that run."""
     sources, target, _ = rooms
     seen = []
     result = register(sources, target, gate=0.5, callback=lambda k, state: seen.append((k, len(state.status))) or True)

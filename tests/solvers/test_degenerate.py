@@ -1,4 +1,4 @@
-"""Scenes that do not determine a pose: told apart, said in words, and harmless to their neighbours in the batch."""
+"""Scenes that do not determine a pose are recognised, explained in words, and leave the rest of their batch alone."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ PLANAR = [
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 @pytest.mark.parametrize(("source", "target", "weights", "reason"), PLANAR)
 def test_what_the_plane_leaves_open_is_said(fit, source, target, weights, reason, scale):
-    """No weight, equal points, or two vanishing sums: degenerate, the reason in words, and a finite pose."""
+    """No weight, equal points, or two vanishing sums: degenerate, with a reason in words and a finite pose."""
     result = fit(source, target, weights, scale=scale)
     assert result.status == Status.DEGENERATE
     assert reason in result.reason
@@ -41,7 +41,7 @@ def test_what_the_plane_leaves_open_is_said(fit, source, target, weights, reason
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 def test_a_degenerate_answer_still_brings_the_centroids_together(fit):
-    """Where the rotation is open, the pose only brings the centroids together; with no weight it is the identity."""
+    """If the rotation is open, the pose only aligns the centroids; with no weight at all it is the identity."""
     result = fit(SQUARE + 5.0, SQUARE * [1.0, -1.0] - 2.0)
     assert np.allclose(result.pose.t, [-7.0, -7.0])
     nothing = fit(TRIANGLE, TRIANGLE + 4.0, np.zeros(3))
@@ -50,7 +50,7 @@ def test_a_degenerate_answer_still_brings_the_centroids_together(fit):
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 def test_one_point_is_not_enough_and_two_are_in_the_plane(fit):
-    """A single pair leaves the rotation open; two distinct pairs fix it, whatever their number of copies."""
+    """A single pair leaves the rotation open; two distinct pairs determine it, however many copies there are."""
     assert fit([[1.0, 2.0]], [[3.0, 4.0]]).status == Status.DEGENERATE
     truth = Pose.from_angle(2.5, (1.0, -3.0))
     two = np.array([[1.0, 2.0], [1.5, 2.0]])
@@ -63,7 +63,7 @@ def test_one_point_is_not_enough_and_two_are_in_the_plane(fit):
 
 
 def test_points_equal_but_for_rounding_are_equal(rng):
-    """Copies of one point that differ in the last bit do not pretend to know a rotation."""
+    """Copies of one point that differ only in the last bit do not count as determining a rotation."""
     source = np.full((20, 2), 1234.567) * (1.0 + 2.2e-16 * rng.integers(-1, 2, (20, 2)))
     assert fit_planar(source, rng.standard_normal((20, 2))).status == Status.DEGENERATE
 
@@ -75,7 +75,7 @@ def test_in_space_a_line_leaves_the_turn_about_itself_free(rng, random_pose):
     assert fit.status == Status.DEGENERATE
     assert "collinear" in fit.reason
     assert "about their line is free" in fit.reason
-    # The claim itself: a turn about the line changes nothing of the sum of squares.
+    # The claim itself: a turn about the line leaves the sum of squares unchanged.
     axis = (LINE[1] - LINE[0]) / np.linalg.norm(LINE[1] - LINE[0])
     K = np.cross(np.eye(3), axis)
     turn = np.eye(3) + np.sin(1.0) * K + (1.0 - np.cos(1.0)) * K @ K
@@ -106,7 +106,7 @@ def test_the_cloud_at_fault_is_named(rng):
 
 
 def test_in_space_a_correlation_without_direction_is_said():
-    """A mirrored regular cross in 3-D fits several rotations equally well, although its points spread."""
+    """A mirrored regular cross in 3-D fits several rotations equally well, although its points are not collinear."""
     cross = np.vstack([np.eye(3), -np.eye(3)])
     fit = fit_rigid(cross, -cross)
     assert fit.status == Status.DEGENERATE
@@ -117,8 +117,8 @@ def test_in_space_a_correlation_without_direction_is_said():
 
 
 def test_where_rotation_and_reflection_tie_the_rotation_is_taken(rng):
-    """Points on a line in the plane fit a mirror image as well: the determinant says 0, the answer is the rotation."""
-    # A hundred lines, because the rounding that decides the sign of the determinant differs from one to the next.
+    """A reflection fits points on a line in the plane equally well: the determinant is 0, and the rotation is taken."""
+    # A hundred lines, because the rounding that decides the determinant's sign differs from line to line.
     source = np.linspace(-1.0, 1.0, 5)[:, None] * rng.standard_normal((100, 1, 2)) + rng.standard_normal((100, 1, 2))
     truth = Pose.from_angle(rng.uniform(-np.pi, np.pi, 100), rng.standard_normal((100, 2)))
     target = truth.apply(source)
@@ -133,7 +133,7 @@ def test_where_rotation_and_reflection_tie_the_rotation_is_taken(rng):
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 @pytest.mark.parametrize("moved", ["source", "target"])
 def test_an_undefined_angle_far_from_the_origin_is_still_undefined(fit, moved):
-    """Where the sums vanish but for the rounding of large coordinates, no angle is read out of the rounding."""
+    """If the sums vanish up to the rounding of large coordinates, no angle is derived from that rounding."""
     clouds = {"source": 0.1 * SQUARE, "target": 0.1 * SQUARE * [1.0, -1.0]}
     clouds[moved] = clouds[moved] + [12345.678, -98765.4321]
     result = fit(**clouds)
@@ -143,7 +143,7 @@ def test_an_undefined_angle_far_from_the_origin_is_still_undefined(fit, moved):
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 def test_a_hopeless_problem_leaves_its_batch_alone(fit, rng):
-    """Degenerate problems in a batch get their own reasons; the others come out as if alone."""
+    """Degenerate problems in a batch each get their own reason; the others come out as if alone."""
     source, target = rng.standard_normal((5, 4, 2)), rng.standard_normal((5, 4, 2))
     source[1] = 0.3
     source[3], target[3] = SQUARE, SQUARE * [1.0, -1.0]
@@ -166,7 +166,7 @@ def test_the_front_door_reports_the_same(method):
 
 @pytest.mark.parametrize(("source", "target"), [(1e-200, 1e149), (1e149, 1e-200)])
 def test_a_scale_that_no_float64_holds_is_degenerate(source, target):
-    """The similarity of clouds 349 powers of ten apart: no overflow on the way, and no infinite scale at its end."""
+    """A similarity of clouds 349 powers of ten apart neither overflows on the way nor ends with an infinite scale."""
     cloud = np.array([(0.0, 0.0), (1.0, 0.2), (0.3, 0.9)])
     result = register(cloud * source, cloud * target, "similarity")
     assert result.status == Status.DEGENERATE

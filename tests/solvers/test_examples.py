@@ -1,4 +1,4 @@
-"""The examples in the docstrings of `solvers`, run as they stand."""
+"""Runs the docstring examples of `solvers` exactly as written."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MODULES = [name for name in MODULES if not name.endswith("__main__")]
 
 
 def examples(name: str) -> list[doctest.DocTest]:
-    """The docstrings of a module's own functions and classes that have examples."""
+    """The docstrings with examples among those of a module's own functions and classes."""
     result = doctest.DocTestFinder(exclude_empty=True).find(importlib.import_module(name))
     return [each for each in result if each.examples]
 
 
 @pytest.mark.parametrize("test", [each for name in MODULES for each in examples(name)], ids=lambda each: each.name)
 def test_what_a_docstring_shows_is_what_python_answers(test: doctest.DocTest) -> None:
-    """Each with its own imports: names of the module that a reader has not imported are not there."""
+    """Each example runs with its own imports alone, without the names of the module that it is in."""
     test.globs = {}
     text: list[str] = []
     result = doctest.DocTestRunner(verbose=False).run(test, out=text.append)
@@ -39,13 +39,13 @@ def test_what_a_docstring_shows_is_what_python_answers(test: doctest.DocTest) ->
 
 
 def test_there_are_examples_to_run() -> None:
-    """The front door's among them."""
+    """Examples are found, including those of the front door."""
     names = {each.name for name in MODULES for each in examples(name)}
     assert {"solvers", "solvers.api.register", "solvers.core.pose.Pose", "solvers.geometry.rigid.fit_rigid"} <= names
 
 
 def public_classes() -> Iterator[type]:
-    """The classes of `solvers` and of the modules that it hands on: what they list, or else define."""
+    """The public classes of `solvers` and the modules that it exposes: those in `__all__`, or else their own."""
     for module in ("solvers", *(f"solvers.{name}" for name in solvers._MODULES.values())):
         room = importlib.import_module(module)
         own = [name for name, made in vars(room).items() if getattr(made, "__module__", None) == module]
@@ -55,7 +55,7 @@ def public_classes() -> Iterator[type]:
 
 
 def own_members(each: type) -> Iterator[tuple[str, object]]:
-    """The public methods and properties that a class itself defines: their names, and what has their docstrings."""
+    """The public methods and properties that a class itself defines, each with the object that has its docstring."""
     for name, member in vars(each).items():
         if isinstance(member, classmethod | staticmethod):
             member = member.__func__
@@ -64,13 +64,13 @@ def own_members(each: type) -> Iterator[tuple[str, object]]:
 
 
 def code(thing: object) -> str:
-    """What the examples of a docstring run."""
+    """The code of the examples in a docstring."""
     return "".join(example.source for example in doctest.DocTestParser().get_examples(inspect.getdoc(thing) or ""))
 
 
 @pytest.mark.parametrize("each", dict.fromkeys(public_classes()), ids=lambda each: f"{each.__module__}.{each.__name__}")
 def test_a_public_class_and_its_methods_have_examples(each: type) -> None:
-    """A class has one of its own. A method or a property has one, or is used by name in those of its class."""
+    """Each public class has an example. Each of its methods and properties has one too, or is used in the class's."""
     example = code(each)
     without = [] if example else [each.__name__]
     for name, member in own_members(each):

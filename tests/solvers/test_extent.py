@@ -1,4 +1,4 @@
-"""Clouds as small and as large as float64 allows, and clouds of no extent: the pose, or a status that says why not."""
+"""Clouds as small and large as float64 allows, and clouds without extent: the right pose, or a status with a reason."""
 
 import numpy as np
 import pytest
@@ -15,19 +15,19 @@ TRUTH = Pose.from_angle(0.1, (0.1, -0.05))
 
 
 def power(exponent):
-    """The power of two next to a power of ten: in such a unit every coordinate has the same digits."""
+    """The power of two nearest to a power of ten: in such a unit every coordinate keeps the same digits."""
     return 2.0 ** round(exponent / np.log10(2.0))
 
 
 def in_unit(method, unit):
-    """A cloud on to itself, moved, in this unit."""
+    """A cloud registered to a moved copy of itself, in this unit."""
     return register(unit * SHAPE, unit * TRUTH(SHAPE), method, max_steps=20)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_pose_or_the_reason(method):
-    """From 1e-129 to 1e149 the pose of one unit; narrower clouds leave squares without digits, and are degenerate where
-    the method needs them."""
+    """From 1e-129 to 1e149 the pose is that in unit scale. In narrower clouds squares lose their digits, so they are
+    degenerate for methods that need squares."""
     plain = in_unit(method, 1.0)
     assert plain.status != Status.DEGENERATE
     narrow = (-131, -140, -150, -156, -162, -200, -300)
@@ -54,7 +54,7 @@ def test_larger_is_refused(unit):
 
 
 def test_a_narrow_problem_leaves_its_batch_alone():
-    """One unit beside 1e-200: the others come out as if alone. A narrow source on a wide target is no such problem."""
+    """Beside a problem of width 1e-200 the others come out as if alone. A narrow source on a wide target is fine."""
     units = np.array([1.0, 1e-200, 3.0])[:, None, None]
     both = register(units * SHAPE, units * TRUTH(SHAPE))
     assert both.converged.tolist() == [True, False, True]
@@ -66,7 +66,7 @@ def test_a_narrow_problem_leaves_its_batch_alone():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_one_point_and_equal_points_are_degenerate(method):
-    """No method claims a rotation of clouds that have none, and each says why."""
+    """For clouds that determine no rotation, every method reports a degenerate result and gives a reason."""
     for n in (1, 6):
         result = register(np.full((n, 2), 3.5), np.ones((n, 2)), method)
         assert result.status == Status.DEGENERATE
@@ -81,8 +81,8 @@ CLOUD = np.random.default_rng(0).standard_normal((12, 2))
 @pytest.mark.parametrize("max_steps", [None, 0, 3])
 @pytest.mark.parametrize("method", METHODS)
 def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method, max_steps):
-    """Source or target, equal to rounding, one point or many, near the other cloud or on it: degenerate at the end, in
-    words, and never taken for an answer that came to rest."""
+    """A source or target whose points are equal up to rounding, one or many, near the other cloud or on it, gives a
+    degenerate result with a reason, and never counts as converged."""
     rounded = PLACE * (1.0 + 2.0**-52 * np.random.default_rng(1).integers(-1, 2, PLACE.shape))
     pairs = [(PLACE, CLOUD), (CLOUD, PLACE), (rounded, CLOUD), (CLOUD, rounded), (PLACE, PLACE + 0.3), (PLACE, PLACE)]
     if not METHODS[method].paired:
@@ -97,8 +97,8 @@ def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method,
 
 @pytest.mark.parametrize("unit", [2.0**-1000, 2.0**-30, 1.0, 2.0**400])
 def test_what_lies_at_one_place_has_no_unit_and_no_origin(unit):
-    """What rounding puts apart lies at one place; a cloud that is a thousandfold wider than rounding does not, however
-    far away it lies."""
+    """Points that only rounding separates lie at one place; a cloud a thousand times wider than rounding does not,
+    however far from the origin it is."""
     for far in (0.0, 1.0, 1e9):
         rounded = unit * (far + 0.3 + 2.0**-52 * (far + 0.3) * np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 2.0]]))
         apart = unit * (far + 1e3 * 2.0**-52 * (far + 1.0) * CLOUD)
@@ -110,7 +110,8 @@ def test_what_lies_at_one_place_has_no_unit_and_no_origin(unit):
 
 @pytest.mark.parametrize("method", ["branch-and-bound", "correlative", "flow", "flow-from-source"])
 def test_who_looks_for_equal_points_at_the_start_says_so_in_the_same_words(method):
-    """A cloud of a millimetre, ten thousand kilometres from the origin, is one that has a shape."""
+    """Methods that check for equal points at the start give the same reason; a cloud a millimetre wide, ten thousand
+    kilometres from the origin, still has a shape."""
     assert register(PLACE, CLOUD, method).reason == EQUAL.format("source")
     assert register(CLOUD, PLACE, method).reason == EQUAL.format("target")
     small = 1e7 + 1e-3 * np.stack([CLOUD, CLOUD])

@@ -1,4 +1,4 @@
-"""What a scene leaves free: walls, circles, planes, two points; and that all else is found, from far away too."""
+"""Directions that a scene leaves free (walls, circles, planes, two points) are reported, and all others are found."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def in_space(axis, angle):
 
 
 def surface_in_space(rng, n):
-    """Points on three faces of a box and on a dome: every motion is seen."""
+    """Points on two faces of a box and on a dome: they constrain every motion."""
     u = rng.uniform(-2.0, 2.0, (n, 2))
     faces = [
         np.column_stack([u[: n // 3], np.full(n // 3, -1.0)]),
@@ -40,7 +40,7 @@ def wall(n=60, d=2):
 
 @BOTH
 def test_a_corner_is_observable_and_found_from_a_large_motion(method, rng):
-    """The room from 45° and 1.43 u away: the truth to the noise, and no direction reported free."""
+    """The room from 45° and 1.43 u away: the truth is found to within the noise, and no direction is reported free."""
     scene = room("clean")
     result = register(scene.source, scene.target, method, start=room_start(), gate=2.6)
     assert result.status is Status.CONVERGED
@@ -50,7 +50,7 @@ def test_a_corner_is_observable_and_found_from_a_large_motion(method, rng):
 
 
 def test_one_straight_wall_leaves_its_slide_free():
-    """Point to plane on one wall: turned and moved onto it, and degenerate: the slide along it is named."""
+    """Point to plane on one wall turns and moves the scan onto it, and is degenerate: the slide along it is named."""
     tilt = turn(np.radians(30.0))
     start = Pose.from_angle(np.radians(-20.0), (0.7, 0.4))
     result = register(wall() @ tilt.T, wall() @ tilt.T, "point-to-plane", start=start)
@@ -60,13 +60,13 @@ def test_one_straight_wall_leaves_its_slide_free():
     np.testing.assert_allclose(np.abs(system.directions[0, :2, 0] @ tilt[:, 0]), 1.0, atol=1e-6)
     assert abs(system.directions[0, 2, 0]) < 1e-6
     assert system.condition[0] > 1e6
-    # What is observable was found all the same: every moved point lies on the wall.
+    # The observable part was still found: every moved point lies on the wall.
     assert np.abs(result.transform(wall() @ tilt.T) @ tilt[:, 1]).max() < 1e-9
 
 
 def test_a_noisy_wall_says_how_weak_its_slide_is():
-    """Noise tilts the normals, so the slide is no longer exactly free: the condition number and the weak direction
-    still tell it, and a run may demand more of a direction before it believes it."""
+    """Noise tilts the normals, so the slide is not exactly free: the condition number and the weak direction still
+    reveal it, and a run may require a direction to be held more firmly before it trusts it."""
     rng = np.random.default_rng(7)
     target = wall() + 0.02 * rng.standard_normal((60, 2))
     result = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)))
@@ -79,7 +79,7 @@ def test_a_noisy_wall_says_how_weak_its_slide_is():
 
 
 def test_on_a_circle_the_turn_is_free():
-    """Point to plane on a circle is degenerate: the turn about its centre is named as free, and all else is found."""
+    """Point to plane on a circle is degenerate: the turn about its centre is named as free, and the rest is found."""
     angle = 2.0 * np.pi * np.arange(48) / 48
     circle = 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + [3.0, 1.0]
     result = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
@@ -89,7 +89,7 @@ def test_on_a_circle_the_turn_is_free():
 
 
 def test_a_plane_in_space_leaves_two_slides_and_a_turn_free():
-    """Of the six motions in space a single plane holds three; the scan lies on the plane, and the run is degenerate."""
+    """A single plane determines three of the six motions in space; the scan ends on it, and the run is degenerate."""
     flat = wall(150, 3)
     R = in_space((1.0, 2.0, -0.5), 0.9)
     result = register(flat @ R.T, flat @ R.T, "point-to-plane", start=Pose(in_space((0, 1, 1), 0.2), (0.1, 0.2, 0.3)))
@@ -101,7 +101,7 @@ def test_a_plane_in_space_leaves_two_slides_and_a_turn_free():
 
 @BOTH
 def test_in_space_a_large_motion_is_found(method, rng):
-    """Three surfaces in space, turned by 140° and moved, started 20° off: the motion comes back, and det R = 1."""
+    """Three surfaces in space, turned by 140° and moved, started 20° off: the motion is recovered, with det R = 1."""
     points = surface_in_space(rng, 240)
     truth = Pose(in_space((0.3, -1.0, 0.5), np.radians(140.0)), (0.6, -0.3, 0.4))
     start = truth.compose(Pose(in_space((1.0, 1.0, -0.2), np.radians(20.0)), (0.1, 0.05, -0.1)))
@@ -137,8 +137,9 @@ def test_two_points_are_a_wall():
 
 
 def test_gicp_keeps_a_hundredth_of_its_hold_along_a_wall():
-    """Canonical covariances leave precision along the tangent: on one wall GICP determines the slide, too, from pairs
-    that say nothing about it, at normal/tangent of the precision across. The condition number tells, the status not."""
+    """Canonical covariances keep some precision along the tangent, so on one wall GICP also determines the slide, from
+    pairs that carry no information on it: a hundredth of the precision across. The condition number shows this, the
+    status does not."""
     result = register(wall()[::2], wall(), "gicp", start=Pose.from_angle(0.1, (0.3, 0.2)))
     assert result.status is Status.CONVERGED
     system = result.states[0].system

@@ -1,4 +1,4 @@
-"""Whatever is handed in: a clear error that names the argument, or an answer without NaN, and never an endless loop."""
+"""Whatever the input: a clear error that names the argument, or an answer without NaN, and never an endless loop."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def paired(draw):
     d = draw(st.sampled_from([2, 2, 3, 4]))
     n = draw(st.integers(4 if d == 4 else 1, 6))  # fewer rows of four are taken for a transposed cloud
     source = draw(clouds(n, d))
-    # Unrelated, equal, coincident and mirrored targets: each is a way to be degenerate, or nearly.
+    # Unrelated, equal, coincident and mirrored targets: each can be degenerate, or nearly so.
     target = draw(
         st.one_of(
             clouds(n, d),
@@ -66,7 +66,7 @@ def test_any_finite_pairs_get_a_finite_answer(pairs, scale):
 @hostile
 @given(paired(), st.sampled_from(sorted(METHODS)))
 def test_every_method_survives_any_finite_pairs(pairs, method):
-    """Each method of the front door stops, with a true status, on whatever finite clouds it is given."""
+    """Each method stops with a truthful status on whatever finite clouds it is given."""
     source, target, weights = pairs
     allowed = METHODS[method].dims
     if allowed is not None and source.shape[1] not in allowed:
@@ -80,7 +80,7 @@ def test_every_method_survives_any_finite_pairs(pairs, method):
 
 @st.composite
 def unrelated(draw):
-    """Two clouds of the plane, each in a unit and of a width of its own now and then, side by side or worlds apart."""
+    """Two planar clouds, each sometimes in its own unit and of its own width, side by side or worlds apart."""
     units = st.sampled_from([1e-300, 1e-200, 1e-150, 1e-100, 1e-9, 1.0, 1e9, 1e100, 1e149])
     unit = draw(units)
     clouds_ = []
@@ -95,7 +95,7 @@ def unrelated(draw):
 @settings(hostile, max_examples=20)
 @given(unrelated())
 def test_clouds_worlds_apart_and_in_any_unit_get_an_answer(both):
-    """Disjoint, within one cell, a point beside a plain: each method stops with a finite pose, and raises nothing."""
+    """Clouds that are disjoint, within one cell, or a point beside a plain: each method stops with a finite pose."""
     for name, method in METHODS.items():
         if not method.paired:
             result = register(*both, name)
@@ -105,7 +105,7 @@ def test_clouds_worlds_apart_and_in_any_unit_get_an_answer(both):
 @pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])
 @pytest.mark.parametrize("unit", [1e-156, 1e-160, 1e-200])
 def test_a_width_without_a_square_weighs_without_a_warning(method, unit):
-    """Where σ² vanishes, the kernel of points at one place is 1 and of all others 0."""
+    """If σ² underflows, the kernel is 1 for points at one place and 0 for all others."""
     target = unit * np.random.default_rng(3).standard_normal((6, 2))
     for source in (np.zeros((4, 2)), target):
         result = register(source, target, method)
@@ -131,7 +131,7 @@ def test_a_weight_that_vanishes_is_zero_to_who_has_numpy_raise_errors_too(method
 
 @pytest.mark.parametrize("method", [name for name in sorted(METHODS) if not METHODS[name].paired])
 def test_a_source_that_is_a_point_beside_the_target(method):
-    """A hundred powers of ten and more between the two: the square of their ratio is no number."""
+    """With more than a hundred powers of ten between the clouds, the square of their ratio overflows."""
     rng = np.random.default_rng(3)
     result = register(1e-103 * rng.standard_normal((12, 2)), 1e100 * rng.standard_normal((15, 2)), method)
     check(result.pose, result.status, result.reason, result.objective)
@@ -159,7 +159,7 @@ NAMES = ["source", "target", "weights", "pairs", "start", "seed", "max_steps"]
 
 
 def takers(name):
-    """The methods that take an argument of that name at all: the others refuse whatever it is."""
+    """The methods that accept an argument of this name; the others refuse any value of it."""
     takes = {"pairs": "paired", "weights": "weighted"}.get(name)
     return sorted(method for method, about in METHODS.items() if takes is None or getattr(about, takes))
 
@@ -168,8 +168,8 @@ def takers(name):
 @settings(hostile, max_examples=60)
 @given(JUNK, st.data())
 def test_what_is_no_input_is_refused_by_name(name, junk, data):
-    """Text, ragged lists, NaN, infinities, wrong shapes, as each argument of a method that takes it: a ValueError that
-    begins with its name, or a proper result."""
+    """Text, ragged lists, NaN, infinities and wrong shapes, passed as each argument of a method that accepts it, give a
+    ValueError that begins with the argument's name, or a proper result."""
     method = data.draw(st.sampled_from(takers(name)))
     rng = np.random.default_rng(3)
     arguments = {"source": rng.standard_normal((3, 2)), "target": rng.standard_normal((3, 2)), name: junk}
@@ -179,7 +179,7 @@ def test_what_is_no_input_is_refused_by_name(name, junk, data):
     except ValueError as error:
         text = str(error)
     if result is None:
-        # A source that is a cloud after all, of another size, is found out at its target.
+        # A valid source of another size is only noticed when it is compared with the target.
         assert text.startswith((f"{name}: ", "target: ") if name == "source" else f"{name}: ")
     else:
         assert isinstance(result, Result)
@@ -189,7 +189,7 @@ def test_what_is_no_input_is_refused_by_name(name, junk, data):
 @pytest.mark.parametrize("value", NO_NUMBERS)
 @pytest.mark.parametrize("name", ["source", "target", "weights"])
 def test_a_single_bad_number_is_reported(name, value):
-    """One NaN, infinity or number too large to square is refused, and the message says in which argument."""
+    """A single NaN, infinity or number too large to square is refused, and the message names the argument."""
     arguments = {"source": np.eye(3), "target": np.eye(3), "weights": np.ones(3)}
     arguments[name] = arguments[name].copy()
     arguments[name].flat[1] = value
@@ -201,7 +201,7 @@ def test_a_single_bad_number_is_reported(name, value):
 @hostile
 @given(clouds(3, 2), clouds(3, 2))
 def test_a_start_pose_never_matters_to_a_closed_form(source, target):
-    """Whatever the start, even absurdly far, the answer of a closed form is the same, bit for bit."""
+    """Whatever the start, even absurdly far off, a closed form's answer is the same, bit for bit."""
     a = register(source, target, "kabsch")
     b = register(source, target, "kabsch", start=Pose.from_angle(2.0, (1e100, -1e100)))
     assert np.array_equal(a.pose.matrix, b.pose.matrix)

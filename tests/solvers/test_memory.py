@@ -1,4 +1,4 @@
-"""What the methods that need much memory say that they need, and where they refuse."""
+"""The memory that the most demanding methods state they need, and the sizes that they refuse."""
 
 import tracemalloc
 
@@ -17,7 +17,7 @@ FLOWS = ("flow", "flow-from-source")
 
 
 def peak(run):
-    """The most that a run has allocated at a time, bytes."""
+    """The peak memory that a run allocates, bytes."""
     tracemalloc.start()
     try:
         run()
@@ -29,7 +29,7 @@ def peak(run):
 @pytest.mark.native
 @pytest.mark.parametrize("method", PAIRED)
 def test_a_listed_pair_takes_what_is_said(method, rng):
-    """At a σ that lists all pairs a pair takes 50 to 70 bytes, whatever the number: the limit is a gigabyte."""
+    """At a σ that lists all pairs, each takes 50 to 70 bytes, whatever their number: the limit is below a gigabyte."""
     for m, n in ((700, 700), (1400, 350)):
         source, target = rng.standard_normal((m, 2)), rng.standard_normal((n, 2))
         most = peak(lambda p=source, q=target: register(p, q, method, first=10.0, last=9.0, max_steps=1))
@@ -40,7 +40,8 @@ def test_a_listed_pair_takes_what_is_said(method, rng):
 @pytest.mark.native
 @pytest.mark.parametrize("method", FLOWS)
 def test_attention_takes_what_is_said(method, rng):
-    """95 to 110 bytes for every two points of both clouds, however many samples there are."""
+    """Attention takes 95 to 120 bytes for every two points of both clouds, under 110 with 300 points in each, however
+    many samples there are."""
     most = {}
     for count, samples in ((150, 1), (300, 1), (150, 4)):
         source, target = rng.standard_normal((count, 2)), rng.standard_normal((count, 2))
@@ -54,7 +55,7 @@ def test_attention_takes_what_is_said(method, rng):
 
 @pytest.mark.parametrize("method", [*PAIRED, *FLOWS])
 def test_more_is_refused_and_the_way_out_is_named(method):
-    """The larger cloud, both counts, the limit, and what makes a cloud smaller; which then is small enough."""
+    """The message names the larger cloud, both counts, the limit, and a call that thins the cloud enough to fit."""
     many, few = np.random.default_rng(40).standard_normal((5000, 2)), np.zeros((2900, 2))
     for source, target, name in ((many, few, "source"), (few, many, "target")):
         with pytest.raises(ValueError, match=rf"^{name}: its 5000 points and the .*'s 2900 are too many: ") as caught:
@@ -67,7 +68,7 @@ def test_more_is_refused_and_the_way_out_is_named(method):
 
 
 def test_the_limit_itself_is_taken():
-    """3741 points in each cloud are fewer than 14 million pairs, one more in each are more."""
+    """3741 points in each cloud make fewer than 14 million pairs and are accepted; one more in each is too many."""
     def problem(n):
         cloud = np.zeros((1, n, 2))
         return Problem(cloud, cloud, np.ones((1, n)), Pose.identity(2, (1,)), np.zeros(1, dtype=np.int64))
@@ -79,8 +80,7 @@ def test_the_limit_itself_is_taken():
 
 @pytest.mark.parametrize("method", FLOWS)
 def test_a_flow_that_ends_says_by_what(method):
-    """Its last step moves the points as the ones before do: it has finished, and not converged; the reason speaks of
-    time, and of no rest."""
+    """A flow's last step still moves the points: it has finished, not converged, and the reason names the end time."""
     rng = np.random.default_rng(40)
     cloud, seen = rng.standard_normal((30, 2)), []
     result: Result = register(
@@ -97,7 +97,7 @@ def test_a_flow_that_ends_says_by_what(method):
 
 @pytest.mark.native
 def test_the_modes_of_many_ends_take_no_matrix(rng):
-    """Four times as many ends take some four times as much, not sixteen."""
+    """Four times as many ends take less than six times the memory, not sixteen times."""
     most = {}
     for count in (500, 2000):
         poses = Pose.from_angle(rng.standard_normal(count), rng.standard_normal((count, 2)))

@@ -8,7 +8,7 @@ from solvers.metrics import point_error, residuals, rms, rre, rte, scale_error
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 0.3, 3.0, np.pi - 1e-9, np.pi])
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_rotation_error_is_the_angle_between_two_rotations(d, angle, rng, random_pose):
-    """RRE is the angle of R R*ᵀ: right for tiny errors and for half turns, never above 180°, the same both ways."""
+    """RRE is the angle of R R*ᵀ: right for tiny errors and for half turns, never above 180°, and symmetric."""
     truth = random_pose(rng, d)
     extra = np.eye(d)
     extra[:2, :2] = Pose.from_angle(angle).R
@@ -28,7 +28,7 @@ def test_the_translation_error_is_the_distance_of_the_translations():
 
 
 def test_the_point_error_does_not_care_where_the_origin_lies(rng, random_pose):
-    """The error measured on points is the same in shifted coordinates, where the translation error is not."""
+    """Shifting the coordinates leaves the error measured on points unchanged, but not the translation error."""
     points = rng.standard_normal((20, 2))
     truth = random_pose(rng, 2)
     pose = Pose.from_angle(0.1).compose(truth)
@@ -57,7 +57,8 @@ def on_points(pose, truth):
 
 
 def test_what_does_not_fit_together_is_named():
-    """No pose, batches that do not broadcast, clouds of another dimension: numpy's own words would name nothing."""
+    """Arguments that are not poses, batches that do not broadcast and clouds of another dimension are named, as numpy's
+    own messages would not do."""
     three, two, one = Pose.identity(2, (3,)), Pose.identity(2, (2,)), np.ones((4, 2))
     for error in (rre, rte, scale_error, on_points):
         with pytest.raises(ValueError, match=r"^pose, truth: leading axes do not broadcast: pose \(3,\), truth \(2,\)"):
@@ -73,7 +74,7 @@ def test_what_does_not_fit_together_is_named():
             left(three, np.stack([one] * 2), one)
         with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions, the clouds have 2"):
             left(Pose.identity(3), one, one)
-    # There are no pairs to be passed: none are spoken of.
+    # These take no pairs, so the message does not mention any.
     for left in (residuals, rms, lambda pose, p, q: fit_rigid(p, q)):
         with pytest.raises(ValueError, match=r"^target: .* source has 4 rows and target 3$"):
             left(two, one, one[:3])

@@ -1,4 +1,4 @@
-"""A method given as an object: one of the list, changed or not, or one of the user's own."""
+"""Methods passed as objects: a listed one, changed or not, or the user's own."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ CENTRED = Method(
 
 
 def test_a_method_of_one_s_own_runs() -> None:
-    """Alone, in a batch and in a list, with its options, and its partners are its own."""
+    """It runs alone, in a batch and in a list, with its own options and partners."""
     one = register(SCENE.source, SCENE.target, CENTRED, share=0.5)
     assert (one.method, one.status) == ("centred", Status.FINISHED)
     assert np.allclose(one.pose.t, 0.5 * (SCENE.target.mean(axis=0) - SCENE.source.mean(axis=0)))
@@ -90,7 +90,7 @@ def test_what_registers_for_the_user_takes_it_too() -> None:
 
 
 def test_what_is_no_method_is_refused() -> None:
-    """Nor one with the name of another, whose partners and covariance it would be told to have."""
+    """So is a method with another's name, since it would be credited with that one's partners and covariance."""
     with pytest.raises(ValueError, match=r"^method: 'icp' is the name of another method; give it one of its own$"):
         register(SCENE.source, SCENE.target, replace(CENTRED, name="icp"))
     with pytest.raises(ValueError, match=r"^method: 'icp' is the name of another method"):

@@ -1,4 +1,4 @@
-"""Methods as functions: what they take, what they say, and the types that editors read."""
+"""Methods as functions: their parameters, their docstrings, and the types that editors see."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_every_method_is_named_for_editors() -> None:
 
 @pytest.mark.parametrize("name", per_method.NAMES)
 def test_a_function_takes_its_method_s_options_and_tells_them(name: str) -> None:
-    """In its signature and in its words; nothing of what the method refuses."""
+    """Its signature and docstring list the method's options, and nothing that the method refuses."""
     method, one = METHODS[per_method.NAMES[name]], getattr(solvers, name)
     taken = list(inspect.signature(one).parameters)
     own = [option.name for option in fields(method.options)]
@@ -44,7 +44,7 @@ def test_a_function_takes_its_method_s_options_and_tells_them(name: str) -> None
     assert ("pairs" in taken, "weights" in taken) == (method.paired, method.weighted)
     assert one.__name__ == name
     doc = inspect.getdoc(one)
-    assert doc is not None  # the suite runs with docstrings
+    assert doc is not None  # the suite runs with docstrings kept
     assert all(f"\n{option} : " in doc for option in taken)
     assert doc.index("Parameters\n---") < doc.index("Returns\n---")
 
@@ -73,7 +73,7 @@ def test_options_come_as_an_object_too(clouds: tuple[np.ndarray, np.ndarray]) ->
 
 
 def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    """Of methods and of the gate; they are not listed, so that what is listed is a method once."""
+    """Common names for methods and for the gate work, but are not listed, so that each method is listed once."""
     assert {METHODS[name].name for name in ALIASES} == set(ALIASES.values())
     assert not set(ALIASES) & set(METHODS)
     assert all(name in METHODS for name in ALIASES)
@@ -124,7 +124,8 @@ def test_a_wrong_option_leads_to_the_right_one(
 def test_of_a_wrong_option_it_is_told_what_the_method_itself_takes(
     name: str, clouds: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    """Its options, and pairs and weights only where it takes them; nothing else is offered for what none of it is."""
+    """The message lists the method's options, adds pairs and weights only if it takes them, and suggests no options or
+    callback for other words."""
     method = METHODS[name]
     takes = [option.name for option in fields(method.options)]
     takes += [each for each, does in (("pairs", method.paired), ("weights", method.weighted)) if does]
@@ -154,7 +155,7 @@ def test_functions_have_the_field_s_names_too() -> None:
     ],
 )
 def test_a_wrong_name_leads_to_the_right_one(wrong: str, meant: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    """Of part of a name, of a slip, and of the field's names; from `METHODS` as from `register`."""
+    """`METHODS` and `register` both suggest the right name for a partial name, a typo, or a misspelt common name."""
     message = f"'{wrong}' is unknown, did you mean {meant}[?]; known: association-bp, branch-and-bound"
     with pytest.raises(ValueError, match=f"method: {message}"):
         register(*clouds, wrong)
@@ -185,7 +186,7 @@ def test_modules_come_when_they_are_asked_for() -> None:
 def test_debug_messages_tell_the_course(
     clouds: tuple[np.ndarray, np.ndarray], caplog: pytest.LogCaptureFixture
 ) -> None:
-    """What is run, each step, and how it ended; without a listener nothing is said."""
+    """They report what is run, each step, and how it ended; without a listener nothing is logged."""
     with caplog.at_level("DEBUG", "solvers"):
         result = solvers.icp(*clouds)
     messages = [record.getMessage() for record in caplog.records]
@@ -198,7 +199,7 @@ def test_debug_messages_tell_the_course(
 
 
 def arrays(value: Any) -> Iterator[np.ndarray]:
-    """All arrays of a result or a state, however deep."""
+    """All arrays in a result or a state, at any depth."""
     if isinstance(value, np.ndarray):
         yield value
     elif is_dataclass(value):
@@ -210,7 +211,7 @@ def arrays(value: Any) -> Iterator[np.ndarray]:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_result_stays_when_the_clouds_are_written_to(name: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    """Nothing of it is the memory of what was handed in: covariance and RMSE are those of what was registered."""
+    """A result shares no memory with its inputs: its RMSE stays that of the data that were registered."""
     given = [*clouds, np.ones(len(clouds[0]))]
     weights = {"weights": given[2]} if METHODS[name].weighted else {}
     result = register(*clouds, name, max_steps=3, **weights)
@@ -225,7 +226,7 @@ def test_a_result_stays_when_the_clouds_are_written_to(name: str, clouds: tuple[
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    """Some would keep the start's scale and some forget it: those that look for none refuse it."""
+    """Rigid methods refuse a start with another scale, which some of them would keep and others drop."""
     start = Pose.from_angle(0.0, (0.0, 0.0), scale=1.25)
     if METHODS[name].scaled:
         assert register(*clouds, name, start=start).pose.scale == pytest.approx(1.0, abs=1e-6)
@@ -238,7 +239,7 @@ def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray,
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_width_does_not_end_above_its_beginning(name: str) -> None:
-    """Where a method has both, `last` above `first` is refused by name; equal ones are one width."""
+    """If a method has both, `last` above `first` is refused by name; equal values give a constant width."""
     options = METHODS[name].options
     if not {"first", "last"} <= {one.name for one in fields(options)}:
         return

@@ -1,4 +1,4 @@
-"""What Python users import: every public module and its names, however the rooms behind them are laid out."""
+"""What Python users import: every public module and its names, however the packages behind them are arranged."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_the_options_of_every_method_are_public() -> None:
 
 @pytest.mark.native
 def test_every_public_module_comes_with_solvers_when_it_is_first_named() -> None:
-    """In a Python that has imported `solvers` alone; until then none but those that `register` needs is loaded."""
+    """It does so if `solvers` alone was imported; until then, only the modules that `register` needs are loaded."""
     early = ("solvers.uncertainty", "solvers.posegraph", "solvers.odometry", "solvers.io", "solvers.studies")
     code = f"""
 import sys
@@ -108,7 +108,8 @@ def test_what_was_importable_stays_importable(module: str) -> None:
 
 @pytest.mark.parametrize("module", [name for name in NAMES if hasattr(import_module(f"solvers.{name}"), "__all__")])
 def test_a_public_module_hands_on_all_and_only_what_it_lists(module: str) -> None:
-    """The same objects as in the room, every one of them, so that a name added there is public here as well."""
+    """Public names are the very objects of the defining module, and all that it lists, so that a name added there is
+    public here as well."""
     public = import_module(f"solvers.{module}")
     assert sorted(public.__all__) == sorted(NAMES[module].split())
     for name in public.__all__:

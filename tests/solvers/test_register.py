@@ -19,7 +19,7 @@ def scene():
 
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_every_method_describes_itself(method):
-    """Each method has a one-line summary, names its source, and its options have defaults."""
+    """Each method has a one-line summary and a source, and all its options have defaults."""
     entry = METHODS[method]
     assert entry.name == method
     assert entry.summary
@@ -31,7 +31,7 @@ def test_every_method_describes_itself(method):
 
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_every_method_runs_from_the_front_door(method, scene):
-    """Each method, given nothing but two clouds, stops with a pose, a status and a history that belong together."""
+    """Given just two clouds, each method stops with a consistent pose, status and history."""
     result = register(scene.source, scene.target, method)
     assert isinstance(result, Result)
     assert result.method == method
@@ -46,7 +46,7 @@ def test_every_method_runs_from_the_front_door(method, scene):
 
 
 def test_the_answer_of_a_closed_form_does_not_depend_on_the_start(scene):
-    """From 500 starting poses all over the plane the fit ends at the same pose, bit for bit."""
+    """From 500 starting poses all over the plane, the fit ends at the same pose, bit for bit."""
     rng = np.random.default_rng(1)
     starts = Pose.from_angle(rng.uniform(-np.pi, np.pi, 500), 10.0 * rng.standard_normal((500, 2)))
     result = kabsch(scene.source, scene.target, start=starts)
@@ -57,7 +57,7 @@ def test_the_answer_of_a_closed_form_does_not_depend_on_the_start(scene):
 
 
 def test_leading_axes_are_a_batch(scene):
-    """Clouds, starts and seeds broadcast against each other, and every answer has their common leading axes."""
+    """Clouds, starts and seeds broadcast against each other, and all results have their common leading axes."""
     source = np.stack([scene.source, scene.source[::-1]])
     result = kabsch(source, scene.target, start=Pose.identity(2, (3, 1)), seed=[1, 2])
     assert result.pose.batch == result.status.shape == result.steps.shape == result.reason.shape == (3, 2)
@@ -71,14 +71,14 @@ def test_leading_axes_are_a_batch(scene):
 
 
 def test_options_in_numpy_s_small_types_are_those_numbers(scene):
-    """One by one or as one object: an int8 would overflow in what a method computes of it."""
+    """Given one by one or as one object: an int8 would overflow in the method's computations."""
     usual = register(scene.source, scene.target, "ransac-congruent", most=70)
     for given in ({"most": np.int8(70)}, {"options": METHODS["ransac-congruent"].options(most=np.int8(70))}):
         assert np.array_equal(register(scene.source, scene.target, "ransac-congruent", **given).matrix, usual.matrix)
 
 
 def test_a_shorter_history_repeats_its_last_entry(scene):
-    """Of listed problems that take unequal numbers of steps, each history ends at its own last pose."""
+    """If listed problems take different numbers of steps, the shorter histories repeat their own last pose."""
     stopped = kabsch([scene.source] * 2, [scene.target] * 2, max_steps=0)
     assert stopped.history.objective.shape == (1, 2)
     joined = solvers.core.result.side_by_side(
@@ -110,7 +110,7 @@ def test_pairs_name_the_partners(scene):
 
 
 def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
-    """Where pairs are given, one row a pair: any two of them may name the same point."""
+    """With pairs given, correspondences and fitness are per pair, since any two pairs may name the same point."""
     result = kabsch(scene.source, scene.target, pairs=[[5, 5], [2, 2], [9, 9], [9, 9]], weights=[1.0, 1.0, 1.0, 0.0])
     assert result.correspondences.tolist() == [0, 1, 2, -1]
     assert result.fitness == 0.75
@@ -127,7 +127,8 @@ def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
     ],
 )
 def test_a_number_counts_and_not_its_type(method, options):
-    """Whole numbers where fractions may stand, and numpy's small types, in which sums over points would overflow."""
+    """Integers may stand for fractions, and numpy's small types, in which sums over points would overflow, for any
+    number."""
     scene = room("noise", seed=40)
     plain = {name: value if isinstance(value, str) else float(value) for name, value in options.items()}
     plain |= {name: int(plain[name]) for name in ("most", "per_step") if name in plain}
@@ -248,7 +249,7 @@ def test_a_callback_is_called_after_every_step(scene):
     ],
 )
 def test_what_is_wrong_is_said_by_name(arguments, message, scene):
-    """Wrong shapes, unknown names and options, bad pairs and poses: a ValueError with the nearest right name."""
+    """Wrong shapes, unknown names and options, bad pairs and poses give a ValueError, with the nearest right name."""
     with pytest.raises(ValueError, match=message):
         register(**{"source": scene.source, "target": scene.target, "method": "kabsch", **arguments})
 
@@ -280,12 +281,12 @@ def test_the_package_names_its_version_and_little_else():
 
 
 def test_a_status_reads_as_a_word():
-    """Printed, a status is its name in words, not a number."""
+    """A status prints as its name in words, not as a number."""
     assert f"{Status.CONVERGED}" == str(Status.CONVERGED) == "converged"
 
 
 def test_a_start_may_be_a_matrix(scene):
-    """One homogeneous matrix or a batch of them begin where the poses of theirs do."""
+    """A homogeneous matrix, or a batch of them, starts a run at the same pose as the equivalent Pose."""
     starts = Pose.from_angle([0.1, -0.3], [[0.2, 0.0], [0.0, 0.1]])
     by_pose = register(scene.source, scene.target, start=starts)
     by_matrix = register(scene.source, scene.target, start=starts.matrix)
@@ -306,13 +307,13 @@ def test_in_space_a_start_is_a_matrix_of_four_rows(rng, scene):
 
 @pytest.mark.parametrize("shape", [(2, 3), (3, 3), (1, 2), (2, 2), (3, 2), (5, 2, 3), (4, 150)])
 def test_few_points_are_no_transposed_cloud(shape, rng):
-    """One to three points of the plane or of space, batches of them, and four points in any dimension pass."""
+    """One to three points of the plane or of space, batches of them, and four points in any dimension are accepted."""
     cloud = rng.standard_normal(shape)
     assert register(cloud, cloud, "kabsch").pose.batch == shape[:-2]
 
 
 def test_a_masked_array_is_refused_where_points_are_moved(scene):
-    """By the pose and by the result, whose masks would be lost."""
+    """The pose and the result refuse it, since its mask would be lost."""
     masked = np.ma.masked_less(scene.source, 0.0)
     for move in (kabsch(scene.source, scene.target).transform, Pose.identity().apply):
         with pytest.raises(ValueError, match=r"^points: a masked array hides \d+ numbers; leave their rows out"):
@@ -325,7 +326,7 @@ def test_a_masked_array_that_hides_nothing_is_an_array(scene):
 
 
 def test_a_seed_may_be_drawn(scene):
-    """A generator gives each call another number, the same for the same generator; None needs none at all."""
+    """A generator gives each call a new number, reproducibly for the same generator; None works without one."""
 
     def drawn(seed):
         return register(scene.source, scene.target, "ransac", seed=seed).states[0].problem.seed
@@ -351,7 +352,7 @@ def test_a_status_is_true_where_the_method_came_to_its_end():
 
 
 def test_ended_is_true_where_a_status_is_of_one_problem_and_of_each_of_a_batch():
-    """Not so `bool(status)`, which a batch's array has not."""
+    """`ended` gives the truth of each problem's status, which `bool(status)` cannot do for a batch's array."""
     two = np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]])
     both = register(two, two[0], "kabsch")
     assert both.ended.tolist() == [True, False]
@@ -366,7 +367,7 @@ def test_ended_is_true_where_a_status_is_of_one_problem_and_of_each_of_a_batch()
 @pytest.mark.parametrize("method", ["kabsch", "ransac", "icp", "point-to-plane", "ndt", "cpd-rigid", "gmmreg", "mmd"])
 @pytest.mark.parametrize("batched", [False, True])
 def test_an_answer_does_not_depend_on_how_the_clouds_lie_in_memory(method, batched):
-    """Column by column or row by row: not a bit differs."""
+    """Column-major and row-major clouds give the same result, bit for bit."""
     scene = kabsch_scene("noisy") if METHODS[method].paired else room("noise")
     p, q = scene.source, scene.target
     if batched:
@@ -393,7 +394,7 @@ OPEN = "the rotation is undefined"
 
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "kabsch"])
 def test_of_many_equal_points_it_is_said_that_they_are_equal(method):
-    """Their mean is rounded, which looked as if they lay apart."""
+    """Rounding of their mean must not make equal points look distinct."""
     source = np.random.default_rng(3).standard_normal((5000, 2))
     for name, p, q in (("target", source, np.full((5000, 2), 0.1)), ("source", np.full((5000, 2), 0.1), source)):
         assert register(p, q, method).reason.replace(" with weight", "") == f"all {name} points are equal: {OPEN}"

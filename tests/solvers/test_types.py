@@ -1,4 +1,4 @@
-"""What a type checker says of a user's calls: right ones pass, and each mistake is told where it stands."""
+"""What a type checker makes of a user's calls: correct ones pass, and each mistake is reported where it occurs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every method by its defaults, and every robust weight, in units, milliunits and kilounits: one problem, one pose."""
+"""Every method with its defaults, and every robust weight, gives the same pose in units, milliunits and kilounits."""
 
 from dataclasses import fields
 
@@ -19,13 +19,13 @@ NETWORKS = ("flow", "flow-from-source")
 
 
 def in_unit(options, unit):
-    """The options with every length among them in the unit."""
+    """The options with all lengths among them converted to the unit."""
     return {k: v * unit if k in LENGTHS else v for k, v in options.items()}
 
 
 def clouds(method):
-    """Three rooms with junk from 20° and 0.6 u; for methods of known pairs the target a second time, turned, with two
-    fifths of the pairs mixed up; for the networks, whose steps take their time, every seventh point."""
+    """Three rooms with junk, to be started 20° and 0.6 u off. Methods of known pairs get the target twice, once turned,
+    with two fifths of the pairs mixed up; the networks, whose steps are slow, get every seventh point."""
     scenes = [room("outliers", seed=s) for s in (40, 53, 66)]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     if METHODS[method].paired:
@@ -37,7 +37,7 @@ def clouds(method):
 
 
 def in_units(method, *units, **options):
-    """The runs by the defaults, and the options where there are some, in each of the units."""
+    """The method's runs, with its defaults and the given options, in each of the units."""
     source, target = clouds(method)
     start = room_start(20.0, 0.6)
     seeds = [40, 53, 66]
@@ -47,7 +47,8 @@ def in_units(method, *units, **options):
 
 
 def assert_same(plain, other, unit, off):
-    """The same ends after the same steps, and poses that part by at most `off` of the room, whose radius is 3.3 u."""
+    """Check for equal statuses and steps, and poses within `off` of each other, relative to the room's radius of
+    3.3 u."""
     assert (other.status == plain.status).all()
     assert (other.steps == plain.steps).all()
     assert np.abs(other.pose.R - plain.pose.R).max() <= off
@@ -57,8 +58,8 @@ def assert_same(plain, other, unit, off):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_defaults_are_of_no_unit(method):
-    """With the options that a method has by itself, a unit 2¹⁰ times as large or as small changes the poses by rounding
-    alone, since a power of two rounds nothing; and the run is a run: from where it starts, it goes elsewhere."""
+    """With default options, a unit 2¹⁰ times as large or as small changes the poses only by rounding in later steps,
+    since scaling by a power of two is exact; and every run does move away from its start."""
     small, plain, large = in_units(method, 2.0**-10, 1.0, 2.0**10)
     assert_same(plain, small, 2.0**-10, 1e-12)
     assert_same(plain, large, 2.0**10, 1e-12)
@@ -67,7 +68,7 @@ def test_defaults_are_of_no_unit(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_thousandth_and_a_thousand_units(method):
-    """So does a thousand, which rounds every coordinate anew."""
+    """So does a factor of a thousand, which rounds every coordinate anew."""
     small, plain, large = in_units(method, 1e-3, 1.0, 1e3)
     assert_same(plain, small, 1e-3, 1e-6)
     assert_same(plain, large, 1e3, 1e-6)
@@ -75,8 +76,8 @@ def test_a_thousandth_and_a_thousand_units(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_units_a_million_times_as_small_and_as_large(method):
-    """Nanometres, tenths of a millimetre and thousands of kilometres: ten steps, of NDT all, whose cells were once kept
-    or dropped by a variance in units."""
+    """The poses also agree in units of 1e-6, 1e-4 and 1e6, after ten steps, or all of NDT's, whose cells were once kept
+    or dropped by a variance with a unit."""
     units, options = (1e-6, 1e-4, 1e6), {} if method.startswith("ndt") else {"max_steps": 10}
     plain, *others = in_units(method, 1.0, *units, **options)
     for other, unit in zip(others, units, strict=True):
@@ -84,7 +85,8 @@ def test_units_a_million_times_as_small_and_as_large(method):
 
 
 def test_a_length_in_units_is_not_of_no_unit():
-    """The other way about: what is given in units stays in them, and another unit is another problem."""
+    """Conversely, options that are lengths or volumes have a unit: kept fixed, they make another unit another
+    problem."""
     given = {"ransac": {"inlier": 0.05}, "ransac-congruent": {"inlier": 0.32}, "kiss-threshold-icp": {"initial": 2.0},
              "cpd-rigid": {"volume": 64.0}, "filterreg": {"volume": 64.0, "filter": "exact"}}  # fmt: skip
     for method, options in given.items():
@@ -93,7 +95,7 @@ def test_a_length_in_units_is_not_of_no_unit():
 
 
 def test_pairs_mixed_up_are_mixed_up():
-    """The pairs that the methods of known pairs get: least squares of all is not the pose of the right ones."""
+    """In the pairs given to methods of known pairs, least squares over all pairs misses the pose of the right ones."""
     source, target = clouds("ransac")
     right = fit_rigid(source[:, 64:], target[:, 64:]).pose
     assert np.abs(fit_rigid(source, target).pose.t - right.t).max() > 0.05
@@ -101,7 +103,7 @@ def test_pairs_mixed_up_are_mixed_up():
 
 
 def with_junk(seed):
-    """A room against itself, turned: every true pair is perfect, a quarter of the source is junk. The pose is known."""
+    """A room and a turned part of it, with a known pose: all true pairs are exact, a quarter of the source is junk."""
     rng, target = np.random.default_rng(seed), room("clean", seed=seed).target
     truth = Pose.from_angle(0.2, (0.3, -0.1))
     source = truth.inverse().apply(target[10:130:2])
@@ -110,15 +112,15 @@ def with_junk(seed):
 
 
 def test_no_robust_path_is_forgotten():
-    """The methods with an option `weight` are those tried here."""
+    """The methods with a `weight` option are exactly those tested here."""
     names = {name for name in METHODS if "weight" in {f.name for f in fields(METHODS[name].options)}}
     assert names == set(WEIGHTED)
 
 
 @pytest.mark.parametrize(("method", "options"), PATHS, ids=[f"{m} {o.get('weight', '')}".strip() for m, o in PATHS])
 def test_the_pose_does_not_depend_on_the_unit(method, options):
-    """Rooms with junk from 20°, and rooms whose true pairs come to lie on each other, where the scale is at its floor:
-    the same status, and the same pose to 1e-6 of the room."""
+    """For rooms with junk from 20°, and rooms whose true pairs coincide at the end, where the scale is at its floor,
+    the status is the same in every unit, and so is the pose, to 1e-6 of the room."""
     noisy = [room("outliers", seed=s) for s in (40, 53, 66)]
     perfect = [with_junk(s) for s in (1, 2)]
     cases = [
@@ -142,8 +144,8 @@ def test_the_pose_does_not_depend_on_the_unit(method, options):
 
 @pytest.mark.parametrize("unit", [1e-4, 1e-3, 1.0, 1e3])
 def test_junk_is_refused_in_every_unit(unit):
-    """Point to point with Tukey's weight reaches the pose of perfect pairs to a hundredth of what it misses by without
-    a weight, whatever the unit: an absolute floor gave the weights up in kilounits."""
+    """In every unit, point to point with Tukey's weight on exact true pairs reduces the error to less than a hundredth
+    of that without a weight. An absolute floor once disabled the weights in kilounits."""
     for seed in (1, 2, 3):
         source, target, truth = with_junk(seed)
         off = []
@@ -155,8 +157,8 @@ def test_junk_is_refused_in_every_unit(unit):
 
 
 def test_the_kiss_threshold_is_of_the_origin_and_the_others_of_the_clouds():
-    """Where the origin is kilometres from the scanner no pair is left out, and the run ends where plain `icp`
-    does, which ends at one pose wherever the origin lies."""
+    """If the origin is kilometres from the scanner, the KISS threshold excludes no pair, so the run ends where plain
+    `icp` does; `icp` itself ends at the same pose wherever the origin is."""
     scene, start = room("outliers", seed=40), room_start(20.0, 0.5)
     away = Pose(np.eye(2), (5e5, 5e6))
     far = away.apply(scene.source), away.apply(scene.target)

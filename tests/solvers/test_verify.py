@@ -1,4 +1,4 @@
-"""The signs by which a pose is judged without a truth: closed cases, invariance, batches, what is refused."""
+"""The signs that judge a pose without a truth: closed cases, invariance, batches, and refusals."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_a_known_offset_is_the_residual():
     estimate = evidence(target[:4], target, Pose.from_angle(0.0, (0.0, 0.25)))
     assert estimate.rms == pytest.approx(0.25)
     assert estimate.share == 1.0
-    assert estimate.weakest == 0.0  # a straight line holds no slide
+    assert estimate.weakest == 0.0  # a straight line does not hold the slide
 
 
 def test_a_corridor_is_weak_and_a_hall_is_not():
@@ -60,7 +60,7 @@ def test_a_batch_is_its_single_problems():
 
 
 def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
-    """As `register` takes them: poses of any leading axes, one source or one target for all of them."""
+    """As in `register`, poses may have any leading axes, with one source or one target for all of them."""
     scene = room("combo")
     poses = Pose.from_angle(np.zeros((2, 3)), np.array([0.0, 0.1, 5.0])[:, None] * [1.0, 0.5])
     estimate = evidence(scene.source, scene.target, poses, 0.3)
@@ -76,7 +76,7 @@ def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
 
 
 def test_the_usual_reach_is_three_spacings_in_any_unit():
-    """Of each target its own; where the clouds come in millimetres, lengths are a thousandfold and nothing else."""
+    """Each target has its own reach; in millimetres only the lengths change, by a factor of a thousand."""
     scene = room("noise")
     pose = Pose.from_angle(0.05, (0.3, 0.1))
     one = evidence(scene.source, scene.target, pose)
@@ -102,7 +102,7 @@ def test_halves_without_noise_agree():
 
 
 def test_each_half_has_its_weights():
-    """Without weight for the points that are wrong the halves agree; those who have odd counts of points, too."""
+    """With the wrong points at weight zero the halves agree, for odd and for even counts of points."""
     scene = room("clean", noise=0.0)
     source = scene.target.copy()
     source[::7] += (0.8, -0.3)
@@ -114,7 +114,7 @@ def test_each_half_has_its_weights():
 
 
 def test_each_half_of_matched_rows_has_its_partners():
-    """The fits to every second pair, and how far apart they put the source."""
+    """The halves' distance is that between the fits to the even and to the odd pairs, over the whole source."""
     rng = np.random.default_rng(5)
     p = rng.standard_normal((9, 2))
     q = Pose.from_angle(0.4, (1.0, 2.0)).apply(p) + 0.1 * rng.standard_normal(p.shape)
