@@ -1,4 +1,4 @@
-"""`python -m solvers SOURCE TARGET` on files: what it prints, draws and refuses, run as a user runs it."""
+"""`python -m solvers SOURCE TARGET` on files: what it prints, draws and refuses, run as a user would run it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TRUTH = Pose.from_angle(np.radians(15.0), (0.3, -0.2))
 
 @pytest.fixture
 def files(tmp_path):
-    """a.csv and b.xyz: a room, the source moved; c.csv and d.xyz: a hall in space."""
+    """a.csv and b.xyz: a room, with its source moved; c.csv and d.xyz: a hall in space."""
     scene, scans = room("noise", seed=40), hall()
     for name, points in (("a.csv", TRUTH.inverse().apply(scene.source)), ("c.csv", scans.source)):
         (tmp_path / name).write_text("\n".join(",".join(map(repr, row)) for row in points.tolist()), "utf-8")
@@ -45,7 +45,7 @@ def said(capsys, *arguments):
 
 
 def test_it_runs_as_a_module_beside_the_files(files):
-    """In a process of its own: exit code 0, the pose that `register` finds, and a picture of both clouds twice."""
+    """In its own process: exit code 0, the pose that `register` finds, and a picture that shows both clouds twice."""
     command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz", "--method", "gicp", "--options", "gate=1.5"]
     done = subprocess.run(
         [*command, "--out", "picture.svg"],
@@ -71,7 +71,7 @@ def test_it_runs_as_a_module_beside_the_files(files):
 
 
 def test_an_option_s_other_name_is_understood(files, capsys):
-    """`max_distance` for `gate`, as `register` has it."""
+    """`max_distance` works as another name for `gate`, as in `register`."""
     output = [
         said(capsys, files / "a.csv", files / "b.xyz", "--options", f"{name}=0.2") for name in ("gate", "max_distance")
     ]
@@ -80,7 +80,7 @@ def test_an_option_s_other_name_is_understood(files, capsys):
 
 
 def test_clouds_in_space_and_from_above(files, capsys):
-    """3-D where the method can, x and y where it is asked for, and a word where it cannot."""
+    """Methods that can register in 3-D; the others refuse, and point to --above, which registers x and y."""
     c, d = files / "c.csv", files / "d.xyz"
     code, out, _ = said(capsys, c, d, "--method", "gicp", "--start", "15,0.5,-0.3")
     assert code == 0
@@ -149,7 +149,7 @@ def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, a
 
 @pytest.mark.parametrize("columns", [40, 57, 80, 200])
 def test_help_names_every_method(capsys, monkeypatch, columns):
-    """At any width: argparse by itself breaks a name at its hyphens."""
+    """Names stay whole at any width; argparse by itself breaks them at their hyphens."""
     monkeypatch.setenv("COLUMNS", str(columns))
     for words, names in ((["--help"], METHODS), (["benchmark", "--help"], [c.method for c in (*CONTESTANTS, *EXTRAS)])):
         with pytest.raises(SystemExit) as end:
@@ -161,7 +161,7 @@ def test_help_names_every_method(capsys, monkeypatch, columns):
 
 
 def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
-    """100 GB of nothing, of which the disk has none; and a file that has no end."""
+    """A sparse file of 100 GB and an endless one are both refused without being read in."""
     with open(files / "large.csv", "wb") as file:
         file.truncate(100_000_000_000)
     tracemalloc.start()
@@ -210,7 +210,7 @@ def test_counts_of_400_digits_are_refused(files, capsys, option):
 
 
 def test_a_reader_that_goes_away_is_no_fault(files):
-    """As `| head` does: no traceback, not while the lines are written nor at the end, and the exit code tells."""
+    """If the reader goes away, as `| head` does, there is no traceback, and the exit code is 1."""
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     for unbuffered in ("", "1"):
         command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz"]
@@ -247,7 +247,7 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
 
 
 def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
-    """Control characters, and bytes that are no UTF-8: XML has a place for neither."""
+    """File names may have control characters and invalid UTF-8, neither of which XML allows."""
     name = os.fsdecode(b"a\x01\x0b<&\xff\x1b[31m.csv")
     (files / "a.csv").rename(files / name)
     code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.svg")
@@ -260,7 +260,7 @@ def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
 
 
 def test_what_is_given_twice_is_heard_twice(files, capsys):
-    """Options add up as in one list, the same one twice is refused, and each picture is drawn."""
+    """Repeated --options add up like one list, a repeated option is refused, and each picture is drawn."""
     words = [files / "a.csv", files / "b.xyz", "--json"]
     apart = said(capsys, *words, "--options", "gate=0.1", "--options", "trim=0.1")
     assert apart == said(capsys, *words, "--options", "gate=0.1", "trim=0.1")
@@ -292,7 +292,7 @@ def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
 
 @pytest.mark.parametrize("kind", ["csv", "npy"])
 def test_rows_left_out_do_not_move_the_partners_of_the_others(files, capsys, kind):
-    """One row without a number in each file: as many rows are left, but from there on the wrong ones meet."""
+    """Dropping one bad row from each file would leave equal counts but wrong partners, so kabsch refuses."""
     source = room("noise", seed=40).source
     for name, moved, row in (("p", source.copy(), 2), ("q", TRUTH.apply(source), 15)):
         moved[row] = np.nan
@@ -328,8 +328,8 @@ def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_computed
 def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_computed(
     files, capsys, monkeypatch, out, asked
 ):
-    """Who runs the tests may write everywhere, so the system's answer is a stand-in: on the file that would be
-    replaced, or else on its folder."""
+    """The test's user may be allowed to write anywhere, so the system's answer is faked: for the file to be replaced,
+    or else its folder."""
     monkeypatch.chdir(files)
     monkeypatch.setattr("solvers.cli.register.register", None)
     Path("old.svg").touch()
@@ -342,7 +342,7 @@ def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_compute
     ("error", "told"), [(MemoryError(), ""), (MemoryError("Unable to allocate 7 TiB"), ": Unable to allocate 7 TiB")]
 )
 def test_too_little_memory_is_one_line(files, capsys, monkeypatch, error, told):
-    """Told of a stand-in: a system that promises more memory than it has would end the test instead."""
+    """The error is faked, since a system that overcommits memory would kill the test instead."""
 
     def hungry(*_, **__):
         raise error
@@ -354,10 +354,11 @@ def test_too_little_memory_is_one_line(files, capsys, monkeypatch, error, told):
 
 @pytest.mark.parametrize("unit", [1e-149, 1e149])
 def test_clouds_of_any_size_have_a_reach_of_their_own(files, capsys, unit):
-    """Also one that could not be given: `register` takes such clouds, and nothing is said of --reach."""
+    """The reach may even be one that --reach would refuse: `register` takes such clouds without any complaint about
+    it."""
     for name in ("a.csv", "b.xyz"):
         points = clouds.read((files / name).read_bytes()).points * (0.1 * unit)
         (files / name).write_text("\n".join(" ".join(map(repr, row)) for row in points.tolist()), "utf-8")
     code, out, err = said(capsys, files / "a.csv", files / "b.xyz", "--method", "gicp", "--json")
-    assert (code, err) == (0 if unit > 1.0 else 3, "")  # of too narrow a cloud the method itself says so
+    assert (code, err) == (0 if unit > 1.0 else 3, "")  # too narrow: the method's status says so
     assert json.loads(out)["reach"] == pytest.approx(0.1 * unit * usual_reach(room("noise", seed=40).target), rel=1e-9)

@@ -1,4 +1,4 @@
-"""What the commands share: JSON, exit codes, the list of methods, and NumPy's files."""
+"""What the commands share: JSON, exit codes, the list of methods, and NumPy files."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_command_may_be_left_out(files, capsys):
     ],
 )
 def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, target, further, status, overlaps):
-    """What is told has a residual only where the clouds overlap."""
+    """The report gives a residual only if the clouds overlap."""
     code, out, _ = said(capsys, files / "a.npy", files / target, *further, "--json")
     report = json.loads(out)
     assert (code, report["status"]) == (3, status)
@@ -90,7 +90,7 @@ def test_a_run_is_trusted_where_it_ends_of_its_own_accord(files, capsys, method,
 
 
 def test_an_end_with_nothing_near_is_not_trusted(files, capsys):
-    """The method came to its end; no point of the source lies within reach of the target."""
+    """The method converges, but no source point ends within reach of the target."""
     code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--reach", "1e-9", "--json")
     assert (code, json.loads(out)["status"], json.loads(out)["overlap"]) == (3, "converged", 0.0)
 
@@ -104,7 +104,7 @@ def test_the_methods_are_listed_with_their_options(capsys):
         assert line[36:] == METHODS[name].summary
     code, out, _ = said(capsys, "methods", "icp", "kabsch", "--json")
     icp, kabsch = json.loads(out)
-    assert icp["options"]["gate"] == "inf"  # which JSON has no number for
+    assert icp["options"]["gate"] == "inf"  # JSON cannot express infinity as a number
     assert icp["options"]["tuning"] is None
     assert icp["source"] == "Besl & McKay 1992"
     assert kabsch["paired"] is True
@@ -192,7 +192,7 @@ def test_progress_is_shown_on_a_terminal_and_cleared(files, monkeypatch, words, 
 
 
 def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypatch):
-    """Without matplotlib: told at once, not after a long run."""
+    """Missing matplotlib is reported at once, not after a long run."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr("solvers.cli.register.register", None)
     monkeypatch.setattr("solvers.cli.drive.prepare", None)
@@ -300,10 +300,11 @@ WHOLE = np.arange(8.0).reshape(4, 2)
 @given(data=st.data())
 @settings(max_examples=200, deadline=None)
 def test_damage_is_an_array_or_the_one_error(whole, data):
-    """Bytes cut, replaced and put in anywhere, also such as a header is written with: no warning and no second line."""
+    """Bytes cut, replaced and inserted anywhere, even a header's own characters, cause no warning and no second
+    line."""
     damaged = bytearray(whole)
     for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(damaged)) | st.integers(8, 70))  # where a header of NumPy is
+        at = data.draw(st.integers(0, len(damaged)) | st.integers(8, 70))  # where NumPy's header is
         end = data.draw(st.integers(at, min(len(damaged), at + 4)))
         damaged[at:end] = data.draw(st.binary(max_size=4) | st.text("[](){}',:<fiL129 \n", max_size=4).map(str.encode))
     result, error = outcome(bytes(damaged))
@@ -316,7 +317,7 @@ def test_damage_is_an_array_or_the_one_error(whole, data):
 
 
 def outcome(data: bytes):
-    """The cloud that is read, or the error."""
+    """The cloud that was read and None, or None and the error."""
     with warnings.catch_warnings(action="error"):
         try:
             return arrays.read(data), None

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.native
 
 
 def as_csv(drive: Drive) -> str:
-    """A drive as a file, its ranges in whole centimetres as a laser tells them."""
+    """A drive as a CSV file, with its ranges in whole centimetres, as a laser reports them."""
     names = ["seconds", "dx_m", "dy_m", "dphi_rad", *(f"r{k}" for k in range(len(drive.bearings)))]
     centimetres = np.where(np.isinf(drive.ranges), 0, np.rint(100 * drive.ranges))
     rows = np.column_stack([drive.seconds, drive.motion.t, drive.motion.angle, centimetres]).tolist()
@@ -28,7 +28,7 @@ def as_csv(drive: Drive) -> str:
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A simulated drive as a file, rounded to the centimetre as a real one."""
+    """A simulated drive as a file, rounded to centimetres like a real one."""
     path = tmp_path_factory.mktemp("drive") / "drive.csv"
     path.write_text(as_csv(simulated_drive(scans=70, beams=121)[0]), "utf-8")
     return path
@@ -70,7 +70,7 @@ def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytes
     report = json.loads(out)
     assert (code, err) == (0, "")
     assert (report["scans"], report["beams"], report["not_matched"]) == (70, 121, [])
-    assert 10.0 < report["farthest"] <= 12.0  # as far as the simulated laser sees
+    assert 10.0 < report["farthest"] <= 12.0  # the simulated laser's range
     assert report["graph"]["status"] == "converged"
     assert 0 < report["loops"] <= report["candidates"]
     *_, last = np.loadtxt(tmp_path / "poses.csv", delimiter=",", skiprows=1)
@@ -89,7 +89,7 @@ def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.
 def test_a_scan_without_echoes_is_only_predicted(
     to: str, table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The drive is finished all the same, with its files."""
+    """The drive is still processed to the end, and its files are written."""
     path = tmp_path / "gap.csv"
     lines = table.read_text("utf-8").splitlines()
     lines[31] = ",".join([*lines[31].split(",")[:4], *["0"] * 121])
@@ -140,8 +140,8 @@ def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pyte
 
 
 def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Told where the laser sits and how it turns, the command says the same of both, and it is what the chapter says;
-    otherwise the robot's poses, and with them the candidates for loops, are those of the laser."""
+    """Given the laser's mounting and rotation, the command reports the same for the file as for the included drive, and
+    what the chapter says. Without them, the robot's poses, and so the loop candidates, are the laser's."""
     path, poses = tmp_path / "recorded.csv", tmp_path / "poses.csv"
     path.write_text(as_csv(telecom_loop()), "utf-8")
     code, included, _ = said(capsys, "telecom-loop")
@@ -159,7 +159,7 @@ def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, caps
 def test_a_bar_grows_in_small_pieces_on_a_terminal(
     table: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of matching, loops and graph; each is cleared before the next line, and no piece is more than a third."""
+    """Matching, loops and graph each have a bar that is drawn at least three times and cleared before the next line."""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     recorded = said(capsys, table, "--ahead", 0.3)
     parts = recorded[2].split("\r\033[K")
@@ -171,13 +171,14 @@ def test_a_bar_grows_in_small_pieces_on_a_terminal(
         assert len(counts) == len(shown) >= 3
         assert counts == sorted(counts)
         assert all(bars == 30 * done // total for bars, done, total in counts)
-        assert part is parts[2] or counts[-1][0] == 30  # of the graph the most steps are told, not those it will take
+        assert part is parts[2] or counts[-1][0] == 30  # the graph's bar may stop early
 
 
 def test_the_picture_shows_the_map_before_and_after(
     table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Two panels of one drive, with a path each that differ: by odometry, and closed, or matched where no loop is."""
+    """Two panels of one drive with different paths: by odometry, and with loops closed, or matched if there are
+    none."""
     closed, chained = tmp_path / "closed.svg", tmp_path / "chained.svg"
     assert said(capsys, table, "--ahead", 0.3, "--out", closed)[0] == 0
     assert said(capsys, table, "--ahead", 0.3, "--no-loops", "--out", chained)[0] == 0

@@ -1,4 +1,4 @@
-"""A count with its noun."""
+"""Counts with their nouns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How records of arrays show themselves at a prompt."""
+"""How records of arrays are displayed at a prompt."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from solvers.verify import evidence
 
 
 def records() -> Iterator[object]:
-    """One of each kind that users hold, at its usual size."""
+    """One record of each kind that users handle, at its usual size."""
     scene, drive = kabsch_scene("clean"), telecom_loop()
     result = register(scene.source, scene.target, "icp")
     scans = prepare(drive)

@@ -1,4 +1,4 @@
-"""What a result tells of its pairs, by plain loops and by what the methods say of themselves."""
+"""The correspondences that a result reports, against plain loops and against what the methods say of themselves."""
 
 import numpy as np
 import pytest
@@ -102,7 +102,8 @@ def test_none_is_offered_in_space():
 
 
 def test_of_pairs_that_were_given_their_numbers_are_told():
-    """Not rows of the target: a source row may be in several pairs, or in none."""
+    """With pairs given, correspondences are pair indices, not target rows: a source row may be in several pairs or
+    none."""
     source = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [9.0, 9.0]])
     pairs = np.array([[0, 2], [1, 1], [2, 0], [3, 0]])
     weights = [1.0, 1.0, 1.0, 0.0]

@@ -12,7 +12,7 @@ from solvers.scenes import room
 
 @pytest.mark.parametrize("d", [2, 3, 4])
 def test_a_pose_followed_by_its_inverse_moves_nothing(d, rng, random_pose):
-    """Moving points by a pose and then by its inverse puts them back, in every dimension, with scale."""
+    """A pose followed by its inverse puts points back, in every dimension, with scale."""
     pose = random_pose(rng, d, (7,), scaled=True)
     points = rng.standard_normal((7, 9, d))
     assert np.allclose(pose.inverse().apply(pose.apply(points)), points, atol=1e-13)
@@ -46,7 +46,7 @@ def test_a_planar_rotation_is_anticlockwise_and_comes_before_the_translation():
 
 @pytest.mark.parametrize("theta", [0.0, 1e-12, -1e-12, 0.5, -2.0, np.pi - 1e-12, -np.pi + 1e-12])
 def test_the_angle_is_read_back_to_rounding_even_near_180_degrees(theta):
-    """The rotation angle survives the way through the matrix, at 0 and at 180° alike, in the plane and in space."""
+    """The rotation angle survives conversion to a matrix, both at 0 and at 180°, in the plane and in space."""
     assert Pose.from_angle(theta).angle == pytest.approx(theta, abs=4e-16)
     c, s = np.cos(theta), np.sin(theta)
     about_z = Pose(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.zeros(3))
@@ -141,7 +141,7 @@ def test_a_matrix_that_is_no_similarity_is_refused(matrix, says):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("size", [1e-300, 1e-110, 1e-5, 1.0, 3.0, 1e110, 1e200, 1e307])
 def test_a_scale_of_any_size_comes_out_of_a_matrix(d, size, rng, random_pose):
-    """The determinant of a small matrix vanishes, and that of a large one overflows."""
+    """It does so although a small matrix's determinant underflows and a large one's overflows."""
     R = random_pose(rng, d).R
     for turn in (R, np.eye(d)):
         matrix = np.eye(d + 1)
@@ -160,13 +160,13 @@ def test_a_scale_beyond_floating_point_is_refused():
 
 
 def test_half_a_turn_has_either_sign():
-    """atan2 of a zero that is negative."""
+    """The sign comes from atan2 of a negative zero."""
     half = Pose.from_angle(np.pi)
     assert (half.angle, half.inverse().angle) == (np.pi, -np.pi)
 
 
 def test_a_rotation_vector_is_the_exponential_of_its_skew_matrix(rng):
-    """Against the power series, also near no turn and near half a turn."""
+    """Agrees with the power series, even near no turn and near half a turn."""
     axis = rng.standard_normal((40, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     theta = np.concatenate([[0.0, 1e-300, 1e-9, 1e-4, np.pi - 1e-9, np.pi], rng.uniform(0.0, np.pi, 34)])
@@ -185,8 +185,8 @@ def test_a_rotation_vector_is_the_exponential_of_its_skew_matrix(rng):
 
 @pytest.mark.parametrize("batch", [(), (5,), (2, 40)])
 def test_a_rotation_vector_comes_back(rng, batch):
-    """About any axis, the coordinates' among them, by no turn, by next to none, and by half a turn, where the vector
-    and its opposite are one rotation."""
+    """About any axis, including the coordinate axes, by no turn, a tiny one, and half a turn, where the vector and its
+    opposite are the same rotation."""
     axis = rng.standard_normal((*batch, 3))
     axis[..., rng.integers(3)] = 0.0
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
@@ -285,7 +285,7 @@ def test_a_rotation_written_with_six_digits_is_one():
 
 @pytest.mark.parametrize("batch", [(), (4,), (2, 3)])
 def test_poses_of_equal_numbers_are_equal(batch, rng, random_pose):
-    """One bool, of a batch too; another number, shape or dimension, or no pose at all, is not equal."""
+    """Comparison gives a single bool, for a batch too; another number, shape, dimension or type makes it unequal."""
     pose = random_pose(rng, 3, batch, scaled=True)
     same = Pose(pose.R, pose.t, pose.scale)
     assert (pose == same) is True
@@ -309,7 +309,7 @@ def test_equal_poses_count_as_one_whatever_the_sign_of_zero():
 
 
 def test_a_batch_has_the_length_of_its_first_axis_and_a_single_pose_none():
-    """Nor is a pose false, of whatever length."""
+    """A pose is always true, whatever its length."""
     for batch in ((3,), (2, 5), (0,)):
         poses = Pose.identity(2, batch)
         assert len(poses) == len(list(poses)) == batch[0]
@@ -320,7 +320,7 @@ def test_a_batch_has_the_length_of_its_first_axis_and_a_single_pose_none():
 
 
 def test_the_order_in_memory_of_what_it_is_made_of_changes_no_bit(rng):
-    """A product of the same numbers in another order of memory can round differently: a pose has one order."""
+    """Products of arrays with another memory order can round differently, so a pose always stores one order."""
     R = Pose.from_angle(rng.uniform(-3, 3, 40)).R
     other = np.asfortranarray(R)
     assert not other.flags.c_contiguous
@@ -333,7 +333,7 @@ def test_the_order_in_memory_of_what_it_is_made_of_changes_no_bit(rng):
 
 @pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda record: pickle.loads(pickle.dumps(record))])
 def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(again):
-    """A pose is a key of sets: one that changed would be lost there."""
+    """Poses are used in sets, where one that changed could no longer be found."""
     poses = Pose.from_angle([0.1, 0.2], [[0.0, 0.0], [1.0, 0.0]])
     assert again(poses) == poses
     assert hash(again(poses)) == hash(poses)
@@ -346,7 +346,7 @@ def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(a
 
 @pytest.mark.parametrize("rounded", [lambda R: R.round(6), lambda R: R.astype(np.float32)])
 def test_a_rotation_of_few_digits_is_taken_and_put_right(rounded):
-    """So that the inverse undoes the pose in coordinates of a national grid, too."""
+    """It is made orthogonal, so that the inverse undoes the pose even in a national grid's coordinates."""
     exact = Pose.from_rotvec(np.random.default_rng(4).normal(size=(500, 3)), (5e5, 5e6, 100.0))
     matrix = exact.matrix
     matrix[:, :3, :3] = rounded(exact.R)

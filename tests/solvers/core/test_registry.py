@@ -1,4 +1,4 @@
-"""The list of methods: names without imports, modules when asked."""
+"""The list of methods: names without imports, modules loaded on demand."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def test_each_method_stands_under_its_own_name() -> None:
 
 @pytest.mark.native
 def test_a_method_is_named_wherever_methods_are() -> None:
-    """What is to be done for a new method beside its module and its line in the list, all of it at once."""
-    from widgets.figures.own_clouds.methods import OWN  # the page's Python runs this file too, without the figures
+    """Lists all that a new method still needs, beside its module and its line in the registry, in one failure."""
+    from widgets.figures.own_clouds.methods import OWN  # here: the page's Python has no figures
 
     page = "content/docs/package.md"
     text = (Path(__file__).resolve().parents[3] / page).read_text("utf-8")
@@ -53,8 +53,8 @@ def test_a_method_is_named_wherever_methods_are() -> None:
 
 @pytest.mark.native
 def test_what_core_hands_over_to_rooms_above_it_by_name_is_two_things() -> None:
-    """No rule of imports sees a module that is named in a text: the methods, and the closed form of a covariance. They
-    are there, and nothing else in the package loads by name but its front door."""
+    """Import rules cannot see modules loaded by name. In core, these are just the methods and the closed-form
+    covariance; both exist, and the rest of the package loads nothing by name except at its front door."""
     root = Path(solvers.__file__).parent
     loads = {
         path.relative_to(root).as_posix(): re.findall(r"import_module\(f?\"(solvers[\w.]*)", path.read_text("utf-8"))
@@ -90,7 +90,7 @@ print(before, "solvers.methods.soft.cpd" in sys.modules)
 
 
 def locked(value: Any) -> int:
-    """Makes all arrays of a state read-only; tells how many."""
+    """Make all arrays of a state read-only; return how many there are."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
         return 1
@@ -101,7 +101,7 @@ def locked(value: Any) -> int:
 
 @pytest.mark.parametrize("name", list(METHODS))
 def test_a_step_writes_into_nothing_that_it_is_given(name: str, rng: Generator) -> None:
-    """A state is kept by whoever holds it, and the states before the first step are shared with it."""
+    """Callers may keep states, and the states before the first step are shared with them."""
     target = rng.standard_normal((2, 40, 2)) @ np.diag([3.0, 1.0])
     source = Pose.from_angle([0.2, -0.3], (0.1, 0.2)).inverse().apply(target)
     problem = Problem(source, target, np.ones((2, 40)), Pose.identity(2, (2,)), np.array([40, 53], dtype=np.int64))

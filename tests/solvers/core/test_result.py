@@ -1,4 +1,4 @@
-"""What a result, a single pose and a start that was rounded are in Python's own terms."""
+"""How a result, a single pose and a rounded start behave in Python's own terms."""
 
 import pickle
 
@@ -17,7 +17,7 @@ def scene():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d):
-    """To float32 and to seven digits; one that is scaled in truth is told with its scale."""
+    """A start rounded to float32 or to seven digits counts as rigid; one really scaled is refused with its scale."""
     points, start = rng.standard_normal((30, d)), random_pose(rng, d)
     for rounded in (start.matrix.astype(np.float32), np.round(start.matrix, 7)):
         result = register(points, start.apply(points), start=rounded)
@@ -30,7 +30,7 @@ def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d)
 
 
 def test_a_result_is_true_where_its_status_is(scene):
-    """One that has found nothing is false; a batch has no one answer; a single pose is no sequence of any."""
+    """A result that found nothing is false, a batch's truth value is ambiguous, and a single pose is not a sequence."""
     lost = register(scene.source, scene.target, gate=1e-9)
     assert (bool(lost), lost.status) == (False, Status.DEGENERATE)
     assert bool(register(scene.source, scene.target)) is True
@@ -45,7 +45,7 @@ def test_a_result_is_true_where_its_status_is(scene):
 
 @pytest.mark.parametrize("text", ["converged", "CONVERGED", "done"])
 def test_a_status_is_not_compared_with_a_text_in_silence(scene, text):
-    """Neither equal nor unequal nor one of several: the message names what can be compared."""
+    """Comparing a status with a text by ==, != or `in` raises an error that names valid comparisons."""
     status = register(scene.source, scene.target).status
     for compare in (
         lambda: status == text, lambda: text == status, lambda: status != text, lambda: text != status,
@@ -58,7 +58,7 @@ def test_a_status_is_not_compared_with_a_text_in_silence(scene, text):
 
 
 def test_a_status_is_a_number_beside_numbers():
-    """Equal to its own and unequal to others, in arrays, as a key, and when it has been stored."""
+    """It equals its own number and no other, including in arrays, as a key, and after pickling."""
     for status in Status:
         assert status == int(status) == np.int8(status)
         assert status != int(status) + 1
@@ -69,7 +69,7 @@ def test_a_status_is_a_number_beside_numbers():
 
 @pytest.mark.parametrize("method", ["icp", "ndt", "cpd-rigid"])
 def test_a_problem_of_a_batch_is_what_it_is_alone(scene, method):
-    """Its pose, stop, partners and course, of a batch of two axes and of a list of clouds."""
+    """It has the same pose, status, partners and course, from a batch with two axes and from a list of clouds."""
     turns = np.radians([[0.0, 20.0, 40.0], [-20.0, 90.0, 170.0]])
     starts = Pose.from_angle(turns, np.zeros((2, 3, 2)))
     batch = register(scene.source, scene.target, method, start=starts)
@@ -91,7 +91,8 @@ def test_a_problem_of_a_batch_is_what_it_is_alone(scene, method):
 
 
 def test_any_index_of_the_leading_axes_selects_problems(scene):
-    """And reaches no further: `...` leaves the axes of a matrix alone, here as many as problems in a row."""
+    """An index only reaches the leading axes: `...` leaves a matrix's own axes alone, though here they would fit
+    too."""
     starts = Pose.from_angle(np.radians([[0.0, 20.0], [40.0, -20.0], [90.0, 170.0]]), np.zeros((3, 2, 2)))
     batch = register(scene.source, scene.target, start=starts)
     mask = np.array([[True, False], [False, True], [True, True]])

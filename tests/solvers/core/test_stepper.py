@@ -1,4 +1,5 @@
-"""The loop and the row mechanism, on a method made for it: a pose that halves its distance to the target's centroid."""
+"""The loop and the row mechanism, on a method made for this: a pose that halves its distance to the target's
+centroid."""
 
 from __future__ import annotations
 
@@ -72,7 +73,7 @@ def problems(*distances):
 
 
 def test_finished_problems_leave_the_batch():
-    """Each step works on the running problems only, and each problem stops after its own number of steps."""
+    """Each step works only on the problems still running, and each problem stops after its own number of steps."""
     SEEN.clear()
     batch, _ = run(begin(HALVING, problems(1.0, 100.0, 0.1, 10.0)))
     assert batch.done
@@ -115,7 +116,7 @@ def test_a_problem_hopeless_from_the_start_takes_no_step():
 
 @pytest.mark.parametrize("breaks", ["breaks_beyond", "worth_beyond"])
 def test_a_step_that_is_not_finite_is_undone(breaks):
-    """A step whose pose or objective leaves the numbers is taken back and called degenerate; others go on."""
+    """A step whose pose or objective is not finite is taken back and its problem is degenerate; the others go on."""
     batch, course = run(begin(HALVING, problems(1.0, 100.0), HalvingOptions(**{breaks: 20.0})))
     state = batch.state()
     assert state.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
@@ -125,7 +126,7 @@ def test_a_step_that_is_not_finite_is_undone(breaks):
 
 
 def test_a_batch_is_never_changed_by_stepping():
-    """Stepping makes a new batch: an old one can be kept, stepped again, and gives the same."""
+    """Stepping makes a new batch: an old one can be kept and stepped again with the same result."""
     first = begin(HALVING, problems(1.0, 0.002))
     a, b = advance(first), advance(first)
     assert first.steps.tolist() == [0, 0]
@@ -176,7 +177,7 @@ def test_taking_rows_and_putting_them_back_changes_nothing_else():
     ],
 )
 def test_a_field_that_changes_its_kind_is_named(change, named):
-    """A method whose state changes the shape or type of a field between steps is told which."""
+    """If a method changes the shape or type of a state field between steps, the error names the field."""
     state = begin(HALVING, problems(1.0, 2.0)).whole
     part = replace(take(state, np.array([1])), **change)
     with pytest.raises(TypeError, match=named):

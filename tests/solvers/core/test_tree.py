@@ -1,4 +1,4 @@
-"""Batches of one cloud with many starts: what is equal is made once and not copied, and the answers are the same."""
+"""Batches of one cloud with many starts: shared data are computed once and not copied, and the answers are the same."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ def seen(cloud, b):
 
 
 def test_what_repeats_is_made_once_and_all_see_it(rng):
-    """Of clouds that differ, or of equal copies, it is made of each."""
+    """For clouds that differ, or for equal copies, it is computed for each."""
     cloud, given = rng.standard_normal((6, 2)), []
 
     def halves(points):
@@ -51,7 +51,7 @@ def test_a_batch_repeats_only_if_all_its_parts_do(rng):
 
 @pytest.mark.parametrize("rows", [np.array([2, 0]), np.array([True, False, True, False]), np.array([], dtype=np.int64)])
 def test_rows_of_what_repeats_are_not_copied(rows, rng):
-    """They are what copies would give; what is put back into it stands in a copy."""
+    """Rows are views that equal rows of copies; writing back to them makes a copy."""
     cloud = rng.standard_normal((5, 2))
     whole, apart = Halves(seen(cloud, 4), None), Halves(np.stack([cloud] * 4), None)
     part = take(whole, rows)
@@ -63,7 +63,7 @@ def test_rows_of_what_repeats_are_not_copied(rows, rng):
 
 
 def test_index_normals_and_maps_of_one_cloud_are_made_once():
-    """And equal those of copies; cells of several sizes are of several maps."""
+    """They equal those of copies; cells of several sizes need several maps."""
     cloud = room("clean", seed=40).target
     both = seen(cloud, 3), np.stack([cloud] * 3)
     indices = [nearest.build(x) for x in both]
@@ -85,7 +85,7 @@ def test_index_normals_and_maps_of_one_cloud_are_made_once():
 
 @pytest.mark.native
 def test_one_tree_answers_for_all_starts(rng):
-    """Rows, squares and what may be followed are those of copies; of each problem's own points."""
+    """Rows and squares equal those of copies and are those of each problem's own points, and they can be followed."""
     pytest.importorskip("scipy")
     cloud, points = rng.standard_normal((500, 2)), rng.standard_normal((3, 40, 2))
     one, copies = (nearest.build(x, tree_from=1) for x in (seen(cloud, 3), np.stack([cloud] * 3)))
@@ -102,7 +102,7 @@ def test_one_tree_answers_for_all_starts(rng):
 
 @pytest.mark.parametrize("shared", [True, False])
 def test_ndt_scores_in_blocks_as_in_one(shared, monkeypatch):
-    """Of several clouds, each set of points on its own map, in any order; and of one that all share."""
+    """With several clouds, each point set scored on its own map in any order, and with one map shared by all."""
     clouds = np.stack([room("outliers", seed=40 + (0 if shared else i)).target for i in range(3)])
     cells = ndt_map.build(seen(clouds[0], 3) if shared else clouds, 1.3, grids=4)
     which = np.array([2, 0, 1, 1, 2, 0, 0])
@@ -121,7 +121,7 @@ def test_ndt_scores_in_blocks_as_in_one(shared, monkeypatch):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_many_starts_of_one_pair_end_as_copies_of_it_do(method):
-    """Bit for bit, whatever stops first."""
+    """They agree bit for bit, whichever stops first."""
     scene = room("outliers", seed=40)
     source, target = scene.source[::3], scene.target[::3]
     if METHODS[method].paired:

@@ -1,4 +1,4 @@
-"""Collinear pairs: the family of optima, its members' equal residuals, and what is refused."""
+"""Collinear pairs: the family of optima, whose members have equal residuals, and what is refused."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def squares(pose, p, q):
 @settings(max_examples=40, deadline=None)
 @given(VECTORS, VECTORS, VECTORS, st.floats(0.0, 0.4))
 def test_all_fit_equally_well_and_none_better(direction, other, place, noise):
-    """Whatever the turn, the sum of squares is one number; rotations to either side of each pose raise it."""
+    """The sum of squares is the same for every turn; tilting any of these poses slightly, either way, raises it."""
     a = np.array([-1.0, 0.3, 0.9, 2.0])
     source = place + a[:, None] * direction
     target = a[:, None] * other + noise * np.random.default_rng(3).standard_normal((4, 3))
@@ -39,7 +39,7 @@ def test_all_fit_equally_well_and_none_better(direction, other, place, noise):
 
 
 def test_with_a_fourth_pair_off_the_line_the_fit_takes_one_of_them():
-    """Exact pairs on a line and one off it: the closed form's pose is a member, at the angle the fourth pair shows."""
+    """Exact pairs on a line and one off it: the closed form's pose is in the family, at the fourth pair's angle."""
     source = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 0.7, 0.0]])
     truth = Pose.from_rotvec((0.4, -1.1, 0.8), (0.2, 0.3, -1.0))
     target = truth.apply(source)
@@ -53,7 +53,7 @@ def test_with_a_fourth_pair_off_the_line_the_fit_takes_one_of_them():
 
 @pytest.mark.parametrize("v", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-1.0, 1e-9, 0.0), (-1.0, 1e-16, 0.0)])
 def test_the_least_turn_is_the_angle_between_the_lines(v):
-    """Equal, opposite and all but opposite directions: a rotation by exactly the angle between them."""
+    """For equal, opposite and nearly opposite directions, the rotation is exactly the angle between them."""
     a = np.array([[-1.0], [0.0], [2.0]])
     u, v = np.array([1.0, 0.0, 0.0]), np.array(v) / np.linalg.norm(v)
     pose = poses_about_line(a * u, a * v)
@@ -62,7 +62,7 @@ def test_the_least_turn_is_the_angle_between_the_lines(v):
 
 
 def test_the_turn_is_about_the_line_from_its_first_point_on():
-    """A quarter about the line from first to last point; with the rows the other way round it turns the other way."""
+    """A quarter turn is about the line from first to last point; with the rows reversed, it turns the other way."""
     line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 3.0]])
     aside = np.array([[1.0, 0.0, 0.0]])
     for rows, to in ((line, 1.0), (line[::-1], -1.0)):
@@ -88,7 +88,7 @@ def test_what_has_no_line_is_refused(source, target, words):
 
 @pytest.mark.parametrize("size", [1e-280, 1e-170, 1e149])
 def test_clouds_of_any_size_have_a_line(size):
-    """Squares of their coordinates would vanish or overflow; the turn is that of clouds of size one."""
+    """Squares of such coordinates would underflow or overflow; the turn is still that of clouds of size one."""
     line, upright = (np.outer([0.0, 1.0, 3.0], axis) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     pose = poses_about_line(size * line, size * upright, 0.3)
     np.testing.assert_allclose(pose.R, poses_about_line(line, upright, 0.3).R, atol=1e-12)
@@ -104,7 +104,7 @@ def test_what_is_no_angle_is_refused_by_name():
 
 @pytest.mark.parametrize("origin", [0.0, 5e6])
 def test_what_the_fit_calls_collinear_has_its_poses(origin):
-    """Also where the coordinates are rounded: far from the origin, or as numbers of single precision."""
+    """This holds even for rounded coordinates: far from the origin, or in single precision."""
     line = np.linspace([0.0, 0.0, 0.0], [1.0, 0.7, 0.3], 10) + origin
     if not origin:
         line = line.astype(np.float32).astype(float)

@@ -1,4 +1,4 @@
-"""Thinning keeps a cloud's shape within its cells, is the same every time, and never leaves more than was asked."""
+"""Thinning keeps a cloud's shape to within its cells, is deterministic, and never leaves more points than requested."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from solvers.geometry.downsample import slab, spacing, thinned
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_what_is_left_stands_for_all(rng, d):
-    """No more than asked and not far fewer; every point has one of those left within the cell that it stood in."""
+    """It leaves at most the requested number and not far fewer; every point has one of those left within its cell."""
     p = rng.uniform(0.0, [4.0, 3.0, 2.0][:d], (5000, d)) + 5e5
     for most in (1, 7, 300, 4999):
         left = thinned(p, most)
@@ -21,7 +21,7 @@ def test_what_is_left_stands_for_all(rng, d):
 
 
 def test_centroids_keep_the_mean_of_a_cell(rng):
-    """Down to one point it is the centroid, also of coordinates far from their origin."""
+    """Thinned to one point, a cloud becomes its centroid, even far from the origin."""
     p = rng.normal(size=(2000, 2)) + np.array([3e6, -4e6])
     np.testing.assert_allclose(thinned(p, 1)[0], p.mean(axis=0), rtol=0, atol=1e-8)
 
@@ -45,7 +45,7 @@ def test_a_slab_is_closed_and_seen_from_above():
 
 @pytest.mark.parametrize("wrong", ["a", None, float("nan")])
 def test_a_limit_is_a_number(wrong):
-    """It may be infinite; where it is no number the cloud would come out empty."""
+    """A limit may be infinite; one that is not a number would leave the cloud empty."""
     p = np.array([[0.0, 1.0, 0.0], [1.0, 2.0, 0.5]])
     assert np.array_equal(slab(p, -np.inf, np.inf), p[:, :2])
     for name in ("low", "high"):
@@ -54,7 +54,7 @@ def test_a_limit_is_a_number(wrong):
 
 
 def test_bisection_finds_a_border_that_need_not_be_the_finest():
-    """As `thinned` says: on this line 8 cells along the side do, 9 are too many, and 13 would do again."""
+    """As `thinned` says: on this line 8 cells along the side are few enough, 9 are not, and 13 would be again."""
     x = np.array([0.0, 1.0, 0.61, 0.73, 0.54])
     occupied = {n: len(np.unique(np.minimum(np.floor(x * n), n - 1))) for n in (8, 9, 13)}
     assert occupied == {8: 4, 9: 5, 13: 4}
@@ -64,19 +64,19 @@ def test_bisection_finds_a_border_that_need_not_be_the_finest():
 
 @pytest.mark.parametrize("reads", [lambda p: slab(p, 0.0, 1.0), lambda p: thinned(p, 2), spacing])
 def test_a_batch_is_refused(reads):
-    """Its leading axes would pass for points."""
+    """Its leading axes would be mistaken for points."""
     with pytest.raises(ValueError, match=r"^points: expected one cloud of shape \(n, [d3]\), got \(2, 5, 3\)"):
         reads(np.random.default_rng(3).standard_normal((2, 5, 3)))
 
 
 def test_cells_of_four_dimensions_are_refused():
-    """Their numbers are beyond 63 bits."""
+    """Their indices would exceed 63 bits."""
     with pytest.raises(ValueError, match=r"^points: expected 2 or 3 coordinates per point, got 4"):
         thinned(np.random.default_rng(3).standard_normal((9, 4)), 2)
 
 
 def test_spacing_is_that_of_distinct_places():
-    """A square lattice has its constant, whether or not its points come twice; one place has none."""
+    """A square lattice has its lattice constant, even if its points are doubled; a single place has spacing zero."""
     x, y = np.meshgrid(np.arange(6) * 0.25, np.arange(5) * 0.25)
     lattice = np.stack([x.ravel(), y.ravel()], axis=1)
     assert spacing(np.concatenate([lattice, lattice])) == pytest.approx(0.25)

@@ -1,4 +1,4 @@
-"""Nearest neighbours against the definition, point by point, and gate and trim against plain loops."""
+"""Nearest neighbours against the definition, point by point; gate and trim against plain loops."""
 
 import tracemalloc
 
@@ -12,7 +12,7 @@ NEVER = 10**9
 
 
 def by_definition(points, target, k):
-    """The k nearest rows of each point: the distances summed one coordinate after another, sorted with the row."""
+    """The k nearest rows of each point, with squares summed coordinate by coordinate, sorted by distance and row."""
     rows = np.empty((len(points), k), dtype=np.int64)
     for i, p in enumerate(points.tolist()):
         d = [sum_in_order(p, q) for q in target.tolist()]
@@ -35,11 +35,11 @@ def clouds(kind, rng, m, n, d):
         return points, np.repeat(target[:1], n, axis=0)
     if kind == "repeated":
         return points, target[rng.integers(0, min(4, n), n)]
-    if kind == "far":  # spacing near the rounding of the coordinates
+    if kind == "far":  # spacing close to the coordinates' rounding
         return 1e-8 * points + 1e6, 1e-8 * target + 1e6
-    if kind == "tiny":  # squares below the smallest number
+    if kind == "tiny":  # squares underflow
         return np.round(2.0 * points) * 5e-163, np.round(target) * 1e-162
-    if kind == "circle":  # every target point is equally far from the centre, but for rounding
+    if kind == "circle":  # every target point is equally far from the centre, up to rounding
         angle = rng.uniform(-np.pi, np.pi, n)
         target[:, 0], target[:, 1], target[:, 2:] = np.cos(angle), np.sin(angle), 0.0
         return np.zeros((m, d)), target
@@ -52,7 +52,8 @@ KINDS = ["random", "lattice", "equal", "repeated", "far", "tiny", "circle"]
 @pytest.mark.parametrize("tree_from", [NEVER, pytest.param(1, marks=pytest.mark.native)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
-    """Matrix products and k-d tree alike return exactly the neighbours of the definition, ties to the lowest row."""
+    """Matrix products and k-d tree both return exactly the neighbours of the definition, with ties to the lowest
+    row."""
     if tree_from == 1:
         pytest.importorskip("scipy")
     for m, n, d in ((5, 1, 2), (9, 7, 2), (20, 60, 2), (15, 40, 3), (6, 30, 4)):
@@ -72,8 +73,8 @@ def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("stride", [0.0, 1e-12, 1e-3, 0.1, 1.0, 1e3, 1e160])
 def test_points_that_are_followed_find_what_they_would_find_anew(kind, stride, rng):
-    """Rows and squares, bit for bit, whatever the clouds and the motion: a drift, a return to the start, points on
-    target points and midway between two, a jump beyond what has a square."""
+    """Rows and squares agree bit for bit, whatever the clouds and the motion: a drift, a return to the start, points on
+    target points and midway between two, and a jump so far that its square overflows."""
     for n, d in ((1, 2), (40, 2), (30, 3)):
         points, target = (np.stack(x) for x in zip(*(clouds(kind, rng, 25, n, d) for _ in range(2)), strict=True))
         index, known, size = nearest.build(target, tree_from=1), None, np.abs(target).max()
@@ -91,7 +92,7 @@ def test_points_that_are_followed_find_what_they_would_find_anew(kind, stride, r
 
 @pytest.mark.native
 def test_many_points_are_asked_for_in_an_order_of_their_own(rng):
-    """So many that they are sorted: each finds what it would without a tree, also where only some are looked up."""
+    """With enough points to be sorted, each finds what it would without a tree, even if only some are looked up."""
     pytest.importorskip("scipy")
     points, target = rng.standard_normal((2, 2500, 2)), rng.standard_normal((2, 300, 2))
     index, plain, known = nearest.build(target, tree_from=1), nearest.build(target, tree_from=NEVER), None
@@ -109,8 +110,8 @@ def test_many_points_are_asked_for_in_an_order_of_their_own(rng):
 
 @pytest.mark.native
 def test_a_point_that_has_hardly_moved_is_not_looked_up_again(rng):
-    """Moved by less than half of what the next place is farther, a point keeps its neighbour; of a batch each by
-    itself, also in a part of it."""
+    """A point that moves by less than half the gap between its two nearest distances keeps its neighbour; in a batch,
+    and in a part of one, each point by itself."""
     points, target = rng.standard_normal((3, 200, 3)), rng.standard_normal((3, 500, 3))
     index = nearest.build(target, tree_from=1)
     _, _, known = index.follow(points, None)
@@ -133,7 +134,7 @@ def test_what_is_picked_is_each_problems_own(rng):
 
 
 def test_a_batch_is_its_single_problems(rng):
-    """Every problem of a batch gets bit for bit what it gets alone, in whatever blocks it was computed."""
+    """Every problem of a batch gets, bit for bit, what it gets alone, however the batch is split into blocks."""
     points, target = rng.standard_normal((7, 50, 2)), np.round(4.0 * rng.standard_normal((7, 80, 2))) / 4.0
     index = nearest.build(target)
     rows, squares = index.nearest(points)
@@ -156,7 +157,7 @@ def test_the_block_size_changes_nothing(block, monkeypatch, rng):
 
 
 def test_memory_stays_within_a_few_blocks(rng):
-    """3000 × 3000 distances are 72 MB; the search holds at most some blocks of 2 MB at a time."""
+    """3000 × 3000 distances are 72 MB; the search holds only a few blocks of 2 MB at a time."""
     points, target = rng.standard_normal((1, 3000, 2)), rng.standard_normal((1, 3000, 2))
     index = nearest.build(target, tree_from=NEVER)
     tracemalloc.start()
@@ -168,7 +169,7 @@ def test_memory_stays_within_a_few_blocks(rng):
 
 @pytest.mark.native
 def test_a_thousand_points_at_one_place_do_not_slow_the_tree(rng):
-    """Scanners return the origin where they saw nothing; a place counts once, so no query visits all of them."""
+    """Scanners return the origin for missing echoes; a place counts once, so no query visits all its copies."""
     pytest.importorskip("scipy")
     target = rng.standard_normal((1, 4000, 3))
     target[0, rng.permutation(4000)[:2000]] = 0.0
@@ -193,7 +194,7 @@ def test_large_clouds_use_the_tree_and_one_tree_serves_equal_clouds(rng):
 
 
 def test_distances_beyond_the_numbers_are_infinite():
-    """Where a distance overflows nothing breaks: it is infinite, and its row 0."""
+    """A distance that overflows is infinite, with row 0, and raises nothing."""
     index = nearest.build(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
     with np.errstate(all="raise"):
         rows, squares = index.nearest(np.array([[[1e200, 0.0], [0.9, 0.0]]]))
@@ -209,13 +210,14 @@ def test_more_neighbours_than_points_are_refused(k, rng):
 
 
 def test_gate_trim_and_count(rng):
-    """The gate keeps what is within it, trimming drops the farthest fraction of that, a count keeps just as many."""
+    """The gate keeps what is within it, trimming drops the farthest fraction of that, a count keeps exactly that
+    many."""
     squares = np.array([[4.0, 1.0, 0.25, 1.0, 9.0, np.inf], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]])
     gated = nearest.within(squares, 2.0)
     assert gated.tolist() == [[True, True, True, True, False, False], [True] * 6]
     assert nearest.within(squares, np.inf).sum(axis=1).tolist() == [5, 6]
     assert nearest.within(squares, np.array([0.5, 0.5])).sum(axis=1).tolist() == [1, 0]
-    # Of equal distances the first stay.
+    # Among equal distances, the first are kept.
     assert nearest.smallest(squares, 2)[0].tolist() == [False, True, True, False, False, False]
     assert nearest.smallest(squares, 2)[1].tolist() == [True, True, False, False, False, False]
     assert nearest.smallest(squares, np.array([3, 5]), gated).sum(axis=1).tolist() == [3, 5]
@@ -231,7 +233,7 @@ def test_gate_trim_and_count(rng):
 
 
 def test_neighbours_are_right_where_products_lose_their_digits():
-    """A cloud of 1e-4 u a million u away: what rounding hides is asked again, point by point."""
+    """A cloud of 1e-4 u a million u away: what rounding hides is recomputed point by point."""
     rng = np.random.default_rng(1)
     target = np.vstack([[-1e6, 0.0], np.column_stack([1e6 + 1e-4 * rng.random(200), 1e-4 * rng.random(200)])])
     points = np.column_stack([1e6 + 1e-4 * rng.random(50), 1e-4 * rng.random(50)])
@@ -240,5 +242,5 @@ def test_neighbours_are_right_where_products_lose_their_digits():
 
 
 def test_a_trimmed_share_is_not_rounded_down_by_a_digit():
-    """29 of 100, though 100 times 0.29 is a little less in floating point."""
+    """0.29 of 100 is 29, although 100 times 0.29 is slightly less in floating point."""
     assert nearest.trimmed(np.arange(100.0)[None], 0.29, np.ones((1, 100), dtype=bool)).sum() == 71

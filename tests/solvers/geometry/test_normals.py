@@ -1,4 +1,4 @@
-"""Eigenvectors with a fixed sign; normals on surfaces that have a known one, and flagged where there is none."""
+"""Eigenvectors with fixed signs; normals of surfaces where they are known, and flags where there are none."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def test_the_planar_closed_form_agrees_with_lapack(rng):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_normals_of_a_flat_surface_are_its_normal(rng, d, random_pose):
-    """Points on a line in the plane, on a plane in space, wherever it lies: every normal is the surface's."""
+    """Points on a line in the plane or on a plane in space, at any position: every normal is the surface's."""
     pose = random_pose(rng, d)
     flat = rng.uniform(-2.0, 2.0, (1, 60, d))
     flat[..., -1] = 0.0
@@ -52,8 +52,8 @@ def test_normals_of_a_circle_point_to_its_centre():
 
 
 def test_a_neighbourhood_without_a_normal_is_flagged():
-    """Coincident points, a single point, a square's corners, and in space a line: no normal is made up for them, and
-    point to plane leaves out the pairs with them."""
+    """Coincident points, a single point, a square's corners and, in space, a line: no normal is invented for them, and
+    point to plane leaves out their pairs."""
     square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
     for cloud in (np.full((9, 2), 0.3), np.array([[1e8, 2.0]]), square + 5.0):
         result = normals(nearest.build(cloud[None]))
@@ -83,6 +83,6 @@ def test_normals_do_not_depend_on_units_or_place(rng):
 
 
 def test_points_closer_than_their_rounding_have_no_normal():
-    """Far from the origin a cloud of 1e-7 u is rounding alone: its directions are accidents, and told so."""
+    """Far from the origin a cloud of 1e-7 u is just rounding: its directions are accidental, and flagged as such."""
     cloud = 2.0**30 + 1e-7 * np.random.default_rng(1).standard_normal((20, 2))
     assert normals(nearest.build(cloud[None])).flagged.all()

@@ -1,4 +1,4 @@
-"""The closed-form fits against identities: nothing here knows a golden number."""
+"""The closed-form fits against identities, without any stored reference values."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def proper(pose):
 @pytest.mark.parametrize("scale", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_known_motion_is_found_to_rounding(d, scale, rng, random_pose):
-    """Exact pairs give back the exact rotation, translation and scale, for 200 random motions of any size."""
+    """Exact pairs return the exact rotation, translation and scale, for 200 random motions of any size."""
     truth = random_pose(rng, d, (200,), scaled=scale)
     source = rng.standard_normal((200, 8, d))
     for fit in fits(d):
@@ -65,7 +65,7 @@ def test_no_nearby_pose_fits_better(d, scale, mirrored, rng, random_pose):
         for _ in range(20):
             generator = np.zeros((d, d))
             generator[np.triu_indices(d, 1)] = size * rng.standard_normal(d * (d - 1) // 2)
-            # Cayley's map: a rotation near the identity from a skew matrix.
+            # Cayley's map turns a skew matrix into a rotation near the identity.
             skew = generator - generator.T
             turn = np.linalg.solve(np.eye(d) + skew, np.eye(d) - skew)
             s = np.asarray(best.pose.scale) * (np.exp(size * rng.standard_normal()) if scale else 1.0)
@@ -74,7 +74,7 @@ def test_no_nearby_pose_fits_better(d, scale, mirrored, rng, random_pose):
 
 
 def test_no_angle_at_all_fits_better_in_the_plane(rng, random_pose):
-    """The optimum beats every one of 3600 angles around the circle, each with its own best translation."""
+    """The optimum is at least as good as any of 3600 angles round the circle, each with its own best translation."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, 2, sigma=2.0)
     share = weights / weights.sum()
     turned = Pose.from_angle(np.linspace(-np.pi, np.pi, 3600))
@@ -102,7 +102,7 @@ def test_the_first_order_conditions_hold(d, rng, random_pose):
 @pytest.mark.parametrize("scale", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
 def test_moving_either_cloud_moves_the_answer_along(d, scale, rng, random_pose):
-    """If the source is moved by A and the target by B, the optimum becomes B ∘ T ∘ A⁻¹: no origin, no start matters."""
+    """If the source is moved by A and the target by B, the optimum becomes B ∘ T ∘ A⁻¹, whatever origin or start."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, d)
     T = fit_rigid(source, target, weights, scale=scale).pose
     A, B = random_pose(rng, d, scaled=scale), random_pose(rng, d, scaled=scale)
@@ -121,7 +121,7 @@ def test_the_order_of_the_pairs_does_not_matter(d, rng, random_pose):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_weight_of_two_is_the_pair_twice(d, rng, random_pose):
-    """Doubling a weight equals repeating the pair; a weight of zero equals leaving it out; the unit is free."""
+    """Doubling a weight equals repeating the pair; a weight of zero equals leaving it out; a common factor is free."""
     source, target, _, _ = noisy_pairs(rng, random_pose, d)
     weights = np.array([2.0, 0.0] + [1.0] * 10)
     keep = np.r_[0, 0, 2:12]
@@ -141,19 +141,19 @@ def test_a_pair_without_weight_counts_for_nothing_however_far_it_lies(rng, rando
     a, b = fit_rigid(far_source, far_target, weights), fit_rigid(source[1:], target[1:])
     assert np.allclose(a.pose.matrix, b.pose.matrix, atol=1e-13)
     assert a.cost == pytest.approx(b.cost, rel=1e-12)
-    # So far that, in units of the small cloud that does count, its coordinates are no numbers any more.
+    # So far away that its coordinates overflow in units of the small cloud that does count.
     a = fit_rigid(1e-200 * source + np.r_[1e149, np.zeros(11)][:, None], 1e-200 * target, weights)
     assert a.status == Status.CONVERGED
     assert rre(a.pose, b.pose) < 1e-13
 
 
 def test_the_planar_formula_and_the_singular_values_agree(rng):
-    """The two closed forms agree within 10⁻¹⁴ ‖H‖ / hypot(S, C), also where the angle is nearly undefined."""
+    """The two closed forms agree to within 10⁻¹⁴ ‖H‖ / hypot(S, C), even if the angle is nearly undefined."""
     for lean in np.logspace(0, -12, 25):
         source = rng.standard_normal((50, 10, 2))
         source -= source.mean(axis=1, keepdims=True)
-        # Of a mirror image, take off what it shares with a rotation: both sums vanish. A little of a true rotation then
-        # keeps the angle just defined.
+        # Subtract from a mirror image what it shares with a rotation, so both sums vanish. A little of a true rotation
+        # then keeps the angle barely defined.
         across = source @ np.array([[0.0, 1.0], [-1.0, 0.0]])
         target = source * [1.0, -1.0]
         for part in (source, across):
@@ -175,8 +175,8 @@ def test_the_planar_formula_and_the_singular_values_agree(rng):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_mirrored_cloud_is_where_the_determinant_matters(d, rng):
-    """For a mirror image the best orthogonal matrix is the reflection, with no error left; the correction D gives the
-    best rotation instead, which must leave some."""
+    """For a mirror image the best orthogonal matrix is the reflection, with zero error; the correction D gives the best
+    rotation instead, which must leave some error."""
     source = rng.standard_normal((9, d))
     target = source * np.r_[-1.0, np.ones(d - 1)]
     free, kept = fit_rigid(source, target, proper=False), fit_rigid(source, target)
@@ -185,12 +185,12 @@ def test_a_mirrored_cloud_is_where_the_determinant_matters(d, rng):
     assert free.cost < 1e-26
     assert np.linalg.det(kept.pose.R) == pytest.approx(1.0)
     assert kept.cost > 1e-3
-    # The loss is the price of turning the smallest singular value's sign: 4 λ_d.
+    # The extra cost of flipping the smallest singular value's sign is 4 λ_d.
     assert kept.cost - free.cost == pytest.approx(4.0 * kept.singular_values[-1], rel=1e-12)
 
 
 def test_without_a_reflection_the_determinant_changes_nothing(rng, random_pose):
-    """Where det(V Uᵀ) = +1 the constrained and the unconstrained optimum are one and the same."""
+    """If det(V Uᵀ) = +1, the constrained and the unconstrained optimum are the same."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, 3, sigma=0.05)
     a, b = fit_rigid(source, target, weights), fit_rigid(source, target, weights, proper=False)
     assert a.determinant == 1
@@ -200,7 +200,7 @@ def test_without_a_reflection_the_determinant_changes_nothing(rng, random_pose):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("short_of", [0.0, 1e-12, 1e-8, 1e-3])
 def test_half_turns_are_found(d, short_of, rng):
-    """Rotations at and near 180°, where the sign of the angle flips, are recovered like any other."""
+    """Rotations at and near 180°, where the angle's sign flips, are recovered like any other."""
     c, s = np.cos(np.pi - short_of), np.sin(np.pi - short_of)
     R = np.eye(d)
     R[:2, :2] = [[c, -s], [s, c]]
@@ -232,7 +232,7 @@ def test_the_similarity_scale_is_umeyamas(rng, random_pose):
     assert fit.pose.scale == pytest.approx(fit.singular_values.sum() / (weights @ (p**2).sum(axis=1)), rel=1e-12)
     mirror = fit_rigid(source, -target, weights, scale=True)
     assert (fit.determinant, mirror.determinant) == (1, -1)
-    # −target has the same singular values; D turns the smallest one's sign, and the scale shrinks by it.
+    # −target has the same singular values; D flips the smallest one's sign, which shrinks the scale.
     turned = mirror.singular_values @ [1.0, 1.0, -1.0]
     assert mirror.pose.scale == pytest.approx(turned / (weights @ (p**2).sum(axis=1)), rel=1e-12)
     back = fit_rigid(target, source, weights, scale=True)
@@ -243,7 +243,7 @@ def test_the_similarity_scale_is_umeyamas(rng, random_pose):
 
 
 def test_a_single_fit_has_a_status_and_a_batch_one_each():
-    """As a result has: by its name, and true where the pairs determine the pose."""
+    """As in a result: equal to its name, and true if the pairs determine the pose."""
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     for fit in (fit_rigid, fit_planar):
         good, lost, both = (fit(p, corner) for p in (corner, np.ones((3, 2)), np.stack([corner, np.ones((3, 2))])))
@@ -264,7 +264,7 @@ def test_a_residual_is_normal_and_the_optimum_is_not_the_truth(rng, random_pose)
 
 
 def test_one_far_pair_can_carry_the_translation_as_far_as_it_likes(rng, random_pose):
-    """Least squares has breakdown point zero: the farther one wrong partner lies, the farther the answer goes."""
+    """Least squares has breakdown point zero: the farther one wrong partner is, the farther the answer goes."""
     source, target, _, truth = noisy_pairs(rng, random_pose, 2, sigma=0.0)
     errors = []
     for distance in (1e1, 1e3, 1e5):
@@ -279,7 +279,7 @@ def test_one_far_pair_can_carry_the_translation_as_far_as_it_likes(rng, random_p
 @pytest.mark.parametrize("exponent", [-300, -150, -20, 20, 100, 149])
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_unit_of_length_does_not_matter(d, exponent, rng, random_pose):
-    """The same clouds in units of 10⁻³⁰⁰ to 10¹⁴⁹ give the same rotation: no square overflows or vanishes."""
+    """The same clouds in units of 10⁻³⁰⁰ to 10¹⁴⁹ give the same rotation: no square overflows or underflows."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, d)
     unit = 10.0**exponent / 10.0
     for fit in fits(d):
@@ -335,7 +335,7 @@ def test_scipy_finds_the_same_rotation(seed, random_pose):
 
 
 def test_the_best_rotation_in_space_is_never_a_reflection() -> None:
-    """Also where the best orthogonal matrix is one: the trace is less by twice the least singular value."""
+    """Even if the best orthogonal matrix is one: the trace is then lower by twice the smallest singular value."""
     rng = np.random.default_rng(5)
     H = rng.standard_normal((200, 3, 3))
     R, trace, gap = best_rotation(H)

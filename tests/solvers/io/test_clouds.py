@@ -1,4 +1,4 @@
-"""What is written is read back to the last bit, in every format; what is damaged says in which line, and never more."""
+"""Written clouds are read back to the last bit, in every format; damaged files give just an error with its line."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def pcd(p, kind="ascii"):
 
 
 def bare(data):
-    r"""The same with lines that end by \r alone; numbers after a header stay as they are."""
+    r"""The same data with lines ended by \r alone; binary numbers after a header stay unchanged."""
     head, last, body = data.partition(b"end_header\n" if data.startswith(b"ply") else b"DATA binary\n")
     return (head + last).replace(b"\n", b"\r") + (body.replace(b"\n", b"\r") if b" ascii" in head else body)
 
@@ -73,7 +73,7 @@ WRITERS = {
 @given(points=clouds)
 @settings(max_examples=12, deadline=None)
 def test_what_is_written_is_read_back(name, points):
-    """Every format, 2-D and 3-D, keeps every bit."""
+    """Every format keeps every bit, in 2-D and 3-D."""
     cloud = read(WRITERS[name](points))
     assert np.array_equal(cloud.points, points)
     assert cloud.points.dtype == np.float64
@@ -83,7 +83,7 @@ def test_what_is_written_is_read_back(name, points):
 @given(data=st.data())
 @settings(max_examples=15, deadline=None)
 def test_damage_is_a_value_error_or_a_cloud(name, data):
-    """Bytes cut, replaced and put in anywhere: finite points, or a ValueError, and nothing else."""
+    """Bytes cut, replaced and inserted anywhere give finite points or a ValueError, and nothing else."""
     whole = bytearray(WRITERS[name](np.arange(12.0).reshape(4, 3)))
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(whole)))
@@ -141,13 +141,13 @@ def survives(data):
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(data, line, told):
-    """The line as an editor counts it, and what was found there."""
+    """The message gives the line as an editor counts it, and what was found there."""
     with pytest.raises(ValueError, match=f"^line {line}: .*{re.escape(told)}"):
         read(data)
 
 
 def test_columns_are_taken_by_name():
-    """Wherever x, y and z stand, and without z it is a cloud of the plane."""
+    """They are found wherever x, y and z are; without z the cloud is planar."""
     cloud = read(b'"time";"Z";"X";"Y"\n0;3;1;2\n1;6;4;5\n')
     assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
     assert cloud.notices == ("columns other than xyz were left out",)
@@ -173,7 +173,7 @@ def test_tabs_at_the_end_of_a_line_are_nothing(data):
 
 @pytest.mark.parametrize("data", [b"1,2,\n3,4,\n", b"1;2;\n3;4\n", b"1,2\n3,4,,\n", b"1,2,,\n3,4 # a note\n"])
 def test_separators_at_the_end_of_a_line_are_nothing(data):
-    """As spreadsheets and loggers write them; where the first line has them and a later one a number, that is said."""
+    """Spreadsheets and loggers write them. A number in such a place on a later line is an error."""
     assert read(data).points.tolist() == [[1, 2], [3, 4]]
     with pytest.raises(ValueError, match="line 2: 3 fields found; expected 2"):
         read(b"1,2,\n3,4,5\n")
@@ -191,7 +191,7 @@ def test_spaces_and_tabs_may_both_stand_between_numbers(data):
 
 
 def test_between_tabs_a_field_may_have_spaces_or_be_empty():
-    """In a column that is not taken; an empty x is no reason to take y for it."""
+    """It may be in an unused column; if x is empty, y is not taken in its place."""
     cloud = read(b"x\ty\tnote\n1\t2\ta b\n3\t4\t\n")
     assert cloud.points.tolist() == [[1, 2], [3, 4]]
     assert read(b"1\t2\t3\t4\n5\t6\t7\t\n").points.tolist() == [[1, 2, 3], [5, 6, 7]]
@@ -201,7 +201,8 @@ def test_between_tabs_a_field_may_have_spaces_or_be_empty():
 
 
 def test_a_comment_before_the_numbers_names_the_columns_too():
-    """numpy.savetxt writes names so. A comment that names no x and y, or is farther up, is only a comment."""
+    """numpy.savetxt writes names this way. A comment that does not name the columns, or is further up, is just a
+    comment."""
     text = io.StringIO()
     np.savetxt(text, [[1.0, 2.0, 200.0], [3.0, 4.0, 100.0]], delimiter=",", header="x,y,intensity")
     cloud = read(text.getvalue().encode())
@@ -213,7 +214,7 @@ def test_a_comment_before_the_numbers_names_the_columns_too():
 
 
 def test_a_last_column_without_a_name_is_left_out():
-    """After a tab that ends the names; where no line has it, that tab is nothing."""
+    """This is the column after a tab that ends the names; if no line has a value there, the tab is ignored."""
     cloud = read(b"x\ty\t\n1\t2\t5\n3\t4\t\n")
     assert cloud.points.tolist() == [[1.0, 2.0], [3.0, 4.0]]
     assert cloud.notices == ("columns other than xy were left out",)
@@ -221,7 +222,7 @@ def test_a_last_column_without_a_name_is_left_out():
 
 
 def test_points_that_are_not_there_are_left_out_with_a_notice():
-    """PCD marks missing returns with NaN; a cloud of nothing else is none."""
+    """PCD marks missing returns with NaN; a cloud with nothing else is refused."""
     p = np.array([[1.0, 2.0, 3.0], [np.nan] * 3, [4.0, np.inf, 6.0]])
     cloud = read(pcd(p))
     assert cloud.points.tolist() == [[1, 2, 3]]
@@ -233,7 +234,7 @@ def test_points_that_are_not_there_are_left_out_with_a_notice():
 
 
 def test_what_is_too_large_is_refused_before_it_is_read():
-    """A header's promise is not believed: nothing is allotted for it."""
+    """The counts in a header are not trusted: no memory is allocated for them."""
     for data in (ply(np.eye(3)), pcd(np.eye(3))):
         huge = re.sub(rb"(vertex|WIDTH|POINTS) 3", rb"\1 %d" % (MOST_POINTS + 1), data)
         with pytest.raises(ValueError, match="more than the limit of 1000000"):

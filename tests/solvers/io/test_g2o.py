@@ -1,4 +1,4 @@
-"""Pose graphs written and read back, and what is wrong in which line."""
+"""Pose graphs written and read back, and errors reported by line."""
 
 from __future__ import annotations
 
