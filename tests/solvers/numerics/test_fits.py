@@ -1,4 +1,4 @@
-"""Sizes of clouds, the lengths and volumes that follow from them, and the fit that a step of a run takes."""
+"""Sizes of clouds, the lengths and volumes derived from them, and the fit that one step of a run uses."""
 
 from itertools import product
 
@@ -23,8 +23,8 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 @pytest.mark.parametrize("d", [2, 3, 5])
 def test_the_volume_is_that_of_the_cube_that_evenly_spread_points_fill(d, rng, random_pose):
-    """Points at ±a/√12 along every axis have the moments of a uniform cube of side a: its volume is theirs. A turn or a
-    shift does not change it, a scale s does by sᵈ, and points on a line have one."""
+    """Points at ±a/√12 along every axis have the moments of a uniform cube of side a, and so its volume. A turn or a
+    shift does not change the volume, a scale s multiplies it by sᵈ, and points on a line have a volume of one."""
     corners = np.array(list(product((-1.0, 1.0), repeat=d))) / np.sqrt(12.0)
     sides = np.array([0.3, 1.0, 40.0])
     cubes = sides[:, None, None] * corners
@@ -42,7 +42,7 @@ def test_the_volume_is_that_of_the_cube_that_evenly_spread_points_fill(d, rng, r
 
 @pytest.mark.parametrize("size", [1e-150, 1e-9, 1e9, 1e149])
 def test_neither_leaves_the_range_of_numbers(size, rng):
-    """However small or large the cloud is, the volume and the square of the length can be divided by."""
+    """However small or large the cloud, the volume and the squared length are positive and finite."""
     cloud = size * rng.standard_normal((1, 20, 3))
     assert 0.0 < spread_volume(cloud)[0] < np.inf
     assert 0.0 < np.square(lengths(None, 0.1, cloud)[0]) < np.inf
@@ -56,8 +56,8 @@ def test_a_length_is_the_one_given_or_a_share_of_the_radius(rng):
 
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_no_stray_decides_the_typical_radius(unit, rng):
-    """One point in forty, fifty or more median distances away, leaves the radius that of the others; a cloud without
-    strays, and one of which most points are at one place, have their RMS radius, bit for bit."""
+    """A stray in forty, fifty or more median distances away, leaves the radius as that of the others. A cloud without
+    strays, or with most of its points at one place, has its RMS radius, bit for bit."""
     cloud = unit * (rng.standard_normal((3, 40, 2)) + 7.0)
     assert np.array_equal(typical_radius(cloud), rms_radius(cloud))
     for far in (50.0, 1e6):
@@ -70,8 +70,8 @@ def test_no_stray_decides_the_typical_radius(unit, rng):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_width_is_that_of_all_pairs_without_strays(d, rng):
-    """Against every difference of two clouds, in any unit; a stray in either or both changes nothing, nor does what
-    else is in the batch."""
+    """Agrees with the RMS over all differences of two clouds, in any unit; neither a stray in either or both nor the
+    rest of the batch changes it."""
     p, q = rng.standard_normal((1, 20, d)) + 3.0, rng.standard_normal((1, 30, d)) * np.arange(1.0, d + 1.0)
     width = np.sqrt(np.square(p[0][:, None] - q[0]).mean())
     far = [np.concatenate([cloud, np.full((1, 1, d), 1e3)], axis=1) for cloud in (p, q)]
@@ -85,8 +85,8 @@ def test_a_width_is_that_of_all_pairs_without_strays(d, rng):
 
 
 def test_weighted_sizes_are_the_weighted_means(rng):
-    """Centroid, radius and motion against numpy's averages; with weights alike, whatever they are, the very bits of the
-    sizes without weights, also beside a problem whose weights differ."""
+    """Centroid, radius and motion agree with numpy's averages; with equal weights, whatever their value, they equal the
+    unweighted sizes bit for bit, even beside a problem whose weights differ."""
     points, steps = rng.standard_normal((2, 3, 20, 2))
     w = rng.random((3, 20))
     centroid, radius, motion = weighted_centroid(points, w), weighted_radius(points, w), rms_motion(steps, w)
@@ -105,7 +105,7 @@ def test_weighted_sizes_are_the_weighted_means(rng):
 
 @pytest.mark.parametrize("far", [1e3, 1e9, np.inf])
 def test_a_row_counts_as_little_as_its_weight(far, rng):
-    """Without weight it may lie anywhere; with one of 1e-30 it moves nothing that can be seen."""
+    """A row with zero weight may be anywhere; with a weight of 1e-30 it has no visible effect."""
     points = rng.standard_normal((1, 20, 2))
     padded = np.concatenate([points, np.full((1, 1, 2), far)], axis=1)
     for weight in (0.0, 1e-30) if np.isfinite(far) else (0.0,):
@@ -120,8 +120,8 @@ def test_a_row_counts_as_little_as_its_weight(far, rng):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_steps_fit_is_the_public_one_bit_for_bit(d, rng, random_pose):
-    """Without looking at the clouds again: poses, conditions and reasons of ordinary, tiny, huge and hardly weighted
-    pairs are those of `fit_planar` and `fit_rigid`."""
+    """For ordinary, tiny, huge and barely weighted pairs, poses, conditions and reasons are those of `fit_planar` and
+    `fit_rigid`, although the clouds are not validated again."""
     size = np.array([1.0, 1e-150, 1e148, 1.0, 1.0, 1.0])[:, None, None]
     p = rng.standard_normal((6, 20, d))
     p, q = size * p, size * (random_pose(rng, d, (6,)).apply(p) + 0.1 * p[:, ::-1])
@@ -136,8 +136,8 @@ def test_a_steps_fit_is_the_public_one_bit_for_bit(d, rng, random_pose):
 
 
 def test_where_the_rotation_is_open_a_step_keeps_the_present_one(rng, random_pose):
-    """Equal points bring their centroids together under the present rotation; pairs without weight leave the pose as it
-    is; the pairs beside them get what they get alone."""
+    """Equal points align their centroids under the current rotation; pairs without weight leave the pose as it is;
+    other problems in the batch get what they get alone."""
     p, q = rng.standard_normal((2, 3, 10, 2))
     w = rng.random((3, 10))
     p[1], w[2] = p[1, 0], 0.0

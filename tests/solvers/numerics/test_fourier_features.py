@@ -1,4 +1,4 @@
-"""Frequencies and the kernels that they make: closed forms against means over many waves."""
+"""Frequencies and the kernels that they produce: closed forms against means over many waves."""
 
 import numpy as np
 import pytest
@@ -31,8 +31,8 @@ def test_the_mean_of_many_waves_is_the_kernel(kernel, d, rng):
 
 
 def test_laplace_frequencies_are_cauchy_in_every_direction():
-    """Any coordinate of a multivariate Cauchy vector is a Cauchy number, in the plane and in space: quartiles at −1 and
-    1, no variance. Independent Cauchy coordinates would have diagonals √2 or √3 as wide."""
+    """Any coordinate of a multivariate Cauchy vector is Cauchy distributed, in the plane and in space: quartiles at −1
+    and 1, no variance. With independent Cauchy coordinates, the diagonals would be √2 or √3 times as wide."""
     for d in (2, 3):
         w = unit_frequencies(SEED, 100_000, d, "laplace")[0]
         for along in (np.eye(d)[0], np.ones(d) / np.sqrt(d)):
@@ -41,7 +41,7 @@ def test_laplace_frequencies_are_cauchy_in_every_direction():
 
 
 def test_draws_of_one_seed(rng):
-    """Another draw is another, the same again the same; Laplace frequencies point where the Gaussian ones do."""
+    """Different draws differ, the same draw repeats, and Laplace frequencies have the Gaussian ones' directions."""
     seeds = np.array([3, 4])
     z = unit_frequencies(seeds, 20, 2)
     assert np.array_equal(z[1], np.random.default_rng(4).standard_normal((20, 2)))
@@ -60,7 +60,7 @@ def test_draws_of_one_seed(rng):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_laplace_estimate_tends_to_its_v_statistic(rng, d):
-    """As for the Gaussian: the squared distance of mean features nears the exact pairwise value as 1/√D."""
+    """As for the Gaussian, the squared distance of mean features approaches the exact pairwise value as 1/√D."""
     x, y = rng.standard_normal((30, d)), 1.3 * rng.standard_normal((45, d)) + 0.5
     exact = exact_squared_mmd(x, y, 0.8, "laplace")
     gaps = np.linalg.norm(x[:, None] - y[None], axis=2)

@@ -1,4 +1,4 @@
-"""Blocked kernel sums against the whole matrix, and against the definition where numbers run out."""
+"""Blocked kernel sums against the whole matrix, and against the definition where floats over- or underflow."""
 
 import tracemalloc
 
@@ -33,7 +33,7 @@ def test_sums_are_those_of_the_whole_matrix(rng, d):
 @pytest.mark.parametrize("limit", [1, 23, 100, 400, 10**6])
 @pytest.mark.parametrize("sigma", [1.0, 0.1, 1e-3])
 def test_blocks_of_any_size_give_the_same(rng, limit, sigma):
-    """Blocked sums over the fixed points equal those of the whole matrix to 1e-12 relative, also for a narrow kernel
+    """Blocked sums over the fixed points equal those of the whole matrix to 1e-12 relative, even for a narrow kernel
     far from the origin, where products of coordinates would lose six digits."""
     rows, columns, _ = clouds(rng)
     rows, columns, width = rows + 100.0, columns + 100.0, np.full(3, sigma)
@@ -64,7 +64,7 @@ def test_shares_are_the_sums_of_the_whole_matrix(rng):
 
 
 def test_memory_is_that_of_a_block():
-    """The sums of 4000 × 4000 responsibilities take no more than a few blocks of memory, not 128 MB."""
+    """The sums of 4000 × 4000 responsibilities take only a few blocks of memory, not 128 MB."""
     rng = np.random.default_rng(1)
     rows, columns = rng.standard_normal((1, 4000, 2)), rng.standard_normal((1, 4000, 2))
     tracemalloc.start()
@@ -85,7 +85,7 @@ def test_blocks_cover_everything_once_within_the_limit():
 
 
 def test_rows_beyond_the_range_of_exponents_go_to_the_nearest():
-    """Without clutter a point so far away that all its kernels underflow still belongs to the nearest column, and the
+    """Without clutter, a point so far away that all its kernels underflow still belongs to the nearest column, and the
     logarithm of its sum is right."""
     rows = np.array([[[0.0, 0.0], [1000.0, 0.0], [0.0, 1e6]]])
     columns = np.array([[[0.0, 0.5], [10.0, 0.0]]])
@@ -109,8 +109,8 @@ def test_far_rows_with_clutter_are_clutter(c):
 
 
 def test_hardening():
-    """As σ goes to zero the responsibilities become the nearest neighbour's, and with clutter those of no one but exact
-    matches."""
+    """As σ goes to zero, each point's responsibility goes to its nearest neighbour; with clutter, only exact matches
+    keep any."""
     rng = np.random.default_rng(5)
     rows, columns = rng.standard_normal((20, 2)), rng.standard_normal((15, 2))
     rows[0] = columns[4]

@@ -1,4 +1,4 @@
-"""One damped Newton step: what damping makes definite, what a cap may do to a descent."""
+"""One damped Newton step: how damping makes the matrix definite, and how a cap affects the descent."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
 def test_damping_makes_the_matrix_definite_and_the_step_a_descent(rng):
-    """λ is 0 for a positive definite Hessian and then the step is Newton's; else H + λI is positive definite, H is not,
-    and the step still goes down."""
+    """For a positive definite Hessian, λ is 0 and the step is Newton's; otherwise H + λI is positive definite and the
+    step still goes down."""
     root = rng.standard_normal((50, 3, 3))
     good = root @ root.swapaxes(1, 2) + 0.1 * np.eye(3)
     g = rng.standard_normal((50, 3))
@@ -27,7 +27,7 @@ def test_damping_makes_the_matrix_definite_and_the_step_a_descent(rng):
 
 
 def test_capping_the_parts_of_a_step_separately_can_climb():
-    """One common factor keeps a descent direction; clipping length and angle by themselves can turn it into ascent."""
+    """One common factor keeps a descent direction; clipping length and angle separately can turn it into an ascent."""
     g, step = np.array([[1.0, 0.0, 2.0]]), np.array([[3.0, 0.0, -1.7]])
     along = step[0] / np.linalg.norm(step)
     hessian = np.outer(g, g) / -(g * step).sum() + np.eye(3) - np.outer(along, along)
@@ -44,7 +44,7 @@ def test_capping_the_parts_of_a_step_separately_can_climb():
 
 
 def test_a_common_factor_keeps_every_descent(rng):
-    """A thousand gradients and positive definite Hessians: the step, capped as a whole, still descends."""
+    """For a thousand gradients and positive definite Hessians, the step capped as a whole still descends."""
     roots, g = rng.standard_normal((1000, 3, 3)), rng.standard_normal((1000, 3))
     hessian = roots @ roots.transpose(0, 2, 1) + 1e-3 * np.eye(3)
     step = np.linalg.solve(hessian, -g[..., None])[..., 0]

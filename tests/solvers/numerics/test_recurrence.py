@@ -1,4 +1,4 @@
-"""Cycles of poses: one of any length after any way in is found, and soon."""
+"""Cycles of poses of any length, after any lead-in, are found, and soon."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from solvers.numerics.recurrence import anchor
 @pytest.mark.parametrize("way", [0, 1, 5, 20])
 @pytest.mark.parametrize("length", [1, 2, 3, 7])
 def test_a_round_is_found_once_gone_round(way, length):
-    """Places that are all distinct until the way in is over, then `length` of them in turn: the first that equals the
-    anchor comes after the way in and one round, and by twice the longer of them and a round."""
+    """Places are distinct throughout the lead-in, then `length` of them repeat. The first to equal the anchor comes
+    after the lead-in and one round, and no later than twice the longer of the two plus one round."""
     places = np.arange(float(way + length))[:, None, None] * np.ones((1, 4, 2))
 
     def place(step):

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_weight_is_the_slope_of_the_loss_over_the_distance(kernel):
-    """w(r) = ρ'(r)/r, by central differences, at thresholds far from one."""
+    """w(r) = ρ'(r)/r, by central differences, at thresholds from 0.03 to 40."""
     for k in (0.03, 1.0, 40.0):
         r = k * np.linspace(0.05, 4.0, 80)
         r = r[np.abs(r / k - 1.0) > 1e-3]  # Tukey's and Huber's second derivatives jump there
@@ -46,7 +46,7 @@ def test_weights_fall_from_one_and_losses_rise_from_zero(kernel):
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_threshold_far_above_the_distances_gives_the_plain_squares(kernel):
-    """ρ(r; k) → r²/2 as k grows, to rounding: no digit goes in a difference from 1."""
+    """ρ(r; k) → r²/2 up to rounding as k grows: no digits are lost in a difference from 1."""
     r = np.array([0.0, 1e-3, 0.2, 1.0, 7.0])
     for k in (1e6, 1e9, 1e14, 1e90):
         assert np.allclose(robust.loss(kernel, r, k), 0.5 * r**2, rtol=1e-9, atol=0.0)
@@ -59,8 +59,8 @@ def test_a_threshold_far_above_the_distances_gives_the_plain_squares(kernel):
 
 
 def test_what_each_kernel_does_far_away():
-    """Huber's influence w r is bounded and its loss is not; Tukey's weight is zero beyond k; the others only approach
-    it, and the losses of all three are bounded."""
+    """Huber's influence w r is bounded, but its loss is not; Tukey's weight is zero beyond k; the other weights only
+    approach zero, and the losses of all three are bounded."""
     far = np.array([1e3, 1e6])
     assert np.allclose(robust.weights("huber", far, 2.0) * far, 2.0)
     assert robust.loss("huber", far, 2.0)[1] > 1e6
@@ -86,7 +86,7 @@ def test_the_usual_constants_are_95_percent_efficient(kernel):
 
 
 def test_the_scale_is_the_median_about_zero(rng):
-    """1.4826 median(r): the standard deviation of centred Gaussian residuals, and of alike distances not zero."""
+    """1.4826 median(r): the standard deviation of centred Gaussian residuals, and not zero for equal distances."""
     r = np.abs(rng.standard_normal((1, 100001)))
     assert robust.mad_scale(r)[0] == pytest.approx(1.0, abs=0.02)
     alike = np.full((1, 9), 5.0)
@@ -109,7 +109,7 @@ def test_the_scale_takes_only_the_pairs_it_is_told(rng):
 
 
 def test_the_least_scale_is_a_fraction_of_the_clouds_size_and_a_thousandth_in_the_rooms(rng):
-    """FLOOR of the RMS radius, in any unit and any place; 0.001 u in every room of the race, to a tenth."""
+    """FLOOR times the RMS radius, in any unit and place; 0.001 u in every room of the race, to within a tenth."""
     clouds = rng.standard_normal((3, 40, 2)) * np.array([1.0, 5.0, 0.1])[:, None, None]
     radius = np.sqrt(clouds.var(axis=1).sum(axis=1))
     for unit in (1e-9, 1.0, 1e6):
@@ -119,7 +119,7 @@ def test_the_least_scale_is_a_fraction_of_the_clouds_size_and_a_thousandth_in_th
 
 
 def test_perfect_pairs_without_a_floor_are_no_division_by_zero():
-    """Zero distances have a positive threshold all the same, and full weight."""
+    """Even zero distances get a positive threshold and full weight."""
     r = np.array([[0.0, 0.0, 0.0, 1.0]])
     for kernel in ROBUST:
         k = robust.threshold(kernel, r)
@@ -128,7 +128,7 @@ def test_perfect_pairs_without_a_floor_are_no_division_by_zero():
 
 
 def test_reweighting_finds_the_loss_minimum_of_a_line(rng):
-    """IRLS with these weights descends on Σ ρ: the mean of points of which a third are far off."""
+    """IRLS with these weights descends on Σ ρ, for the mean of points of which a third are far off."""
     x = np.concatenate([rng.normal(2.0, 0.1, 40), rng.uniform(5.0, 9.0, 20)])
     for kernel in ROBUST:
         mu, last = np.median(x), np.inf
@@ -164,7 +164,7 @@ def test_wrong_options_are_named(weight, tuning, scale, name):
     ("kernel", "hint"), [("Tukey", ", did you mean 'tukey'"), ("hubber", ", did you mean 'huber'"), (None, "; known")]
 )
 def test_what_is_no_kernel_is_refused(call, kernel, hint):
-    """Its numbers would be Welsch's."""
+    """It would otherwise be treated as Welsch's."""
     with pytest.raises(ValueError, match=f"^kernel: {kernel!r} is unknown{hint}"):
         call(kernel, np.array([[0.5, 1.0]]), 1.0)
 
@@ -187,7 +187,7 @@ def test_a_threshold_is_made_of_positive_numbers(given):
 
 
 def test_distances_may_be_a_list():
-    """Of rows of numbers: what is none is refused by name."""
+    """A list of rows of numbers works; anything else is refused by name."""
     rows = [[0.1, 0.1, 0.2, 9.0]]
     assert robust.mad_scale(rows) == robust.mad_scale(np.array(rows))
     assert robust.threshold("huber", rows) == robust.threshold("huber", np.array(rows))

@@ -1,4 +1,4 @@
-"""A simulated drive with its chain, and loops that are wrong for certain."""
+"""A simulated drive with its chain, and loops that are known to be wrong."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def simulated() -> tuple[Drive, Pose, Scans, Chain]:
 
 
 def muted(drive: Drive, *silent: int, left: int = 0) -> Drive:
-    """The drive with all but the `left` first echoes of these scans gone."""
+    """The drive with only the first `left` echoes of these scans kept."""
     ranges = np.array(drive.ranges)
     for k in silent:
         ranges[k, np.flatnonzero(np.isfinite(ranges[k]))[left:]] = np.inf
@@ -30,7 +30,8 @@ def muted(drive: Drive, *silent: int, left: int = 0) -> Drive:
 
 
 def claimed(pairs: list[tuple[int, int]]) -> Matches:
-    """Loops from poses that have the first scan of each pair, and the three either side of it, where the second is."""
+    """Loops verified from poses that put the first scan of each pair, with three on either side, where the second
+    is."""
     _, _, scans, chain = simulated()
     parts = []
     for later, earlier in pairs:

@@ -1,4 +1,4 @@
-"""When a match of two scans is believed, and which pairs are candidates for a loop: small drives made for one sign."""
+"""When a match of two scans is believed, and which pairs are loop candidates: small drives, each made for one sign."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ BEARINGS = np.linspace(-np.pi, np.pi, 360, endpoint=False) + 1e-3
 
 
 def drive_along(step: float, count: int = 4, ends: tuple[float, float] | None = None) -> Drive:
-    """A corridor 3 m wide, its scanner in the middle; `ends`: walls across it, metres behind and ahead of the first."""
+    """A corridor 3 m wide, the scanner in its middle; `ends`: walls across it, metres behind and ahead of the first
+    scan."""
     across = 1.5 / np.abs(np.sin(BEARINGS))
     ranges = []
     for k in range(count):
@@ -29,8 +30,8 @@ def drive_along(step: float, count: int = 4, ends: tuple[float, float] | None = 
 
 @pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
 def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
-    """Two walls explain the echoes and leave the way along them open; end walls, nothing else, close it. A far one
-    closes it a little: whether that will do is asked by the smallest eigenvalue."""
+    """Two walls explain the echoes but leave the match free along them; end walls alone remove that freedom. A distant
+    one removes it only weakly: whether that is enough depends on the smallest eigenvalue required."""
     open_ended, closed, nearly = (drive_along(0.2, ends=ends) for ends in (None, (6.0, 6.0), (50.0, 11.0)))
     result = chain(prepare(open_ended), open_ended.motion)
     assert (result.share[1:] > 0.8).all()
@@ -43,7 +44,7 @@ def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
 
 @pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
 def test_a_degenerate_match_is_not_believed_whatever_is_asked_of_it(chain):
-    """A scan beyond the gate of the other, with no fraction and no eigenvalue required."""
+    """Each scan lies beyond the other's gate, with no share and no eigenvalue required."""
     drive = drive_along(0.2, count=2, ends=(6.0, 6.0))
     ranges = np.array(drive.ranges)
     ranges[1] *= 8.0
@@ -53,8 +54,8 @@ def test_a_degenerate_match_is_not_believed_whatever_is_asked_of_it(chain):
 
 
 def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed():
-    """In a small room matches find each step of 0.1 m. With an eigenvalue required that none has, the first guess, to
-    stand still, stays."""
+    """In a small room matches find each step of 0.1 m. If the required eigenvalue is out of reach, the chain keeps its
+    first guess, standing still."""
     drive = drive_along(0.1, ends=(1.2, 1.2))
     for least, step in ((0.0, 0.1), (0.99, 0.0)):
         result = scan_to_scan(prepare(drive), drive.motion, MatchOptions(least_weakest=least), prediction="velocity")
@@ -63,7 +64,8 @@ def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed
 
 
 def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():
-    """Out along a line and back beside it, turned half round or with the heading kept; 15 m of the way lie between."""
+    """Out along a line and back beside it, turned half round or with the heading kept; at least 15 m are driven
+    between."""
     x = np.append(np.arange(0.0, 20.5, 0.5), np.arange(19.5, -0.5, -0.5))
     y = np.append(np.zeros(41), np.full(40, 0.7))
     out_and_back = np.stack([x, y], axis=1)
@@ -80,7 +82,7 @@ def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():
 
 
 def test_a_scan_is_no_candidate_of_itself():
-    """Also where nothing need have been driven in between."""
+    """This holds even if no distance need be driven in between."""
     line = Pose.from_angle(np.zeros(6), np.stack([np.arange(6.0), np.zeros(6)], axis=1))
     later, earlier = candidates(line, LoopOptions(apart=0.0, most=9))
     assert later.size > 0

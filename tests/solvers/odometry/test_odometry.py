@@ -1,4 +1,4 @@
-"""Chains, loops and graphs on a simulated drive, whose truth is known, and on the recorded one, which has none."""
+"""Chains, loops and graphs on a simulated drive with known truth and on the recorded one without."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def recorded() -> tuple[Drive, Scans, Chain, Matches]:
 
 
 def off(poses: Pose, truth: Pose) -> float:
-    """The largest distance of a pose from the truth, metres."""
+    """The largest distance of any pose from the truth, metres."""
     return float(np.linalg.norm(poses.t - truth.t, axis=1).max())
 
 
@@ -77,7 +77,7 @@ def test_a_map_of_several_keyframes_drifts_less_than_the_last_keyframe_alone() -
 
 
 def test_rounding_does_not_grow_with_the_keyframes() -> None:
-    """Every pose of a chain against a map is a rotation to the last digits, however many keyframes it went through."""
+    """Every pose of a chain against a map is a rotation to the last digits, however many keyframes came before."""
     drive, _, scans, _ = simulated()
     R = scan_to_map(scans, drive.motion, length=1, shift=0.1).poses.R
     assert np.abs(R @ R.swapaxes(1, 2) - np.eye(2)).max() < 1e-14
@@ -105,8 +105,8 @@ def test_a_link_that_is_not_believed_is_the_prediction() -> None:
 @pytest.mark.parametrize("left", [0, 1, 2])
 @pytest.mark.parametrize("way", [scan_to_scan, partial(scan_to_scan, prediction="velocity"), scan_to_map])
 def test_a_scan_of_fewer_than_three_echoes_is_not_matched(way: Callable[..., Chain], left: int) -> None:
-    """Its link is the prediction, and so is, scan to scan, the next one's; the drive goes on, its first scan or last
-    missing or none."""
+    """Its link is the prediction, and so is the next one's if scans are matched to scans. The drive goes on, even if
+    its first or last scan is empty."""
     drive, truth = simulated_drive(scans=40)
     scans = prepare(muted(drive, 0, 1, 20, 39, left=left))
     assert [len(scans.cloud(k)) for k in (0, 1, 20, 39)] == [0] * 4
@@ -125,7 +125,7 @@ def test_a_scan_of_fewer_than_three_echoes_is_not_matched(way: Callable[..., Cha
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("search", ["none", "correlative"])
 def test_a_scan_without_echoes_is_in_no_loop(search: str) -> None:
-    """However it is looked for, on its own or where the scans around it are empty too; the others are closed."""
+    """With either search, and whether or not its neighbours are empty too, it is in none; the others are closed."""
     drive, truth, _, _ = simulated()
     scans = prepare(muted(drive, 80, *range(7, 14)))
     chain = scan_to_scan(scans, drive.motion)
@@ -154,7 +154,7 @@ def test_a_pair_s_answer_does_not_depend_on_what_is_matched_with_it() -> None:
 
 
 def test_padding_plays_no_part() -> None:
-    """A scan registered beside a longer one, and padded to its length, gives the pose that it gives by itself."""
+    """A scan padded to the length of a longer one gives the same pose as it does by itself."""
     drive, _, scans, _ = simulated()
     short = int(np.argmin(scans.weights.sum(axis=1)[1:])) + 1
     two = Drive(drive.seconds[:2], drive.motion[short - 1 : short + 1], drive.ranges[short - 1 : short + 1],
@@ -185,7 +185,7 @@ def test_the_information_is_the_second_derivative_of_what_is_minimised() -> None
 
     e = h * np.eye(3)
     H = np.array([[(cost(a + b) - cost(a - b) - cost(b - a) + cost(-a - b)) / (4 * h * h) for a in e] for b in e])
-    # The angle's own second derivative adds Σ r ∂²r/∂φ², small where the residuals are.
+    # The angle's own second derivative adds Σ r ∂²r/∂φ², which is small if the residuals are.
     scale = np.sqrt(np.outer(np.diag(H), np.diag(H)))
     assert np.abs(result.information[0] - H).max() <= 0.02 * scale.max()
     assert np.all(np.abs(result.information[0] - H) <= 0.02 * scale)
@@ -218,8 +218,8 @@ def test_scans_of_different_places_are_no_loop() -> None:
 
 
 def test_each_sign_alone_can_turn_a_loop_away() -> None:
-    """Of the loops believed none is left if the matches both ways round, or a match and the chain, must agree exactly;
-    if every echo must be explained, only loops are left that do so."""
+    """If the two directions of a match, or the match and the chain, must agree exactly, no loop is believed; if every
+    echo must be explained, only the believed loops that do so remain."""
     _, _, scans, chain = simulated()
     where = candidates(chain.poses)
     usual = verified(scans, chain.poses, *where)
@@ -232,8 +232,9 @@ def test_each_sign_alone_can_turn_a_loop_away() -> None:
 
 
 def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
-    """Scans 50 and 10 look into two corners of the hall that are alike: all four signs are met. Beside the true loops
-    Cauchy's kernel leaves the wrong one a thousandth of its weight and the poses where they were."""
+    """Scans 50 and 10 see two corners of the hall that look alike: all four signs accept the false loop. Beside the
+    true loops, Cauchy's kernel leaves it less than a thousandth of its weight and moves the poses by less than 0.02
+    m."""
     _, truth, scans, chain = simulated()
     wrong = claimed([(50, 10)])
     assert wrong.believed.all()
@@ -248,14 +249,14 @@ def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
 
 
 def test_a_scan_made_on_the_move_is_as_from_a_robot_that_stands() -> None:
-    """A room of four walls, each beam cast from where the robot is when it is sent, at 2 m/s and 0.5 rad/s:
-    straightened echoes lie on the walls, those as recorded up to centimetres away."""
+    """A room of four walls, with each beam cast from where the robot is when it is sent, at 2 m/s and 0.5 rad/s:
+    straightened echoes lie on the walls, those as recorded lie up to centimetres off."""
     speed, turn, every = np.array([2.0, 0.1]), 0.5, 0.2
     bearings, delays = np.radians(np.linspace(-90, 90, 361)), interlaced(361, np.radians(0.5))
     mount = Pose.from_angle(0.0, (0.5, 0.0))
     walls = np.array([4.0, -3.0, 5.0, -4.0])
     ranges: list[float] = []
-    for late in delays:  # alike for every scan: each robot sees the room from its own place
+    for late in delays:  # the same for every scan: each robot sees the room from its own place
         at = Pose.from_angle(turn * late, speed * late).compose(mount)
         heading = bearings[len(ranges)] + at.angle
         way = np.array([np.cos(heading), np.sin(heading)])
@@ -275,7 +276,7 @@ def test_a_scan_made_on_the_move_is_as_from_a_robot_that_stands() -> None:
 
 
 def test_a_drive_without_a_clock_is_left_as_it_is() -> None:
-    """Where no time passes no speed is known."""
+    """If no time passes, no speed is known."""
     drive, _ = simulated_drive(scans=3)
     still = replace(drive, seconds=np.zeros(3), delays=interlaced(181, np.radians(1.0)))
     assert np.array_equal(straightened(still)[1], drive.points(1))
@@ -286,7 +287,7 @@ def test_a_drive_without_a_clock_is_left_as_it_is() -> None:
 
 @pytest.mark.native
 def test_every_recorded_scan_is_matched_and_both_ways_agree() -> None:
-    """Half of the pairs, matched forwards and backwards, agree to 1 cm and 0.05°, all of them to 8 cm and 1.5°."""
+    """Matched forwards and backwards, pairs agree to 1 cm and 0.05° in the median, and all of them to 8 cm and 1.5°."""
     drive, scans, chain, _ = recorded()
     assert chain.believed.all()
     rows = np.arange(1, 225)
@@ -302,8 +303,8 @@ def test_every_recorded_scan_is_matched_and_both_ways_agree() -> None:
 @pytest.mark.native
 @pytest.mark.parametrize("half", [0, 1])
 def test_half_of_the_loops_close_the_other_half(half: int) -> None:
-    """Every second loop is an edge, those between are not: they were missed by 0.1 m in the median, and every one is by
-    less than 3 cm and 0.2° afterwards. Either half closes the other."""
+    """Every second loop is an edge; those in between were missed by more than 0.09 m in the median, and afterwards each
+    by less than 3 cm and 0.2°. Either half closes the other."""
     _, _, chain, loops = recorded()
     rows = np.flatnonzero(loops.believed)
     used = np.zeros(len(loops.believed), dtype=np.bool_)
@@ -318,7 +319,7 @@ def test_half_of_the_loops_close_the_other_half(half: int) -> None:
 
 @pytest.mark.native
 def test_scans_as_recorded_miss_what_straightened_ones_meet() -> None:
-    """As if all beams were sent at once, or matched to single scans, some loops are missed by more than that."""
+    """With all beams taken as sent at once, or loops matched to single scans, some miss by 3 cm or 0.2° and more."""
     drive, scans, chain, _ = recorded()
     still = prepare(replace(drive, delays=None))
     for made, options in ((still, LoopOptions(around=0)), (still, LoopOptions()), (scans, LoopOptions(around=0))):
@@ -337,8 +338,8 @@ def test_scans_as_recorded_miss_what_straightened_ones_meet() -> None:
 
 @pytest.mark.native
 def test_a_search_finds_a_loop_that_no_chain_foretells() -> None:
-    """The second round is moved 36 m and turned by 2 rad: the chain says nothing of where its scans are. Searched for,
-    the measured pose is within 3 cm and 0.3° of the closed graph's; a scan of another place is no loop."""
+    """The second round is moved by 36 m and turned by 2 rad, so the chain no longer tells where its scans are. A search
+    finds poses within 3 cm and 0.3° of the closed graph's; a scan of another place is not accepted as a loop."""
     _, scans, chain, loops = recorded()
     R, t = np.array(chain.poses.R), np.array(chain.poses.t)
     lost = Pose.from_angle(2.0, (30.0, -20.0)).compose(chain.poses[120:])
@@ -357,7 +358,7 @@ def test_a_search_finds_a_loop_that_no_chain_foretells() -> None:
 @pytest.mark.native
 def test_a_map_drifts_less_than_the_last_scan_on_the_recorded_drive() -> None:
     drive, _, chain, loops = recorded()
-    mapped = scan_to_map(prepare(drive, every=2), drive.motion)  # half of the echoes: as good, in half the time
+    mapped = scan_to_map(prepare(drive, every=2), drive.motion)  # half of the echoes do as well, in half the time
     assert mapped.believed.all()
     (by_scan, _), (by_map, _) = (missed(poses, loops) for poses in (chain.poses, mapped.poses))
     assert np.median(by_map[loops.believed]) < 0.5 * np.median(by_scan[loops.believed])
@@ -365,7 +366,8 @@ def test_a_map_drifts_less_than_the_last_scan_on_the_recorded_drive() -> None:
 
 @pytest.mark.native
 def test_one_wrong_loop_bends_the_map_and_a_kernel_lets_go_of_it() -> None:
-    """Scan 150 claimed to stand where scan 20 stood: without a kernel poses go metres away, with Cauchy centimetres."""
+    """Scan 150 is claimed to be where scan 20 was: that moves poses by metres, and with Cauchy's kernel by
+    centimetres."""
     _, _, chain, loops = recorded()
     edges, robust = edges_of(chain, loops)
     right = optimise(chain.poses, edges).poses
@@ -384,7 +386,7 @@ def test_one_wrong_loop_bends_the_map_and_a_kernel_lets_go_of_it() -> None:
 
 @pytest.mark.native
 def test_the_information_tells_how_far_loops_and_chain_disagree() -> None:
-    """χ² per degree of freedom of the closed graph is near 1: between a half and two."""
+    """χ² per degree of freedom of the closed graph is close to 1: between a half and two."""
     _, _, chain, loops = recorded()
     edges, _ = edges_of(chain, loops)
     result = optimise(chain.poses, edges)

@@ -1,4 +1,4 @@
-"""Drives from files: what is read, and what is refused, by line."""
+"""Drives from files: what is read, and what is refused, with the line."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def test_the_poses_of_a_log_are_the_robots_and_its_laser_sits_ahead() -> None:
 
 
 def box(bearings: np.ndarray) -> str:
-    """Ranges from the middle of a square room, 6 m wide."""
+    """Ranges from the middle of a square room 6 m wide."""
     return " ".join(map(repr, (3.0 / np.maximum(np.abs(np.cos(bearings)), np.abs(np.sin(bearings)))).tolist()))
 
 
 @pytest.mark.parametrize(("beams", "apart"), [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)])
 def test_the_beams_of_a_log_are_a_degree_or_half_of_one_apart(beams: int, apart: float) -> None:
-    """What a SICK sends over half a circle; CARMEN's logs often lack its last beam."""
+    """A SICK laser sends these over half a circle; CARMEN's logs often lack its last beam."""
     ranges = box(np.radians(-90.0 + apart * np.arange(beams)))
     log = "".join(laser(ranges, time=time, count=beams) for time in (1.0, 2.0)).encode()
     assert np.abs(read_drive(log).points(1)).max(axis=1) == pytest.approx(np.full(beams, 3.0), abs=1e-9)

@@ -1,4 +1,4 @@
-"""What is no scan, no motion, no loop or no option is refused by a ValueError that names it."""
+"""Invalid scans, motions, loops and options are refused with a ValueError that names them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Graphs whose true poses are known, for the tests of pose graphs."""
+"""Graphs with known true poses, for the tests of pose graphs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ INFORMATION = np.diag([1 / 0.05**2, 1 / 0.05**2, 1 / 0.02**2])
 
 
 def chained(relative: Pose, first: Pose) -> Pose:
-    """The poses that a chain of relative poses leads through, from `first`."""
+    """The poses along a chain of relative poses that starts at `first`."""
     poses = [first]
     for k in range(relative.batch[0]):
         poses.append(poses[-1].compose(relative[k]))
@@ -19,15 +19,14 @@ def chained(relative: Pose, first: Pose) -> Pose:
 
 
 def disturbed(edges: Edges, noise: np.ndarray) -> Edges:
-    """The edges with a residual of `noise` (e, 3) at the poses that they agreed with: E = Z⁻¹ Tᵢ⁻¹ Tⱼ is that pose."""
+    """The edges with a residual of `noise` (e, 3) at poses that they agreed with: E = Z⁻¹ Tᵢ⁻¹ Tⱼ is that pose."""
     off = Pose.from_angle(noise[:, 2], noise[:, :2])
     return Edges(edges.i, edges.j, edges.relative.compose(off.inverse()), edges.information)
 
 
 def streets(n: int = 60, seed: int = 4) -> tuple[Pose, Edges, np.ndarray]:
-    """A walk over the crossings of a town, 1 u apart: the true poses, exact edges along the walk and wherever it comes
-    to a crossing again, and which edges are such loops.
-    """
+    """A walk over the crossings of a town, 1 u apart: the true poses, exact edges along the walk and between visits to
+    the same crossing, and which edges are such loops."""
     rng = np.random.default_rng(seed)
     place, heading = np.zeros(2), 0
     headings, places = [heading], [place]
@@ -49,7 +48,7 @@ def streets(n: int = 60, seed: int = 4) -> tuple[Pose, Edges, np.ndarray]:
 
 
 def noisy_streets(seed: int = 0, n: int = 60) -> tuple[Pose, Pose, Edges, np.ndarray]:
-    """The true poses, those of the noisy walk alone, the noisy edges, and which of them are loops."""
+    """The true poses, the poses along the noisy walk alone, the noisy edges, and which of these are loops."""
     truth, edges, loops = streets(n)
     noise = np.random.default_rng(seed).normal(size=(len(edges), 3)) * [0.05, 0.05, 0.02]
     edges = disturbed(edges, noise)
@@ -57,6 +56,6 @@ def noisy_streets(seed: int = 0, n: int = 60) -> tuple[Pose, Pose, Edges, np.nda
 
 
 def with_wrong_loop(edges: Edges, loops: np.ndarray, i: int, j: int, relative: Pose) -> tuple[Edges, np.ndarray]:
-    """The edges with one more loop, which is not so."""
+    """The edges with a false loop added, and the mask of loops extended by it."""
     one = Edges([i], [j], Pose(relative.R[None], relative.t[None]), INFORMATION)
     return Edges.joined([edges, one]), np.append(loops, True)

@@ -1,4 +1,4 @@
-"""Marginal covariances against the dense inverse, closed forms and simulation; sparse against eliminated."""
+"""Marginal covariances against the dense inverse, closed forms and simulation; sparse against elimination."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.solvers.posegraph.graphs import INFORMATION, chained, noisy_streets
 
 
 def dense_information(poses: Pose, edges: Edges) -> np.ndarray:
-    """JᵀΩJ of all nodes, by its definition."""
+    """JᵀΩJ over all nodes, from its definition."""
     n = poses.batch[0]
     whole = np.zeros((3 * n, 3 * n))
     for i, j, A, B, omega in zip(edges.i, edges.j, *jacobians(poses, edges), edges.information, strict=True):
@@ -38,7 +38,7 @@ def test_they_are_blocks_of_the_dense_inverse():
 
 
 def test_a_chain_spreads_as_it_is_simulated():
-    """The ends of 4,000 noisy chains of five steps with a turn; small angles, as the first order asks."""
+    """The ends of 4,000 noisy chains of five steps with a turn, with angles small enough for the first-order theory."""
     places = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]
     truth = Pose.from_angle([0.0, 0.0, 0.5, 1.0, 1.5, 1.5], places)
     spread = np.array([0.05, 0.02, 0.01])
@@ -55,7 +55,7 @@ def test_a_chain_spreads_as_it_is_simulated():
 
 
 def test_a_loop_halves_what_is_not_known_of_its_middle():
-    """Turns on the spot: a chain of n turns to one side, n to the other, in parallel."""
+    """Turns on the spot: two chains of n turns, one to each side, reach the middle in parallel."""
     turns = Pose.from_angle(np.full(8, np.pi / 4), np.zeros((8, 2)))
     nodes = np.arange(8)
     loop = Edges(nodes, (nodes + 1) % 8, turns, INFORMATION)
@@ -65,7 +65,7 @@ def test_a_loop_halves_what_is_not_known_of_its_middle():
 
 
 def test_information_that_numbers_cannot_tell_apart_is_refused():
-    """Of 10⁻³⁰ beside 10¹⁰⁰ nothing is left in the sum, which is singular; optimising damps it and ends in numbers."""
+    """10⁻³⁰ is lost beside 10¹⁰⁰, so the sum is singular; optimising damps it and ends with finite poses."""
     poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
     edges = Edges.between(poses, [0, 1], [1, 2], np.array([1e-30 * np.eye(3), 1e100 * np.eye(3)]))
     with pytest.raises(ValueError, match="information differs beyond double precision"):
@@ -100,7 +100,7 @@ def test_what_cannot_be_asked_is_refused():
 
 @pytest.mark.native
 def test_scipy_gives_what_elimination_gives():
-    """Poses, χ², steps and covariances, with and without a kernel."""
+    """They agree on poses, χ², steps and covariances, with and without a kernel."""
     pytest.importorskip("scipy")
     _, start, edges, loops = noisy_streets()
     for kernel in ("none", "cauchy"):
@@ -117,9 +117,9 @@ def test_scipy_gives_what_elimination_gives():
 @pytest.mark.native
 @pytest.mark.parametrize("seed", range(4))
 def test_least_squares_of_scipy_ends_at_the_same_poses(seed):
-    """An optimiser that knows nothing of graphs, on the residuals written out anew with complex numbers, and with
-    information of any shape. It stands in for public graphs with published optima, of which none is at hand that may be
-    kept here; what has a closed form is in `test_graph`."""
+    """A general optimiser on residuals rewritten with complex numbers, with information of any shape. It replaces
+    public graphs with published optima, none of which is at hand that may be kept here; closed forms are tested in
+    `test_graph`."""
     optimize = pytest.importorskip("scipy.optimize")
     _, start, edges, _ = noisy_streets(seed, n=15)
     shape = np.random.default_rng(seed).normal(size=(len(edges), 3, 3)) + 4.0 * np.eye(3)
@@ -173,7 +173,7 @@ def test_who_has_scipy_is_told_to_let_it_solve_too_large_a_graph():
 
 
 def test_nodes_asked_for_together_have_the_covariances_of_each_alone():
-    """More than are solved for at once, in a loop of 150 nodes."""
+    """More nodes than are solved for at once, in a loop of 150."""
     n = 150
     turn = np.full(n, 2.0 * np.pi / n)
     poses = Pose.from_angle(np.arange(n) * turn, np.zeros((n, 2)))
@@ -185,7 +185,7 @@ def test_nodes_asked_for_together_have_the_covariances_of_each_alone():
 
 
 def test_whether_scipy_solves_is_yes_or_no(monkeypatch):
-    """And a yes takes scipy."""
+    """True also requires scipy."""
     poses = Pose.from_angle(np.zeros(2), [[0.0, 0.0], [1.0, 0.0]])
     edges = Edges.between(poses, [0], [1], np.eye(3))
     for call in (optimise, lambda *graph, sparse: marginals(*graph, [1], sparse=sparse)):

@@ -26,7 +26,7 @@ def posed(values: np.ndarray) -> Pose:
 @settings(deadline=None)
 @given(motions)
 def test_the_residual_is_the_motion_left_over(values):
-    """E = Z⁻¹ Tᵢ⁻¹ Tⱼ, composed by poses."""
+    """E = Z⁻¹ Tᵢ⁻¹ Tⱼ, computed by composing poses."""
     poses = posed(values)
     edges = Edges([0], [1], poses[2:], np.eye(3))
     left = edges.relative.inverse().compose(poses[:1].inverse().compose(poses[1:2]))
@@ -102,6 +102,6 @@ def test_small_errors_count_in_full_and_infinite_ones_for_nothing(kernel):
 
 
 def test_dynamic_covariance_scaling_in_the_numbers_of_its_paper():
-    """s = min(1, 2Φ/(Φ + χ²)), squared; no edge costs more than 3Φ."""
+    """The weight is s², where s = min(1, 2Φ/(Φ + χ²)); no edge costs more than 3Φ."""
     np.testing.assert_allclose(weights("dcs", np.array([0.5, 1.0, 3.0, 9.0]), 1.0), [1.0, 1.0, 0.25, 0.04])
     assert loss("dcs", np.array([1e12]), 2.0) == pytest.approx(12.0)

@@ -1,4 +1,4 @@
-"""Optimising a graph: closed forms of a loop, the choice of the fixed node, wrong loops, what is refused."""
+"""Optimising a graph: closed forms of a loop, the choice of the fixed node, wrong loops, and what is refused."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tests.solvers.posegraph.graphs import INFORMATION, chained, disturbed, nois
 
 
 def apart(poses: Pose, truth: Pose) -> float:
-    """The RMS distance of the nodes from where they are."""
+    """The RMS distance of the nodes from their true places."""
     return float(np.sqrt(np.square(poses.t - truth.t).sum(axis=1).mean()))
 
 
 def relative(poses: Pose) -> np.ndarray:
-    """Each node seen from the one before."""
+    """Each node's pose relative to the one before."""
     return poses[:-1].inverse().compose(poses[1:]).matrix
 
 
@@ -28,7 +28,7 @@ def test_exact_measurements_give_the_true_poses_back():
     truth, edges, _ = streets()
     rng = np.random.default_rng(1)
     start = Pose.from_angle(truth.angle + rng.normal(scale=0.2, size=60), truth.t + rng.normal(scale=0.3, size=(60, 2)))
-    assert optimise(start, edges, fixed=[0, 5]).total > 1.0  # two nodes held where the start has them, which is wrong
+    assert optimise(start, edges, fixed=[0, 5]).total > 1.0  # two nodes fixed at wrong start poses
     result = optimise(Pose(np.r_[truth.R[:1], start.R[1:]], np.r_[truth.t[:1], start.t[1:]]), edges)
     assert result.status is Status.CONVERGED
     assert result.total < 1e-18
@@ -42,7 +42,7 @@ def test_exact_measurements_give_the_true_poses_back():
     st.lists(st.floats(0.1, 100.0), min_size=7, max_size=7),
 )
 def test_a_straight_loop_shares_its_excess_by_the_inverse_of_the_information(legs, excess, information):
-    """Out along a line and back: every leg takes `excess · (1/Ωₖ) / Σ (1/Ω)`; an equal information, an equal part."""
+    """Out along a line and back: every leg takes `excess · (1/Ωₖ) / Σ (1/Ω)`; equal information, equal parts."""
     lengths = np.array([1.0] * legs + [-1.0] * legs)
     lengths[-1] += excess
     e = 2 * legs
@@ -52,7 +52,7 @@ def test_a_straight_loop_shares_its_excess_by_the_inverse_of_the_information(leg
     edges = Edges(nodes, (nodes + 1) % e, measured, weight[:, None, None] * np.eye(3))
     start = chained(measured[: e - 1], Pose.identity())
     result = optimise(start, edges)
-    # The legs are to sum to zero, so each is changed by its share of −excess.
+    # The legs must sum to zero, so each is changed by its share of −excess.
     share = -excess / weight / (1.0 / weight).sum()
     took = np.roll(result.poses.t[:, 0], -1) - result.poses.t[:, 0] - lengths
     np.testing.assert_allclose(took, share, atol=1e-7)
@@ -62,9 +62,9 @@ def test_a_straight_loop_shares_its_excess_by_the_inverse_of_the_information(leg
 @settings(deadline=None)
 @given(st.integers(3, 30), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
 def test_a_regular_ring_closes_at_its_closed_form_optimum(n, turn, length):
-    """n equal edges, each measured as a step ahead and a turn, that by symmetry go round a regular polygon at the
-    optimum: each takes its n-th of the excess turn, and the steps, now sides of a polygon that closes of itself, keep
-    their length. So the optimum is known: χ² is n · ω (turn / n)², whatever the length."""
+    """n equal edges, each measured as a step ahead and a turn, form by symmetry a regular polygon at the optimum: each
+    takes an n-th of the excess turn, and the steps, now sides of a polygon that closes by itself, keep their length. So
+    the optimum is known: χ² is n · ω (turn / n)², whatever the length."""
     nodes = np.arange(n)
     step = 1.0 + length
     edges = Edges(
@@ -78,7 +78,7 @@ def test_a_regular_ring_closes_at_its_closed_form_optimum(n, turn, length):
 
 
 def test_a_ring_wound_twice_rests_at_another_minimum():
-    """All turns are twice too large and the errors of all edges alike: no step is taken, and χ² tells it."""
+    """All turns are twice too large and all edges err alike: the run converges there, and its large χ² shows it."""
     once, twice = (
         chained(Pose.from_angle(np.full(11, turn), [[1.0, 0.0]] * 11), Pose.identity())
         for turn in (np.pi / 6, np.pi / 3)
@@ -95,7 +95,7 @@ def test_progress_is_told_after_every_step():
     _, start, edges, _ = noisy_streets()
     calls: list[tuple[int, int]] = []
     result = optimise(start, edges, max_steps=50, progress=lambda *now: calls.append(now))
-    # It converged without another step.
+    # It converges without another step.
     assert calls == [(min(k, result.steps), 50) for k in range(1, result.steps + 2)]
     calls.clear()
     optimise(result.poses, edges, max_steps=50, progress=lambda *now: calls.append(now))
@@ -108,7 +108,7 @@ def test_progress_is_told_after_every_step():
 @settings(deadline=None)
 @given(st.integers(3, 9), st.floats(-1.0, 1.0))
 def test_turns_on_the_spot_share_their_excess_evenly(n, excess):
-    """All the way round in n turns that are measured `excess` too large in all: each takes an n-th of it."""
+    """A full circle in n turns, measured `excess` too large in total: each takes an n-th of it."""
     nodes = np.arange(n)
     turns = Pose.from_angle(np.full(n, (2 * np.pi + excess) / n), np.zeros((n, 2)))
     edges = Edges(nodes, (nodes + 1) % n, turns, INFORMATION)
@@ -119,7 +119,7 @@ def test_turns_on_the_spot_share_their_excess_evenly(n, excess):
 
 
 def test_the_end_is_a_minimum():
-    """The objective, differenced numerically at the end, has no slope, under every kernel."""
+    """At the end the objective has no slope, by finite differences, under every kernel."""
     _, start, edges, loops = noisy_streets()
     for kernel in KERNELS:
         result = optimise(start, edges, kernel=kernel, robust=loops, threshold=1.5)
@@ -145,7 +145,7 @@ def test_the_end_is_a_minimum():
 
 
 def test_the_fixed_node_is_a_choice_of_coordinates():
-    """Another one gives the same relative poses and the same χ²."""
+    """Fixing another node gives the same relative poses and the same χ²."""
     _, start, edges, _ = noisy_streets()
     first, other = (optimise(start, edges, fixed=node) for node in (0, 23))
     np.testing.assert_allclose(relative(first.poses), relative(other.poses), atol=1e-8)
@@ -164,7 +164,7 @@ def test_a_moved_start_gives_the_moved_result(angle, shift):
 
 
 def test_metres_or_millimetres():
-    """Another unit of length, with the information to go with it, changes nothing but the unit."""
+    """Another unit of length, with matching information, changes nothing but the unit."""
     _, start, edges, loops = noisy_streets()
     scale = np.diag([1e-3, 1e-3, 1.0])
     other = Edges(
@@ -177,7 +177,7 @@ def test_metres_or_millimetres():
 
 
 def test_the_expected_sum_of_squares_is_the_number_of_redundant_measurements():
-    """Three numbers an edge less three a free node, as least squares has it; 25 draws, three deviations."""
+    """Three per edge minus three per free node, as in least squares; 25 draws, to three standard deviations."""
     totals = [optimise(start, edges).total for _, start, edges, _ in map(noisy_streets, range(25))]
     _, _, edges, _ = noisy_streets()
     free = 3 * len(edges) - 3 * 59
@@ -186,7 +186,7 @@ def test_the_expected_sum_of_squares_is_the_number_of_redundant_measurements():
 
 @pytest.mark.parametrize(("i", "j"), [(3, 40), (0, 59), (10, 50)])
 def test_a_wrong_loop_bends_the_map_and_a_kernel_lets_go_of_it(i, j):
-    """One edge lays a crossing on another, 3 to 4 u away, among 31 loops that are right."""
+    """One edge places a crossing on another, 3 to 4 u away, among 31 right loops."""
     truth, start, edges, loops = noisy_streets()
     right = apart(optimise(start, edges).poses, truth)
     wrong, among = with_wrong_loop(edges, loops, i, j, Pose.identity())
@@ -233,7 +233,7 @@ def test_what_is_optimal_takes_no_step_and_what_may_take_none_says_so():
 
 
 def test_numbers_without_bounds_end_without_nan():
-    """Where the start's errors cannot be squared it says so; far starts and steep information end in numbers."""
+    """If the start's errors cannot be squared, the run is degenerate; far starts and steep information end finitely."""
     edges = Edges([0, 1, 2], [1, 2, 0], Pose.from_angle([1.0, 2.0, 3.0], np.full((3, 2), 1.0)), 1e80 * np.eye(3))
     for far, expected in ((1e140, {Status.DEGENERATE}), (1e6, set(Status) - {Status.RUNNING, Status.DEGENERATE})):
         result = optimise(Pose.from_angle([0.0, 3.0, -2.0], [[0.0, 0.0], [far, 0.0], [0.0, -far]]), edges)
@@ -268,7 +268,7 @@ def test_any_graph_ends_in_numbers_and_never_above_its_start(data):
 
 
 def test_a_graph_of_which_a_step_cannot_be_computed_is_degenerate() -> None:
-    """Its information vanishes in floating point: that no other step helps does not mean rest."""
+    """Its information vanishes in floating point: finding no better step does not mean convergence."""
     poses = Pose.from_angle(np.zeros(2), np.zeros((2, 2)))
     edges = Edges([0], [1], Pose.from_angle([1.0], [[1.0, 0.0]]), 1e-320 * np.eye(3))
     result = optimise(poses, edges)
@@ -363,7 +363,7 @@ def test_edges_are_taken_and_joined_and_cannot_be_written_to():
 
 
 def test_the_threshold_is_the_ninety_five_percent_point():
-    """Of 200,000 errors drawn with the information's own covariance."""
+    """Checked on 200,000 errors drawn with the information's own covariance."""
     errors = np.random.default_rng(0).normal(size=(200_000, 3))
     assert abs((np.square(errors).sum(axis=1) < THRESHOLD**2).mean() - 0.95) < 0.002
 
@@ -376,7 +376,7 @@ def test_disturbed_edges_have_the_residual_they_are_given():
 
 
 def test_a_conflict_elsewhere_does_not_end_the_run_before_a_node_is_at_rest():
-    """Two edges differ by 200 u and cannot be satisfied; node 2, of another edge, begins 0.9 u off."""
+    """Two edges conflict by 200 u; node 2, on another edge, starts 0.9 u off."""
     relative = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [200.0, 0.0], [1.0, 0.0]])
     edges = Edges([0, 0, 1], [1, 1, 2], relative, np.stack([1e10 * np.eye(3), 1e10 * np.eye(3), np.eye(3)]))
     start = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [100.0, 0.0], [101.9, 0.0]])

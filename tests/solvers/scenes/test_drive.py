@@ -1,4 +1,4 @@
-"""The recorded drive as its file has it, and simulated drives with their truth."""
+"""The recorded drive as in its file, and simulated drives with their true poses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from solvers.scenes.simulated_drive import simulated_drive
 
 
 def test_the_recorded_drive_is_the_one_that_was_published() -> None:
-    """225 × 361 whole centimetres, by the hash of the table that the data set's file gives; 11.5 % hold no echo."""
+    """225 × 361 whole centimetres, checked by a hash of the table in the data set's file; 11.5 % have no echo."""
     drive = telecom_loop()
     assert drive.ranges.shape == (225, 361)
     centimetres = np.where(np.isinf(drive.ranges), 0.0, 100.0 * drive.ranges)
@@ -59,7 +59,7 @@ def test_a_scan_s_points_lie_at_their_ranges_from_the_laser() -> None:
 
 @pytest.mark.parametrize("missing", [0.0, np.inf, np.nan])
 def test_a_beam_without_an_echo_is_no_point_at_the_laser(missing: float) -> None:
-    """Many lasers say 0 where nothing came back, as the files that are read do."""
+    """Many lasers report 0 if nothing came back, and so do the files that are read."""
     ranges = [[2.0, missing, 1.0], [2.0, missing, 1.0]]
     drive = Drive([0.0, 1.0], Pose.identity(batch=(2,)), ranges, [-0.1, 0.0, 0.1], Pose.identity(), [0.0, 0.01, 0.02])
     assert drive.heard(0).tolist() == [True, False, True]
@@ -75,8 +75,8 @@ def test_chained_motions_lead_where_composed_poses_do() -> None:
 
 
 def test_a_simulated_scan_at_the_truth_lies_on_the_walls_of_all_others() -> None:
-    """Without noise every echo of a scan lies on the walls that the scans beside it see; without slip the odometry is
-    the truth."""
+    """Without noise, a scan at its true pose lies on the echoes of the next one, to 0.1 m in the median; without slip
+    the odometry is the truth."""
     drive, truth = simulated_drive(scans=40, noise=0.0, slip=0.0)
     assert np.allclose(chained(drive.motion).t, truth.t)
     assert np.allclose(truth.t[0], 0.0)
@@ -92,14 +92,15 @@ def test_a_drive_that_cannot_be_is_refused(name: str, value: float) -> None:
 
 
 def test_noise_as_large_as_the_ranges_leaves_fewer_echoes() -> None:
-    """A range that it makes negative is no echo, and no argument that the caller never gave is blamed."""
+    """A range that noise makes negative is not an echo, and does not raise an error about arguments that nobody
+    gave."""
     quiet, loud = (simulated_drive(scans=4, noise=noise)[0] for noise in (0.0, 3.0))
     assert (loud.ranges > 0.0).all()
     assert 0.5 < np.isfinite(loud.ranges).sum() / np.isfinite(quiet.ranges).sum() < 1.0
 
 
 def test_without_other_errors_the_odometry_turns_by_a_tenth_of_the_slip_for_each_metre() -> None:
-    """On average over seeds, as is said of it."""
+    """On average over seeds, as documented."""
     _, truth = simulated_drive(seed=0)
     step = truth[:-1].inverse().compose(truth[1:])
     off = [simulated_drive(seed=seed, slip=0.1, beams=3)[0].motion.angle[1:] - step.angle for seed in range(100)]
@@ -135,7 +136,7 @@ def test_what_is_no_chain_of_motions_is_refused(motion: Pose, says: str) -> None
 
 
 def test_a_motion_has_no_scale() -> None:
-    """It would be lost in silence."""
+    """A scale would silently be lost, so it is refused."""
     with pytest.raises(ValueError, match=r"^motion\.scale: a robot's motion has scale 1, not 2"):
         chained(Pose.from_angle(np.zeros(2), np.zeros((2, 2)), [1.0, 2.0]))
 
@@ -161,7 +162,7 @@ PARTS = {
 
 
 def test_a_drive_is_made_of_lists_and_of_matrices() -> None:
-    """They are copied, and an echo is what is finite."""
+    """They are copied, and any finite range is an echo."""
     ranges = np.array(PARTS["ranges"])
     parts = {**PARTS, "motion": np.stack([np.eye(3)] * 2), "mount": np.eye(3), "ranges": ranges, "delays": [0, 1, 2]}
     drive = Drive(**parts)  # type: ignore[arg-type]
@@ -175,7 +176,7 @@ def test_a_drive_is_made_of_lists_and_of_matrices() -> None:
 
 
 def test_a_drive_begins_at_the_identity() -> None:
-    """What the first motion is given as does not matter, and the others are kept."""
+    """Whatever the first motion given, it becomes the identity; the others are kept."""
     motion = Pose.from_angle([0.3, 0.2], [(1.0, 2.0), (0.5, 0.1)])
     kept = Drive(**{**PARTS, "motion": motion}).motion  # type: ignore[arg-type]
     assert np.array_equal(kept[0].matrix, np.eye(3))

@@ -1,4 +1,4 @@
-"""The scenes of proposed pairs: one draw, a known truth, wrong pairs that agree on nothing or on one false pose."""
+"""The scenes of proposed pairs: one draw, a known truth, and wrong pairs that agree on nothing or on one false pose."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from solvers.scenes.facade import FACADE, FACADE_TRUTH, MATCH_SCENES, PERIOD, fa
 
 @pytest.mark.parametrize("name", MATCH_SCENES)
 def test_a_seed_is_a_scene_and_noise_stretches_it(name):
-    """The same seed draws the same scene, another seed another, and twice the noise doubles every displacement."""
+    """The same seed draws the same scene, another seed another one, and twice the noise doubles every displacement."""
     a, b, c = facade_scene(name, seed=7), facade_scene(name, seed=7), facade_scene(name, seed=8)
     assert np.array_equal(a.target, b.target)
     assert not np.array_equal(a.target, c.target)
@@ -20,7 +20,7 @@ def test_a_seed_is_a_scene_and_noise_stretches_it(name):
 
 @pytest.mark.parametrize("name", MATCH_SCENES)
 def test_one_wrong_pair_more_leaves_the_others(name):
-    """Each fortieth adds one wrong pair; without noise the right ones are exact and the wrong ones off."""
+    """Each fortieth adds one wrong pair and keeps the rest; without noise, only the wrong ones are off."""
     for k in range(32):
         fewer, more = (facade_scene(name, noise=0.0, outliers=i / 40) for i in (k, k + 1))
         assert fewer.target_outlier.sum() == k
@@ -43,7 +43,7 @@ def test_repeated_pairs_agree_on_a_pose_one_window_off():
 
 
 def test_what_is_refused():
-    """Unknown names, negative noise and fractions out of range are named."""
+    """Unknown names, negative noise and fractions out of range are refused by name."""
     with pytest.raises(ValueError, match=r"^name: "):
         facade_scene("reapeated")
     with pytest.raises(ValueError, match=r"^noise: "):

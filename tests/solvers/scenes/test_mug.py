@@ -1,4 +1,4 @@
-"""The mug: its points lie on it, both clouds are drawn on their own, and the options do what they say."""
+"""The mug: its points lie on it, both clouds are drawn independently, and the options do what they say."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def off(points):
 @pytest.mark.parametrize("handle", [True, False])
 @pytest.mark.parametrize("overlap", [1.0, 0.5, 0.0])
 def test_without_noise_every_point_lies_on_the_mug(handle, overlap):
-    """Both clouds, within 2 mm of a unit in a metre: the middle line of the handle is a polyline."""
+    """Both clouds lie within 0.002 u of it: the handle's centre line is a polyline."""
     for cloud in upright(mug(noise=0.0, handle=handle, overlap=overlap)):
         assert len(cloud) > 100
         assert off(cloud).max() < 2e-3
@@ -36,7 +36,7 @@ def test_without_noise_every_point_lies_on_the_mug(handle, overlap):
 
 
 def test_points_are_shared_out_by_area_and_evenly():
-    """320 points: each height and each quarter of the wall has its share of them, to within a few points."""
+    """Of 320 points, each quarter of the wall and each quarter of its height gets its share, to within a few points."""
     for cloud in upright(mug(noise=0.0)):
         wall = cloud[(np.abs(np.hypot(cloud[:, 0], cloud[:, 1]) - RADIUS) < 1e-9) & (cloud[:, 2] > -HEIGHT / 2)]
         area = 2 * np.pi * RADIUS * HEIGHT
@@ -55,7 +55,7 @@ def test_no_point_of_one_cloud_is_one_of_the_other():
 
 @pytest.mark.parametrize("overlap", [0.0, 0.25, 0.5, 0.75, 1.0])
 def test_the_overlap_is_the_share_of_the_turn_that_both_see(overlap):
-    """On a fine sampling the directions from the axis that both see are that share of those that one sees."""
+    """On a fine sampling, both clouds see this share of the directions from the axis that either one sees."""
     seen = []
     for cloud in upright(mug(points=6000, noise=0.0, overlap=overlap, handle=False)):
         wall = cloud[np.hypot(cloud[:, 0], cloud[:, 1]) > RADIUS - 1e-9]
@@ -80,7 +80,7 @@ def test_noise_stretches_one_draw_and_overlap_only_takes_points_away():
 def test_the_truth_takes_the_outline_onto_the_mug():
     for line in mug().outline:
         places = TRUTH.apply(line)
-        assert off(places).max() < TUBE + 1e-6  # the middle of the handle lies a tube's radius inside it
+        assert off(places).max() < TUBE + 1e-6  # the handle's centre line is a tube's radius below its surface
     assert len(mug(handle=False).outline) == 2
 
 
@@ -107,7 +107,7 @@ def test_a_start_is_as_far_from_the_truth_as_it_says():
 
 @pytest.mark.parametrize(("method", "degrees"), [("icp", 20.0), ("point-to-plane", 2.0), ("gicp", 2.0)])
 def test_methods_of_the_plane_run_on_it(method, degrees):
-    """From 30° off: a rest near the truth, as near as the sampling lets each method come."""
+    """From 30° off, each converges near the truth, as near as the sampling lets it."""
     scene = mug()
     result = register(scene.source, scene.target, method, start=mug_start(30.0, 0.3))
     assert result.status is Status.CONVERGED

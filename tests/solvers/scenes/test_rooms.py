@@ -22,7 +22,7 @@ def test_a_seed_is_a_scene(make):
 
 @pytest.mark.parametrize("name", KABSCH_SCENES)
 def test_the_noise_slider_stretches_one_draw(name):
-    """Doubling σ doubles every displacement of the target: the scene is not drawn anew."""
+    """Doubling σ doubles every displacement of the target: the noise is not redrawn."""
     still, some, twice = (kabsch_scene(name, noise=s) for s in (0.0, 0.1, 0.2))
     kept = ~some.target_outlier
     assert np.allclose(still.target[kept], some.truth.apply(some.source)[kept], atol=1e-15)
@@ -34,7 +34,7 @@ def test_the_noise_slider_stretches_one_draw(name):
 
 
 def test_one_outlier_more_leaves_the_others():
-    """Raising the number of wrong pairs keeps those there were, and the right ones right."""
+    """Raising the number of wrong pairs keeps the existing ones, and leaves the other right ones as they were."""
     for k in range(13):
         fewer, more = kabsch_scene("noisy", outliers=k), kabsch_scene("noisy", outliers=k + 1)
         assert fewer.target_outlier.sum() == k
@@ -45,7 +45,7 @@ def test_one_outlier_more_leaves_the_others():
 
 
 def test_the_clean_scene_gives_back_its_truth():
-    """Without noise and wrong pairs the fit is the truth: 50° and (2.6, 0.9) u."""
+    """Without noise and wrong pairs the fit returns the truth: 50° and (2.6, 0.9) u."""
     scene = kabsch_scene("clean")
     pose = fit_rigid(scene.source, scene.target).pose
     assert np.degrees(pose.angle) == pytest.approx(50.0, abs=1e-12)
@@ -60,7 +60,7 @@ def test_three_of_thirteen_pairs_are_wrong_in_the_outlier_scene():
 
 
 def test_the_bird_is_not_its_own_mirror_image_nor_its_own_rotation():
-    """No rigid motion or reflection but the identity takes the thirteen points near themselves in another order."""
+    """No reflection, and no rotation by 0.3 rad or more, brings the thirteen points close to the bird's own points."""
     p = BIRD - BIRD.mean(axis=0)
     for flip in (1.0, -1.0):
         for theta in np.linspace(-np.pi, np.pi, 361):
@@ -73,7 +73,7 @@ def test_the_bird_is_not_its_own_mirror_image_nor_its_own_rotation():
 
 def test_the_thin_scene_asks_for_a_reflection():
     """In 'would-reflect' the best orthogonal matrix is a reflection, although the truth is a rotation: at the preset
-    seed, and at no fewer than 22 of the 25 seeds 40 + 13k; the corrected fit stays near the truth."""
+    seed, and at 22 or more of the 25 seeds 40 + 13k. The corrected fit stays near the truth."""
     scene = kabsch_scene("would-reflect")
     free, kept = (fit_rigid(scene.source, scene.target, proper=p) for p in (False, True))
     assert np.linalg.det(free.pose.R) == pytest.approx(-1.0)
@@ -86,13 +86,13 @@ def test_the_thin_scene_asks_for_a_reflection():
 
 
 def test_without_noise_the_thin_scene_asks_for_none():
-    """The same mast without noise has determinant +1: it is the noise that turns it over."""
+    """The same mast without noise has determinant +1: it is the noise that flips it."""
     scene = kabsch_scene("would-reflect", noise=0.0)
     assert fit_rigid(scene.source, scene.target).determinant == 1
 
 
 def test_noise_across_a_thin_cloud_turns_it_over_as_often_as_not():
-    """Over 2000 independent draws the sign of the determinant is a coin toss once the noise swamps the width."""
+    """Over 2000 independent draws, the determinant's sign is a coin toss once the noise exceeds the width by far."""
     scene = kabsch_scene("would-reflect", noise=0.0)
     target = scene.target + 0.12 * np.random.default_rng(5).standard_normal((2000, 13, 2))
     share = np.mean(fit_rigid(scene.source, target).determinant == -1)
@@ -114,7 +114,7 @@ def test_the_room_is_seen_twice_from_the_truth(setting):
         assert np.sqrt((off[~wrong] ** 2).mean()) == pytest.approx(sigma, rel=0.35)
         assert wrong.sum() == (round(0.2 * len(cloud)) if setting in ("outliers", "combo") else 0)
         assert np.all(np.abs(cloud[wrong]) <= [5.0, 3.2])
-    # The source leaves both ends of the outline to the target alone.
+    # Only the target sees the two ends of the outline.
     start_gap = np.linalg.norm(scene.source[~scene.source_outlier] - ROOM[0], axis=1).min()
     end_gap = np.linalg.norm(scene.source[~scene.source_outlier] - ROOM[-1], axis=1).min()
     assert min(start_gap, end_gap) > 1.0
@@ -143,7 +143,7 @@ def test_the_rooms_spacings_are_as_described():
 
 
 def test_the_rooms_noise_and_junk_are_one_draw():
-    """In the room too, σ stretches one draw and a larger junk fraction keeps the junk there was."""
+    """In the room too, σ scales a single draw, and a larger junk fraction keeps the junk already there."""
     still, some, twice = (room("clean", noise=s) for s in (0.0, 0.1, 0.2))
     assert np.allclose(twice.source - still.source, 2.0 * (some.source - still.source), atol=1e-14)
     few, many = room("combo", outliers=0.1), room("combo", outliers=0.3)

@@ -1,4 +1,4 @@
-"""Two scans of one room: on the walls, in the robot's own coordinates, from one draw."""
+"""Two scans of one room: on its walls, in the robot's own coordinates, from a single draw."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def off_walls(points, walls):
 @pytest.mark.parametrize("seed", range(40, 40 + 25 * 13, 13))
 @pytest.mark.parametrize("distance", [0.0, 3.5])
 def test_scans_lie_on_the_walls(seed, distance):
-    """Without noise each scan, taken to the room by its pose, lies on the walls; the truth takes one to the other."""
+    """Without noise, each scan moved by its pose lies on the room's walls; the truth maps one scan to the other."""
     scans = two_scans(seed=seed, noise=0.0, turn=70.0, distance=distance)
     for cloud, pose in ((scans.source, scans.source_pose), (scans.target, scans.target_pose)):
         assert off_walls(pose.apply(cloud), scans.walls).max() < 1e-12
@@ -29,7 +29,7 @@ def test_scans_lie_on_the_walls(seed, distance):
 
 
 def test_the_robot_sees_no_farther_than_the_first_wall():
-    """From inside a square with a smaller square in it, a ray stops at the near side; one that leaves meets nothing."""
+    """In a square with a smaller square inside, a ray stops at the near side; one that leaves both hits nothing."""
     square = np.array([(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0), (-3.0, -3.0)])
     a, b = np.vstack([square[:-1], 0.5 * square[:-1]]), np.vstack([square[1:], 0.5 * square[1:]])
     directions = np.array([(1.0, 0.0), (0.0, -1.0), (np.sqrt(0.5), np.sqrt(0.5))])
@@ -38,7 +38,7 @@ def test_the_robot_sees_no_farther_than_the_first_wall():
 
 
 def test_each_pose_sees_what_the_other_does_not():
-    """The pillars hide parts of the room: some of the source is far from every point of the target, at the truth."""
+    """The pillars hide parts of the room: at the truth, some source points are far from every target point."""
     scans = two_scans(noise=0.0)
     apart = np.linalg.norm(scans.truth.apply(scans.source)[:, None] - scans.target, axis=2).min(axis=1)
     assert np.median(apart) < 0.1
@@ -54,7 +54,7 @@ def test_noise_stretches_one_draw_along_the_rays():
 
 
 def test_turning_the_robot_does_not_move_it():
-    """The poses of another turn differ in the heading of the second alone."""
+    """With another turn, only the heading of the second pose differs."""
     one, other = two_scans(turn=0.0), two_scans(turn=-120.0)
     np.testing.assert_array_equal(one.source, other.source)
     np.testing.assert_array_equal(one.target_pose.t, other.target_pose.t)

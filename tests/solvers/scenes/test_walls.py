@@ -1,4 +1,4 @@
-"""The single wall, the corridor and the NDT room: what is drawn, from which numbers, and what solvers make of it."""
+"""The single wall, the corridor and the NDT room: what is drawn, from which numbers, and what solvers find in it."""
 
 import numpy as np
 import pytest
@@ -53,8 +53,8 @@ def test_noise_stretches_one_draw_and_outliers_add_to_each_other(scene):
 
 @pytest.mark.parametrize("seed", range(40, 40 + 5 * 13, 13))
 def test_one_wall_does_not_fix_the_slide(seed):
-    """Point to plane turns the scan onto the wall; how far along stays where it was put, and the system says which
-    direction is weak."""
+    """Point to plane turns the scan onto the wall; its position along the wall stays as started, and the system names
+    the weak direction."""
     scene = single_wall(seed=seed)
     result = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
     assert result.status is Status.DEGENERATE
@@ -68,7 +68,7 @@ def test_one_wall_does_not_fix_the_slide(seed):
 
 @pytest.mark.parametrize("seed", range(40, 40 + 5 * 13, 13))
 def test_a_corridor_fixes_all_but_the_slide(seed):
-    """Point to plane finds the turn and the place across from either side's walls; along them it stays where it was."""
+    """Point to plane finds the turn and the place across from the walls on either side; along them it stays put."""
     scene = corridor(seed=seed)
     result = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
     assert result.status is Status.DEGENERATE

@@ -20,7 +20,7 @@ from solvers.uncertainty_study import (
 
 
 def apart(points, walls):
-    """How far each point is from the nearest wall."""
+    """Each point's distance to the nearest wall."""
     a, b = (np.concatenate(ends) for ends in ([w[:-1] for w in walls], [w[1:] for w in walls]))
     along = b - a
     at = np.clip(((points[:, None] - a) * along).sum(-1) / np.square(along).sum(-1), 0.0, 1.0)
@@ -129,8 +129,8 @@ def test_each_method_is_counted_in_the_ways_that_it_has():
 
 
 def test_options_are_the_method_s_own():
-    """A gate of 2 u unless another is given, and none for a method that has none; where every ray has an echo a method
-    needs no weights."""
+    """The gate is 2 u by default, and absent for methods without one; methods that take no weights work if every ray
+    has an echo."""
     assert runs("room", "icp", 2).options == {"gate": 2.0}
     assert runs("room", "icp", 2, gate=0.5).options == {"gate": 0.5}
     assert runs("room", "icp", 2, max_distance=0.5).options == {"max_distance": 0.5}

@@ -1,4 +1,4 @@
-"""The race and its benchmark: nine contestants, batched as one by one, measured against the truth."""
+"""The race and its benchmark: nine contestants run the same batched as one by one, and measured against the truth."""
 
 import numpy as np
 import pytest
@@ -36,9 +36,9 @@ def test_nine_race_and_all_are_methods():
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
 @pytest.mark.parametrize("setting", ["clean", "combo"])
 def test_batched_as_one_by_one(contestant, setting):
-    """A seed's run is the same alone and in a batch: pose to 1e-9, number of steps, and how it stopped.
+    """A seed's run is the same alone and in a batch: the pose to 1e-9, the number of steps, and how it stopped.
 
-    Not to the last bit: an older numpy sums a batch in another order, and the steps make more of that.
+    Not to the last bit, since older numpy versions sum a batch in another order, and the steps amplify that.
     """
     controls, seeds = Controls(setting=setting), SEEDS[:4]
     problem, _ = race_problem(controls, seeds)
@@ -52,7 +52,7 @@ def test_batched_as_one_by_one(contestant, setting):
 
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
 def test_every_contestant_can_win(contestant):
-    """From 10° and 0.3 u in the clean room each comes within 5° and 0.2 u on all of five seeds."""
+    """From 10° and 0.3 u in the clean room, each ends within 5° and 0.2 u on all of five seeds."""
     controls = Controls(degrees=10.0, distance=0.3, setting="clean")
     (result,) = benchmark(controls, seeds=SEEDS[:5], contestants=[contestant])
     assert result.close == 5
@@ -61,8 +61,8 @@ def test_every_contestant_can_win(contestant):
 
 
 def test_extras_are_other_methods_and_can_win():
-    """Nine more may race, none of them one of the nine; in the clean room from 10° and 0.3 u each comes
-    close on all of three seeds."""
+    """Nine more may race, none of them one of the nine; from 10° and 0.3 u in the clean room, each ends close on all of
+    three seeds."""
     names = [c.method for c in EXTRAS]
     assert len(set(names)) == 9
     assert not set(names) & set(NAMES)
@@ -72,7 +72,7 @@ def test_extras_are_other_methods_and_can_win():
 
 
 def test_ransac_and_the_grid_ignore_the_start():
-    """From another start the answers of RANSAC and of correlative matching are the same to the bit; ICP's is not."""
+    """From another start, RANSAC's and correlative matching's answers are the same to the bit; ICP's is not."""
     for name, same in (("ransac-congruent", True), ("correlative", True), ("icp", False)):
         poses = []
         for degrees in (15.0, 120.0):
@@ -82,7 +82,7 @@ def test_ransac_and_the_grid_ignore_the_start():
 
 
 def test_a_line_is_what_its_run_was():
-    """Errors, counts and medians are those of the poses, computed here again."""
+    """Errors, counts and medians match those recomputed here from the poses."""
     controls = Controls(setting="noise")
     problem, truth = race_problem(controls, SEEDS[:6])
     contestant = contestants(["soft-annealed"])[0]
@@ -105,7 +105,7 @@ def test_a_line_is_what_its_run_was():
 
 
 def test_an_unfinished_run_has_a_line_too():
-    """After two steps the line tells how things stand: what has not stopped is running."""
+    """After two steps the line gives the state so far: runs that have not stopped count as running."""
     problem, truth = race_problem(Controls(), SEEDS[:3])
     contestant = contestants(["mmd"])[0]
     batch = advance(advance(contestant.begin(problem)))
@@ -115,7 +115,7 @@ def test_an_unfinished_run_has_a_line_too():
 
 
 def test_an_entry_is_the_table_s():
-    """One entry by name is what the whole benchmark has there; a wrong name is named."""
+    """An entry looked up by name equals the whole benchmark's; a wrong name is reported."""
     (expected,) = benchmark(Controls(degrees=30.0, setting="noise"), contestants=contestants(["gicp"]))
     for name in ("median_rre", "median_rte", "turned", "close", "median_steps"):
         assert entry("gicp", name, degrees=30.0, setting="noise") == getattr(expected, name)
@@ -145,7 +145,7 @@ def test_progress_can_end_the_benchmark():
 
 
 def test_overlap_and_density_change_only_what_they_say():
-    """A smaller overlap takes target points away and leaves the others; a density changes the source's count only."""
+    """A smaller overlap removes target points and leaves the others; a density changes only the source's count."""
     full, part = room("combo", seed=53), room("combo", seed=53, overlap=0.6)
     assert np.array_equal(full.source, part.source)
     assert np.array_equal(full.target[: len(part.target)], part.target)
@@ -159,7 +159,7 @@ def test_overlap_and_density_change_only_what_they_say():
 
 
 def test_controls_make_the_problems():
-    """Start, seed and scene of each problem are those of the controls."""
+    """Each problem's start, seed and scene follow from the controls."""
     controls = Controls(degrees=30.0, distance=0.7, setting="outliers", overlap=0.8, density=1.5)
     problem, truth = race_problem(controls, [53, 66])
     expected = room("outliers", seed=66, overlap=0.8, density=1.5)

@@ -1,4 +1,4 @@
-"""End poses of many runs: means and modes, redrawn scans, the spread of starts."""
+"""End poses of many runs: means and modes, redrawn scans, and the spread of starts."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_modes_are_what_chains_of_near_poses_connect():
 
 
 def test_two_modes_half_a_turn_apart_are_told_and_nothing_is_nan():
-    """The matrix of the whole is as wide as half a turn; each mode's is not."""
+    """The covariance of all poses is as wide as half a turn; those of the modes are not."""
     poses = Pose.from_angle(np.concatenate([np.linspace(-0.02, 0.02, 10), np.pi + np.linspace(-0.02, 0.02, 10)]))
     estimate = spread_of(poses, centre=(1.0, 0.0), radius=3.0)
     assert len(estimate.modes) == 2
@@ -108,7 +108,7 @@ def test_what_the_noise_leaves_free_stays_free():
 
 
 def test_a_free_direction_told_about_another_centre_stays_free():
-    """The noise of half of the source points, about their own centre, carried through for all of them."""
+    """The noise is estimated about the centre of half of the source points, and carried through for all of them."""
     scene = corridor(noise=0.0)
     half = (np.arange(len(scene.source)) % 2).astype(float) + (scene.source[:, 0] > 0.0)
     run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4, weights=half)
@@ -188,7 +188,7 @@ def test_the_mean_of_all_does_not_depend_on_their_order():
 
 
 def test_a_point_without_weight_moves_no_centre():
-    """Wherever it lies."""
+    """This holds wherever the point is."""
     rng = np.random.default_rng(4)
     source = rng.standard_normal((30, 2))
     target = source + 0.01 * rng.standard_normal((40, 30, 2))
@@ -207,7 +207,7 @@ def test_a_spread_takes_two_draws_and_the_message_says_of_what():
 
 
 def test_draws_of_unequal_size_are_a_list():
-    """The spread is about the centre of the first source, of its points with weight."""
+    """The spread is about the centre of the first source's weighted points."""
     scenes = [hall(seed=seed) for seed in range(4)]
     source, target = [s.source[: 90 - k] for k, s in enumerate(scenes)], [s.target[k:] for k, s in enumerate(scenes)]
     result = monte_carlo(source, target, gate=0.8)

@@ -1,4 +1,4 @@
-"""A covariance: its quantiles, frames, regions, what is free, what is refused."""
+"""A covariance: its quantiles, frames and regions, its free directions, and what is refused."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,8 @@ def test_the_matrix_comes_back(seed):
 
 @given(st.integers(0, 2**31 - 1))
 def test_the_frame_changes_by_the_adjoint_and_the_regions_stay(seed):
-    """Random covariances and poses: the matrix goes by Ad Σ Adᵀ, and comes back; distances of poses do not change."""
+    """For random covariances and poses: the matrix becomes Ad Σ Adᵀ and converts back; distances of poses are
+    unchanged."""
     one = some(seed)
     other = one.to("source")
     A = adjoint(one.mean.inverse())
@@ -212,7 +213,7 @@ def test_a_batch_is_its_single_covariances():
 
 
 def test_an_index_reaches_into_the_batch_alone():
-    """Three covariances, so that an index of the matrices' own axes would fit as well."""
+    """There are three covariances, so an index meant for the matrices' own axes would fit as well."""
     matrices = np.stack([np.diag([9.0, 4.0, 1.0]) * k for k in (1.0, 100.0, 10000.0)])
     batch = from_matrix(matrices, Pose.identity(batch=(3,)))
     for k in range(3):
@@ -227,8 +228,8 @@ def test_an_index_reaches_into_the_batch_alone():
 
 @pytest.mark.parametrize("frame", ["target", "source"])
 def test_an_edge_s_information_is_that_of_its_residual(frame):
-    """Poses drawn from the spread are the true ones, the mean what an edge measured: the residuals have as covariance
-    the inverse of the edge's information, and χ² is 3 on average."""
+    """With poses drawn from the spread as true ones, and the mean as an edge's measurement, the residuals' covariance
+    is the inverse of the edge's information, and χ² is 3 on average."""
     half = 1e-3 * np.random.default_rng(9).standard_normal((3, 3))
     spread = from_matrix(half @ half.T, Pose.from_angle(1.9, (4.0, -2.0)), centre=(1.0, 2.0), radius=2.5, frame=frame)
     count = 20_000
@@ -252,7 +253,7 @@ def test_an_edge_s_information_of_a_batch_is_that_of_its_poses():
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0), (1.3, 2.7), (5e5, -5e6)])
 def test_a_pose_without_spread_covers_itself_and_nothing_else(centre):
-    """Of directions without a deviation rounding makes none, however far the origin is."""
+    """Rounding does not give spread to directions without a deviation, however far the origin is."""
     mean = Pose.from_angle(0.7, (3.3, -1.7))
     sure = from_matrix(np.diag([0.05, 0.0, 0.0]) ** 2, mean, centre=centre, radius=1.7)
     assert sure.covers(mean)
@@ -267,7 +268,7 @@ def test_a_deviation_of_zero_stays_zero():
 
 
 def test_small_quantiles_are_those_of_the_distributions_beginnings():
-    """A probability p near zero has the quantiles π p² / 2 and 2 p, for one and two degrees of freedom."""
+    """For a probability p near zero, the quantiles are π p² / 2 and 2 p, for one and two degrees of freedom."""
     p = 1e-17
     assert quantile(p, 1) == pytest.approx(0.5 * np.pi * p * p, rel=1e-6)
     assert quantile(p, 2) == pytest.approx(2.0 * p, rel=1e-12)

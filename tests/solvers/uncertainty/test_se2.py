@@ -1,4 +1,4 @@
-"""The exponential map of SE(2), its inverse, and the adjoint: group laws and the limit of small angles."""
+"""The exponential map of SE(2), its inverse, and the adjoint: group laws and the small-angle limit."""
 
 import numpy as np
 import pytest
@@ -75,7 +75,7 @@ def test_what_is_no_twist_and_no_rigid_motion_of_the_plane_is_refused():
 
 
 def test_poses_of_float32_are_rigid_motions_here_as_elsewhere():
-    """Such a matrix has a scale that differs from 1 by rounding, which `register` and pose graphs take for 1."""
+    """Such a matrix's scale differs from 1 by rounding, which `register` and pose graphs take as 1."""
     exact = Pose.from_angle([0.5, 0.52, 0.51], [[1.0, 2.0], [1.1, 2.0], [1.0, 2.1]])
     rounded = Pose.from_matrix(exact.matrix.astype(np.float32))
     assert (np.asarray(rounded.scale) != 1.0).any()

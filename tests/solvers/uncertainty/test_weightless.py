@@ -1,4 +1,4 @@
-"""Source points without weight say nothing of how surely a pose is known."""
+"""Source points with zero weight do not affect how certain a pose is."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from solvers.uncertainty import covariance
 
 @pytest.mark.parametrize("method", ["icp", "point-to-plane"])
 def test_rows_without_weight_leave_the_hessian_s_region_as_it_is(method):
-    """Neither their number nor their places: noise is judged by what the weighted residuals leave over."""
+    """Neither their number nor their places matter: the noise is estimated from the weighted residuals."""
     scene = room("noise", seed=40)
     p, q = scene.source, scene.target
     rows = np.vstack([p, p[:60] + 0.3])
