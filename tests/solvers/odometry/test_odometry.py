@@ -366,8 +366,7 @@ def test_a_map_drifts_less_than_the_last_scan_on_the_recorded_drive() -> None:
 
 @pytest.mark.native
 def test_one_wrong_loop_bends_the_map_and_a_kernel_lets_go_of_it() -> None:
-    """Scan 150 is claimed to be where scan 20 was: that moves poses by metres, and with Cauchy's kernel by
-    centimetres."""
+    """A false loop of scans 150 and 20 moves poses by metres, and with Cauchy's kernel by centimetres."""
     _, _, chain, loops = recorded()
     edges, robust = edges_of(chain, loops)
     right = optimise(chain.poses, edges).poses

@@ -1,4 +1,4 @@
-"""The learned flow: what its network must not depend on, what each step is, and where it holds and where it fails."""
+"""The learned flow: what its network must not depend on, what each step does, and where it holds and fails."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def turned(points, angle):
 
 
 def test_a_scene_is_one_shape_seen_twice():
-    """Without noise and clutter every source point, moved by the truth, lies on the target's outline."""
+    """Without noise and clutter, every source point moved by the truth lies on the target's outline."""
     quiet = draw(type(TRAINING)("quiet", noise=(0.0, 0.0), clutter=(0.0, 0.0)), 4, 400, 5)
     moved = Pose.from_angle(quiet.angle, quiet.shift).apply(quiet.source)
     nearest = np.linalg.norm(moved[:, :, None] - quiet.target[:, None], axis=-1).min(axis=2)
@@ -45,7 +45,7 @@ def test_a_scene_is_one_shape_seen_twice():
 
 
 def test_scenes_keep_to_their_kind():
-    """Angles lie in the kind's range, both ways round, and a smaller source is smaller."""
+    """Angles are in the kind's range, in both directions, and a smaller source is smaller."""
     far = draw(HELD_OUT[2], 200, 10, 1)
     assert np.degrees(np.abs(far.angle)).min() >= 135
     assert 0.3 < (far.angle > 0).mean() < 0.7
@@ -55,7 +55,7 @@ def test_scenes_keep_to_their_kind():
 
 
 def test_what_describes_a_point_does_not_turn_with_the_cloud():
-    """The invariants stay, and those of a mirror image differ."""
+    """Turning a cloud leaves its invariants unchanged; mirroring it changes them."""
     points = SCENES.source - SCENES.source.mean(axis=1, keepdims=True)
     before = network.invariants(points)
     assert network.invariants(turned(points, 2.1)) == pytest.approx(before, abs=1e-12)
@@ -64,7 +64,7 @@ def test_what_describes_a_point_does_not_turn_with_the_cloud():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_order_of_the_points_does_not_matter(name):
-    """Points listed in another order get the same endpoints, each its own."""
+    """Points listed in another order each get the same endpoint."""
     p, q, x = (np.random.default_rng(i).normal(size=(9, 2)) for i in range(3))
     order = np.random.default_rng(5).permutation(9)
     x = np.concatenate([x, q])
@@ -76,7 +76,7 @@ def test_the_order_of_the_points_does_not_matter(name):
 
 
 def test_attention_is_the_weighted_mean_that_its_formula_says():
-    """Head by head and token by token, written out."""
+    """Agrees with the formula written out head by head and token by token."""
     w = params("flow")
     h = np.random.default_rng(1).normal(size=(6, network.WIDTH))
     size = network.WIDTH // network.HEADS
@@ -91,13 +91,14 @@ def test_attention_is_the_weighted_mean_that_its_formula_says():
 
 
 def near(one, other, off):
-    """Of one shape, and no entry further apart: of large arrays, which pytest.approx goes through one by one."""
+    """Whether arrays have the same shape and all entries within `off`: fast for large ones, which pytest.approx
+    compares one by one."""
     return one.shape == other.shape and np.abs(one - other).max() <= off
 
 
 @pytest.mark.parametrize("method", [FLOW, FLOW_FROM_SOURCE])
 def test_a_step_predicts_makes_rigid_and_noises_again_by_the_same_draw(method):
-    """x at the next time is (1 − t) x₀ + t times the rigid endpoint, x₀ as drawn at the start."""
+    """x at the next time is (1 − t) x₀ + t times the rigid endpoint, with x₀ as drawn at the start."""
     m = SCENES.source.shape[1]
     batch = begin(method, problem())
     for k in range(1, 11):
@@ -118,14 +119,14 @@ def test_a_step_predicts_makes_rigid_and_noises_again_by_the_same_draw(method):
 
 
 def test_without_projection_the_endpoint_itself_is_followed():
-    """project=False leaves the prediction as it is."""
+    """With project=False, the step uses the prediction itself."""
     state = advance(begin(FLOW, problem(), FlowOptions(project=False))).state()
     assert state.present == pytest.approx(0.9 * state.noise + 0.1 * state.predicted, abs=1e-12)
     assert np.abs(state.predicted - state.projected).max() > 1e-3
 
 
 def test_the_pose_is_read_out_from_both_views():
-    """A_target⁻¹ ∘ A_source in world coordinates: the source lands where its own generated copy lies in the target."""
+    """A_target⁻¹ ∘ A_source in world coordinates puts the source where its generated copy lies in the target."""
     state = advance(begin(FLOW, problem())).state()
     m = SCENES.source.shape[1]
     for i in range(5):
@@ -136,7 +137,7 @@ def test_the_pose_is_read_out_from_both_views():
 
 
 def test_the_flow_from_the_source_leaves_the_target_alone():
-    """Only the source moves, and one start makes one sample."""
+    """Only the source moves, and its one start gives one sample."""
     state = advance(begin(FLOW_FROM_SOURCE, problem())).state()
     m = SCENES.source.shape[1]
     assert state.present.shape[1] == 1
@@ -145,7 +146,7 @@ def test_the_flow_from_the_source_leaves_the_target_alone():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_place_and_unit_of_the_world_do_not_matter(name):
-    """Both clouds moved off by different amounts and measured in other units: the same motion in them."""
+    """With both clouds shifted by different amounts and in other units, the motion is the same in those units."""
     p, q = SCENES.source[0], SCENES.target[0]
     one = register(p, q, method=name, seed=7)
     other = register(100 * p + [30, -7], 100 * q + [-5, 900], method=name, seed=7)
@@ -154,7 +155,7 @@ def test_place_and_unit_of_the_world_do_not_matter(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_start_is_another_way_to_hand_over_the_source(name):
-    """The source as it lies at the start is what the network sees."""
+    """The network sees the source as placed by the start."""
     p, q = SCENES.source[1], SCENES.target[1]
     start = Pose.from_angle(0.4, (0.2, -0.3))
     given = register(p, q, method=name, start=start, seed=3)
@@ -164,14 +165,14 @@ def test_a_start_is_another_way_to_hand_over_the_source(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_one_place_for_all_points_is_degenerate(name):
-    """Nothing can be scaled by a spread of zero."""
+    """A spread of zero cannot be scaled."""
     result = register(np.ones((5, 2)), SCENES.target[0], method=name)
     assert result.status == Status.DEGENERATE
     assert np.isfinite(result.pose.matrix).all()
 
 
 def test_packing_keeps_a_number_to_half_a_level():
-    """A column's numbers come back to within half of its largest over 127."""
+    """A column's numbers are restored to within half of its largest divided by 127."""
     random = np.random.default_rng(0)
     arrays = {shape.name: random.normal(size=shape.size) for shape in network.shapes()}
     result = unpack(pack(arrays))
@@ -184,7 +185,7 @@ def test_packing_keeps_a_number_to_half_a_level():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_weights_are_those_of_the_log(name):
-    """What is shipped is what the training wrote down."""
+    """The shipped weights are those that the training logged."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     digest = hashlib.sha256(Path(FOLDER, f"{name}.int8").read_bytes()).hexdigest()
     assert digest == log["networks"][name]["sha256"]
@@ -194,7 +195,7 @@ def test_the_weights_are_those_of_the_log(name):
 
 @pytest.mark.native
 def test_the_study_of_the_log_is_what_the_weights_give():
-    """A sample of the held-out table, recomputed."""
+    """A sample of the held-out table, recomputed, agrees with the log."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     lines = {(line["variant"], line["kind"]): StudyLine(**line) for line in log["held_out"]}
     for line in study(HELD_OUT[:3], ["flow-from-source"]):
@@ -207,15 +208,15 @@ def test_the_study_of_the_log_is_what_the_weights_give():
 @pytest.mark.native
 @pytest.mark.parametrize("variant", ["flow", "flow, one sample"])
 def test_it_holds_where_it_was_trained_and_fails_beyond(variant):
-    """Up to 90° the rotation is within 5° on most of 40 scenes; from 135° on hardly any, with one
-    sample and with the most rigid of four."""
+    """Up to 90° the rotation is within 5° on most of 40 scenes, from 135° on hardly any, both with one sample and with
+    the most rigid of four."""
     near, far = (by_turn(edges, variant, 40)[0] for edges in ([0.0, 90.0], [135.0, 180.0]))
     assert near.turned > 27
     assert far.turned < 4
 
 
 def test_both_are_methods_like_the_others():
-    """The front door knows them, and a seed makes the answer."""
+    """They are registered in the plane, and the seed determines the answer."""
     assert {name: METHODS[name].dims for name in NAMES} == dict.fromkeys(NAMES, (2,))
     p, q = SCENES.source[0], SCENES.target[0]
     runs = [register(p, q, method="flow", seed=s).pose.matrix for s in (1, 1, 2)]
@@ -225,9 +226,9 @@ def test_both_are_methods_like_the_others():
 
 @pytest.mark.native
 def test_the_study_is_of_other_scenes_than_the_training():
-    """Step s of a training draws its batch from the seed of its log plus s, as the log has it for both trainings. The
-    study's seed lies outside both ranges. Drawn as many at a time, as equal seeds would give equal ones, its scenes are
-    not among a sample of the training's."""
+    """In both trainings, step s draws its batch from the seed in the log plus s. The study's seed is outside both
+    ranges. Drawn in batches of the same size, since equal seeds would then give equal scenes, its scenes do not occur
+    in a sample of the training's."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     studied = inspect.signature(study).parameters["seed"].default
     for first in (log["seed"], log["again"]["seed"]):
@@ -241,7 +242,7 @@ def test_the_study_is_of_other_scenes_than_the_training():
 @pytest.mark.parametrize("method", ["flow", "flow-from-source"])
 @pytest.mark.parametrize("unit", [1e-300, 1e-170, 1e149])
 def test_the_unit_changes_nothing(method, unit):
-    """By powers of ten, also where squares of the coordinates vanish or overflow: the same turn in the same time."""
+    """Units scaled by powers of ten, even so that squares of coordinates under- or overflow, give the same motion."""
     scene = room("clean", seed=40)
     source, target = scene.source[::8], scene.target[::8]
     plain, other = (register(source * k, target * k, method, steps=3, samples=1) for k in (1.0, unit))
@@ -253,7 +254,7 @@ def test_the_unit_changes_nothing(method, unit):
 @pytest.mark.parametrize("method", ["flow", "flow-from-source"])
 @pytest.mark.parametrize(("source", "target"), [(1.0, 1e-12), (1e-12, 1.0), (1e100, 1e-100), (1e-300, 1e149)])
 def test_a_cloud_that_is_a_point_beside_the_other_is_degenerate(method, source, target):
-    """The network would see one place; no number on the way leaves float64's range."""
+    """The network would see a single place; no number on the way leaves float64's range."""
     scene = room("clean", seed=40)
     result = register(scene.source[::8] * source, scene.target[::8] * target, method)
     assert result.status == Status.DEGENERATE

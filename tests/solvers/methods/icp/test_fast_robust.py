@@ -1,4 +1,4 @@
-"""Fast and robust ICP's Anderson steps: their coordinates, what they save, what a refusal does to the history."""
+"""Fast and robust ICP's Anderson steps: their coordinates, what they save, and how a refusal affects the history."""
 
 from itertools import pairwise
 
@@ -20,7 +20,8 @@ def rooms(setting, degrees, distance=1.43):
 
 
 def test_coordinates_of_poses_go_there_and_back(rng, random_pose):
-    """Extrapolation works on a rotation vector and a moved centre relative to a pose: there and back is exact."""
+    """Extrapolation uses a rotation vector and a moved centre relative to a pose; converting there and back is
+    exact."""
     for d in (2, 3):
         origin = random_pose(rng, d, (50,))
         near = Pose(random_pose(rng, d, (50,)).R, origin.t + rng.standard_normal((50, d)))
@@ -30,7 +31,7 @@ def test_coordinates_of_poses_go_there_and_back(rng, random_pose):
 
 
 def test_extrapolated_steps_are_kept_only_where_the_energy_falls_and_save_steps():
-    """Over 25 rooms the accelerated run takes fewer steps, and has nothing to extrapolate from at its first."""
+    """Over 25 rooms the accelerated run takes fewer steps; its first step has nothing to extrapolate from."""
     source, target, start = rooms("combo", 15.0)
     kept = []
     fast = register(
@@ -48,8 +49,8 @@ def test_extrapolated_steps_are_kept_only_where_the_energy_falls_and_save_steps(
 
 @pytest.mark.parametrize("forget", [True, False])
 def test_a_refused_extrapolation_empties_the_history_or_leaves_it(forget):
-    """The history grows by one a step up to its cap. After a refusal it is empty, or, as in the authors' code, as long
-    as ever, with the poses that the run was at. Only a new stage empties it then."""
+    """The history grows by one a step up to its cap. After a refusal it is either emptied or, as in the authors' code,
+    kept at its length, with the poses that the run was at; then only a new stage empties it."""
     source, target, start = rooms("combo", 30.0)
     seen = []
     register(

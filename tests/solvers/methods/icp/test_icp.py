@@ -34,26 +34,27 @@ def shape(rng, d, n=90):
 
 
 def falls(history, slack=1e-12):
-    """Whether an objective (k + 1, b) never rises, but for rounding of its first value."""
+    """Whether an objective (k + 1, b) never rises, up to rounding of its first value."""
     return np.all(np.diff(history, axis=0) <= slack * history[0])
 
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_sum_of_squares_never_rises(d, rng, random_pose):
-    """Exact neighbours, exact fits, no gate, no trim: E(T) never rises, over 200 random scenes and starts."""
+    """With exact neighbours, exact fits, no gate and no trimming, E(T) never rises, over 200 random scenes and
+    starts."""
     source, target = rng.standard_normal((200, 25, d)), rng.standard_normal((200, 30, d))
     weights = rng.uniform(0.0, 2.0, (200, 25))
     start = random_pose(rng, d, (200,))
     result = register(source, target, start=start, weights=weights, rms_tolerance=0.0)
     assert falls(result.history.objective)
     assert np.median(result.steps) > 5
-    # It is the objective that it is said to be: the definition, at the last pose.
+    # The objective agrees with its definition at the last pose.
     gaps = np.linalg.norm(result.transform(source)[:, :, None] - target[:, None], axis=3)
     assert np.allclose(result.objective, (weights * gaps.min(axis=2) ** 2).sum(axis=1), rtol=1e-12)
 
 
 def test_gated_or_trimmed_the_shown_rms_can_rise():
-    """With a gate or trimming the set that is summed over changes, and the RMS over the pairs used does rise."""
+    """A gate or trimming changes the set that is summed over, so the RMS over the pairs used can rise, and does."""
     source, target, start = rooms("combo", 45.0)
     for options in ({"gate": 0.6}, {"gate": 1.0, "trim": 0.3}):
         rms, count = [], []
@@ -87,8 +88,8 @@ def test_gated_or_trimmed_the_shown_rms_can_rise():
     ],
 )
 def test_each_variant_descends_on_its_own_objective(method, options, d, rng, random_pose):
-    """Fixed-count trimming, capped distances, robust losses with a fixed scale, Welsch with a shrinking threshold and
-    extrapolated steps: each lowers its own objective at every step, or leaves it."""
+    """Fixed-count trimming, capped distances, robust losses with a fixed scale, Welsch with a shrinking threshold, and
+    extrapolated steps: no step raises the variant's own objective."""
     source, target = rng.standard_normal((60, 25, d)), rng.standard_normal((60, 30, d))
     start = Pose(random_pose(rng, d, (60,)).R, 0.3 * rng.standard_normal((60, d)))
     result = register(source, target, method, start=start, **options)
@@ -98,7 +99,7 @@ def test_each_variant_descends_on_its_own_objective(method, options, d, rng, ran
 
 
 def test_the_objectives_are_what_they_are_said_to_be(rng):
-    """Trimmed: the sum of the count smallest squares. Capped: the sum of squares capped there. By brute force."""
+    """By brute force. Trimmed: the sum of the `count` smallest squares. Capped: the sum of the squares, each capped."""
     source, target = rng.standard_normal((4, 20, 2)), rng.standard_normal((4, 30, 2))
     trimmed = register(source, target, "trimmed-icp", keep=0.61)
     capped = register(source, target, "capped-icp", cap=0.4)
@@ -116,7 +117,8 @@ def test_the_objectives_are_what_they_are_said_to_be(rng):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("method", FAMILY)
 def test_a_large_motion_comes_out_the_right_way_round(method, d, rng, random_pose):
-    """A rotation far from the identity, a start a little off it: no transpose, no wrong order of composition."""
+    """A rotation far from the identity, started slightly off it, exposes any transpose or wrong order of
+    composition."""
     cloud = shape(rng, d)
     truth = random_pose(rng, d, (6,))
     small = random_pose(rng, d, (6,)).R
@@ -130,7 +132,7 @@ def test_a_large_motion_comes_out_the_right_way_round(method, d, rng, random_pos
 
 @pytest.mark.parametrize("method", FAMILY)
 def test_a_batch_gives_what_each_problem_gives_alone(method):
-    """Poses, statuses and steps of 25 rooms at once and one by one agree to 1e-12."""
+    """Poses, statuses and steps of 25 rooms, batched and one by one, agree to 1e-12."""
     source, target, start = rooms("combo", 30.0)
     together = register(source, target, method, start=start)
     for i in range(0, 25, 4):
@@ -141,7 +143,7 @@ def test_a_batch_gives_what_each_problem_gives_alone(method):
 
 
 def test_from_near_the_room_is_found_and_from_far_a_stop_is_no_success():
-    """At 15° 'clean' all 25 seeds come within 5° and 0.2 u; at 120° all stop, call it converged, and are wrong."""
+    """In 'clean', from 15° all 25 seeds end within 5° and 0.2 u; from 120° all report convergence and are wrong."""
     source, target, near = rooms("clean", 15.0)
     result = register(source, target, start=near)
     truth = Pose.identity(2, (25,))
@@ -153,8 +155,8 @@ def test_from_near_the_room_is_found_and_from_far_a_stop_is_no_success():
 
 
 def test_scans_that_overlap_in_part_need_a_gate():
-    """Ten noisy rooms of which the target sees 60 %, from 10° and 0.3 u: within 2° and 0.1 u without a gate none, with
-    one of 0.5 u eight or more; without one all converge, too."""
+    """Ten noisy rooms of which the target sees 60 %, from 10° and 0.3 u: without a gate none ends within 2° and 0.1 u,
+    with one of 0.5 u at least eight do; all converge in both cases."""
     problem, truth = race_problem(Controls(10.0, 0.3, "noise", overlap=0.6), seeds=[40 + 13 * k for k in range(10)])
     right = {}
     for gate in (np.inf, 0.5):
@@ -168,7 +170,7 @@ def test_scans_that_overlap_in_part_need_a_gate():
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
 def test_units_do_not_matter(method, d, rng, random_pose):
-    """Metres or millimetres: the same steps and the same pose, in those units."""
+    """Metres and millimetres give the same steps and the same pose in those units."""
     cloud, other = shape(rng, d), shape(rng, d, 70)
     plain = register(cloud, other, method, start=Pose(np.eye(d), np.full(d, 0.2)))
     scaled = register(1e3 * cloud, 1e3 * other, method, start=Pose(np.eye(d), np.full(d, 200.0)))
@@ -178,7 +180,7 @@ def test_units_do_not_matter(method, d, rng, random_pose):
 
 
 def test_the_state_shows_pairs_of_its_own_pose(rng):
-    """Pairs, distances, RMS and count in a state are those at its pose, from the start on."""
+    """From the start on, a state's pairs, distances, RMS and count belong to its pose."""
     source, target = rng.standard_normal((2, 15, 2)), rng.standard_normal((2, 18, 2))
     options = METHODS["icp"].options(gate=0.8, trim=0.2, weight="huber")
     problem = Problem(source, target, np.ones((2, 15)), Pose.identity(2, (2,)), np.zeros(2, dtype=np.int64))
@@ -198,7 +200,8 @@ def test_the_state_shows_pairs_of_its_own_pose(rng):
 
 
 def test_the_two_ways_to_come_to_rest_are_told_apart(rng):
-    """A vanishing pose change and a vanishing RMS change are separate rules, and the reason names the one that held."""
+    """A vanishing pose change and a vanishing RMS change are separate rules, and the reason names the one that
+    applied."""
     cloud = shape(rng, 2)
     exact = register(cloud, cloud, start=Pose.from_angle(0.02))
     assert exact.reason == "the pose has come to rest"
@@ -208,12 +211,13 @@ def test_the_two_ways_to_come_to_rest_are_told_apart(rng):
     assert np.all(early.reason == "the RMS has come to rest")
     assert np.all(late.reason == "the pose has come to rest")
     assert np.all(early.steps < late.steps)
-    # A small change of RMS only triggers a stop: most of the way may still be ahead.
+    # A small change of RMS only triggers a stop: most of the motion may still be ahead.
     assert np.median(np.linalg.norm(early.pose.t - late.pose.t, axis=1)) > 0.1
 
 
 def test_a_robust_weight_resists_what_a_plain_fit_does_not(rng):
-    """A fifth of the source is junk to one side: Huber's weights halve plain ICP's error, redescending ones end it."""
+    """With a fifth of the source junk to one side, Huber's weights more than halve plain ICP's error, and redescending
+    ones leave less than 0.02."""
     cloud = shape(rng, 2)
     source = cloud.copy()
     source[rng.permutation(90)[:18]] += [0.0, 2.0]
@@ -241,7 +245,7 @@ def test_weightless_points_take_no_part(rng):
 
 @pytest.mark.parametrize("method", FAMILY)
 def test_coincident_points_leave_the_rotation_open(method):
-    """All source points equal, or all target points: the centroids meet, the rotation stays, and the reason says so."""
+    """If all source or all target points are equal, the centroids meet, the rotation stays, and the reason says why."""
     spread = np.random.default_rng(1).standard_normal((8, 2))
     start = Pose.from_angle(0.3)
     one = register(np.full((8, 2), 0.7), spread, method, start=start)
@@ -265,7 +269,7 @@ def test_two_points_are_enough_in_the_plane(method):
 
 
 def test_many_points_with_one_nearest_partner_do_not_end_the_run(rng):
-    """From far away all points may share one nearest target point: the centroid is brought there, and ICP goes on."""
+    """From far away all points may share one nearest target point: the centroid moves there, and ICP continues."""
     cloud = shape(rng, 2)
     fan = np.concatenate([cloud, [[-3.0, 0.0]]])
     result = register(cloud, fan, start=Pose.from_angle(0.0, (-40.0, 0.0)))
@@ -294,8 +298,8 @@ def test_no_overlap_within_the_gate_is_degenerate_and_stays_put(rng):
 
 
 def test_one_wall_leaves_the_slide_to_the_sampling(rng):
-    """Along a straight wall nothing but the ends and the sampling says where one is: ICP comes to rest with the wall on
-    the wall and the slide wrong, and calls that converged."""
+    """Along a straight wall only its ends and the sampling reveal the position: ICP stops with wall on wall and a wrong
+    slide, and reports convergence."""
     wall = np.stack([np.arange(0.0, 10.0, 0.1), np.zeros(100)], axis=1)
     seen = wall[20:60]
     result = register(seen, wall, start=Pose.from_angle(0.02, (1.03, 0.2)))
@@ -306,7 +310,7 @@ def test_one_wall_leaves_the_slide_to_the_sampling(rng):
 
 
 def test_a_circle_leaves_the_turn_to_the_start(why):
-    """On a circle every rotation fits: the centre is found, the turn comes from the start alone."""
+    """On a circle every rotation fits: the centre is found, the turn depends on the start alone."""
     angle = np.linspace(-np.pi, np.pi, 721)[:-1]
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     turns = [0.3, 1.4]
@@ -334,7 +338,7 @@ def test_no_weight_at_all_is_degenerate(rng):
 @pytest.mark.native
 @pytest.mark.parametrize("method", FAMILY)
 def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
-    """Where scipy answers and where it does not, every step is the same, bit for bit."""
+    """With scipy's tree and without it, every step is the same, bit for bit."""
     pytest.importorskip("scipy")
     cloud = shape(rng, 2, 500)
     assert nearest.build(cloud[None]).trees is not None
@@ -350,11 +354,11 @@ def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
         assert np.array_equal(result, again)
 
 
-# The particular ideas.
+# Ideas of single variants.
 
 
 def test_the_kiss_threshold_follows_the_stated_deviation(rng):
-    """σ² is the mean of the squares of the first error and δ = 2 r_max sin(θ/2) + ‖t‖; a tiny δ does not count."""
+    """σ² is the mean of the squares of the first error and δ = 2 r_max sin(θ/2) + ‖t‖; a tiny δ is ignored."""
     source = rng.standard_normal((1, 30, 3))
     problem = Problem(source, source, np.ones((1, 30)), Pose.identity(3, (1,)), np.zeros(1, dtype=np.int64))
     assert sigma(problem, KissOptions(initial=0.7)).tolist() == [0.7]
@@ -367,7 +371,7 @@ def test_the_kiss_threshold_follows_the_stated_deviation(rng):
     turn[:2, :2] = Pose.from_angle(0.4).R
     moved = Problem(source, source, np.ones((1, 30)), Pose(turn[None], np.array([[0.3, 0.4, 0.0]])), problem.seed)
     assert sigma(moved, KissOptions(initial=0.7))[0] == pytest.approx(np.sqrt((0.7**2 + delta**2) / 2.0))
-    # Not given, both are shares of the target's radius: a deviation of a little more than 0.03 of it counts.
+    # By default both are shares of the target's radius: a deviation of just over 0.03 of it counts.
     size = float(np.sqrt(np.square(source[0] - source[0].mean(axis=0)).sum(axis=1).mean()))
     for shift, counts in ((0.0299 * size, 0.0), (0.0301 * size, 0.0301 * size)):
         expected = np.sqrt((0.36 * size**2 + counts**2) / 2.0) if counts else 0.6 * size

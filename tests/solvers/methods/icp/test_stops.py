@@ -1,4 +1,4 @@
-"""When a run of nearest points stops: not at what only looks like rest, and not before what can be fitted is."""
+"""When a run of nearest points stops: not for apparent rest, and not before everything that can be fitted is."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ START = Pose.from_angle(np.radians(25.0), (0.6, -0.4))
 
 
 def clouds(count: int = 25, m: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """As many noisy corners, each seen twice: (count, m, 2) both."""
+    """`count` noisy corners, each seen twice: both clouds are (count, m, 2)."""
     rng = np.random.default_rng(5)
     side = rng.uniform(0.0, 4.0, (2, count, m // 2))
     corner = np.concatenate([np.stack([side[0], 0 * side[0]], -1), np.stack([0 * side[1], side[1]], -1)], axis=1)
@@ -31,7 +31,7 @@ def posed(source: np.ndarray, target: np.ndarray, start: Pose) -> Problem:
 
 @pytest.mark.parametrize("method", ["icp", "point-to-plane"])
 def test_an_rms_has_come_to_rest_only_over_as_many_pairs(method: str) -> None:
-    """While pairs come and go under a gate, an equal RMS is that of other pairs."""
+    """While a gate adds and drops pairs, an equal RMS belongs to other pairs."""
     source, target = clouds()
     problem = posed(source, target, START)
     options = METHODS[method].options(gate=0.5, rms_tolerance=0.2)
@@ -48,7 +48,8 @@ def test_an_rms_has_come_to_rest_only_over_as_many_pairs(method: str) -> None:
 
 
 def test_a_fit_without_a_rotation_does_not_come_to_rest_by_its_rms() -> None:
-    """Of two points about the one that both are paired with, only the middle can be fitted: its RMS hardly changes."""
+    """With two points around the one that both are paired with, only their middle can be fitted, and the RMS hardly
+    changes."""
     ends = np.array([[-50.0, 0.0], [50.0, 0.0]])
     lone = np.array([[0.0, 1.0], [0.0, 1e4]])
     result = register(ends, lone, "icp", rms_tolerance=0.5)
@@ -64,7 +65,7 @@ def test_the_smallest_share_kept_is_one_pair() -> None:
 
 
 def test_along_a_corridor_the_other_directions_are_fitted_first() -> None:
-    """Nothing holds the scan along two parallel walls, which is told once turn and distance are right."""
+    """Two parallel walls leave the slide free; this is reported only once turn and distance are right."""
     along = np.linspace(-4.0, 4.0, 41)
     walls = np.concatenate([np.stack([along, np.full(41, y)], axis=1) for y in (-1.0, 1.0)])
     result = register(walls, walls, "point-to-plane", start=Pose.from_angle(np.radians(12.0), (0.0, 0.3)))
@@ -76,8 +77,8 @@ def test_along_a_corridor_the_other_directions_are_fitted_first() -> None:
 
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
 def test_clouds_in_other_units_are_told_so(method):
-    """A source in millimetres, read as metres too small, has one nearest point for all; a target whose points are
-    equal is told as before."""
+    """A source in the wrong unit, a thousand times too small, has one nearest target point for all; a target of equal
+    points is reported as before."""
     scene = room("clean")
     result = register(1e-3 * scene.source, scene.target, method)
     assert (result.status, result.reason) == (Status.DEGENERATE, ONE_PARTNER)
@@ -87,8 +88,8 @@ def test_clouds_in_other_units_are_told_so(method):
 
 @pytest.mark.parametrize("seed", range(40, 45))
 def test_gicp_is_told_of_other_units_although_its_surfaces_hold_the_turn(seed: int) -> None:
-    """The covariances give one partner for all a system of full rank: in a batch that problem alone is degenerate, in
-    either unit, with a run that cycles too."""
+    """The covariances give a full-rank system even for a single shared partner. In a batch only such problems are
+    degenerate, in either unit, even beside a run that cycles."""
     scene = room("noise", seed=seed)
     sources = np.stack([scene.source, 1e-3 * scene.source, scene.source])
     targets = np.stack([scene.target, scene.target, 1e3 * scene.target])

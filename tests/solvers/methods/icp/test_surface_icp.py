@@ -1,4 +1,4 @@
-"""Point to plane and generalised ICP: limits in closed form, what scenes leave free, manners in a batch."""
+"""Point to plane and generalised ICP: limits in closed form, what scenes leave free, and behaviour in a batch."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,8 @@ def unit_vectors(rng, shape):
 
 
 def by_stacked_rows(moved, partners, roots, weights, centre, radius):
-    """The same step from the stacked linear system √w L (J ξ + x − q) = 0, by least squares; J by differences."""
+    """The same step from the stacked linear system √w L (J ξ + x − q) = 0, by least squares, with J by finite
+    differences."""
     b, _, d = moved.shape
     steps = []
     for i in range(b):
@@ -53,8 +54,8 @@ def by_stacked_rows(moved, partners, roots, weights, centre, radius):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_equal_isotropic_covariances_give_the_point_to_point_step(rng, d, random_pose):
-    """With Σ_p = a I and Σ_q = b I, and no cap active, GICP's step is point to point's Gauss-Newton step; the closed
-    form is another, but they share the fixed point."""
+    """With Σ_p = a I and Σ_q = b I and no active cap, GICP's step is point to point's Gauss-Newton step. The closed
+    form differs, but they share the fixed point."""
     moved, partners, weights, centre, radius = pairs_with(rng, d)
     R = random_pose(rng, d, (3,)).R
     iso = np.broadcast_to(np.eye(d), (3, 25, d, d))
@@ -63,7 +64,7 @@ def test_equal_isotropic_covariances_give_the_point_to_point_step(rng, d, random
     result = gauss_newton.solve(gauss_newton.system(moved, partners, M, weights, centre, radius))
     expected = by_stacked_rows(moved, partners, iso, weights, centre, radius)
     np.testing.assert_allclose(result, expected, rtol=1e-8, atol=1e-8)
-    # The least-squares pose is a fixed point: after the closed form nothing is left to do.
+    # The least-squares pose is a fixed point: after the closed form the step is zero.
     fit = fit_rigid(moved, partners, weights).pose
     again = fit.apply(moved)
     w = weights / weights.sum(axis=1, keepdims=True)
@@ -92,7 +93,7 @@ def test_a_sharp_target_covariance_tends_to_point_to_plane(rng, d):
 
 
 def test_canonical_covariances_do_not_tend_to_point_to_plane(rng):
-    """With ε → 0 on both sides the precision keeps a part along the tangent wherever the two normals differ."""
+    """With ε → 0 on both sides, the precision keeps a tangential part wherever the two normals differ."""
     moved, partners, weights, centre, radius = pairs_with(rng, 2)
     n, own = unit_vectors(rng, (2, *moved.shape))
     plane = gauss_newton.solve(
@@ -138,7 +139,7 @@ def test_the_condition_depends_neither_on_units_nor_on_the_origin(rng):
 
 
 def test_one_common_factor_caps_a_step():
-    """A capped step points where the uncapped one does; the tighter of the two caps is met exactly."""
+    """A capped step keeps the direction of the uncapped one, and meets the tighter of the two caps exactly."""
     rng = np.random.default_rng(4)
     moved, partners, weights, centre, radius = pairs_with(rng, 2, b=6)
     system = gauss_newton.system(
@@ -159,7 +160,8 @@ def test_one_common_factor_caps_a_step():
 @BOTH
 @pytest.mark.parametrize("weight", ["none", "huber", "tukey", "welsch"])
 def test_every_weight_runs_and_is_reported(method, weight):
-    """Each robust weight gives a proper answer near the truth with 20 % outliers; the weights shown are its own."""
+    """With 20 % outliers each robust weight gives a proper answer near the truth, and the reported weights are its
+    own."""
     scene = room("outliers", seed=53)
     result = register(scene.source, scene.target, method, start=room_start(10.0, 0.4), weight=weight, gate=2.6)
     assert rre(result.pose, scene.truth) < np.radians(3.0)
@@ -170,7 +172,8 @@ def test_every_weight_runs_and_is_reported(method, weight):
 
 
 def test_redescending_weights_help_where_outliers_pull():
-    """Over 25 seeds with outliers, Tukey's median error from a near start is below that of no weight."""
+    """Over 25 seeds with outliers, from a near start, Tukey's median error is less than half of that without a
+    weight."""
     errors = {}
     scenes = [room("outliers", seed=40 + 13 * k) for k in range(25)]
     for weight in ("none", "tukey"):
@@ -210,7 +213,7 @@ def test_a_batch_is_its_single_runs(method):
 
 @BOTH
 def test_the_state_shows_what_a_figure_draws(method):
-    """Pairs, normals and precisions of a state stand at its pose, and the objective is their sum."""
+    """A state's pairs, normals and precisions belong to its pose, and the objective is their sum."""
     scene = room("noise")
     result = register(scene.source, scene.target, method, start=room_start(20.0, 0.5), max_steps=3, trim=0.2)
     pairing, M = result.states[0].pairing, result.states[0].precision[0]
@@ -252,7 +255,7 @@ def test_a_point_without_a_normal_is_as_wide_as_a_surface():
 
 
 def test_the_problem_is_untouched():
-    """A run writes into none of the arrays it was given."""
+    """A run writes to none of the arrays it is given."""
     scene = room("noise")
     source, target = scene.source.copy(), scene.target.copy()
     register(source, target, "gicp", start=room_start(20.0, 0.4))
@@ -261,8 +264,8 @@ def test_the_problem_is_untouched():
 
 
 def test_a_run_that_goes_round_is_stalled_not_capped():
-    """On some seeds of the sparse room a few sets of pairs lead to each other for ever: said within the cap, and true:
-    going on from there comes back to the same pose."""
+    """On some seeds of the sparse room a few sets of pairs lead to each other forever. This is reported before the cap,
+    and correctly: continuing returns to the same pose."""
     scenes = [room("striped", seed=40 + 13 * k) for k in range(25)]
     options = {"gate": 2.6, "max_shift": 1.5}
     many = [register(s.source, s.target, "point-to-plane", start=room_start(), **options) for s in scenes]
@@ -281,7 +284,7 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
 
 @BOTH
 def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
-    """Tukey's weight with a scale far below every distance rejects all pairs: said so, and the pose stays."""
+    """Tukey's weight with a scale far below every distance rejects all pairs: this is reported, and the pose stays."""
     scene = room("clean")
     far = Pose.from_angle(0.3, (30.0, 0.0))
     result = register(scene.source, scene.target, method, start=far, weight="tukey", scale=0.1)
@@ -291,8 +294,8 @@ def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
 
 
 def test_an_rms_is_a_number_where_all_residuals_are_tangents():
-    """Points of a line, moved along it: every residual is zero but for rounding, of either sign, and no square may be
-    below it. The directions are a batch."""
+    """Points of a line, moved along it: every residual is zero up to rounding of either sign, and no square may come
+    out negative. The directions are a batch."""
     angles = np.linspace(0.0, np.pi, 64, endpoint=False)
     line = np.arange(24.0)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)[:, None]
     result = register(line * (22.7 / 23.0), line, "point-to-plane")

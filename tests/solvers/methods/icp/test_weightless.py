@@ -1,4 +1,4 @@
-"""Source rows without weight may lie anywhere: neither answer nor stop depends on them."""
+"""Source rows with zero weight may lie anywhere: neither the answer nor the stop depends on them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START = Pose.from_angle(0.05)
 @pytest.mark.parametrize("far", [1e3, 1e6])
 @pytest.mark.parametrize("method", METHODS)
 def test_rows_without_weight_change_nothing(method: str, far: float) -> None:
-    """As many as there are others, or one, a thousand and a million units away."""
+    """One such row, or as many as there are others, a thousand or a million units away."""
     rng = np.random.default_rng(2)
     p = rng.normal(size=(80, 2)) * (3.0, 2.0)
     q = Pose.from_angle(0.1, (0.4, -0.3)).apply(p) + 0.01 * rng.normal(size=p.shape)
@@ -35,7 +35,7 @@ def test_rows_without_weight_change_nothing(method: str, far: float) -> None:
 @pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
 @pytest.mark.parametrize("method", ["icp", "point-to-plane", "gicp"])
 def test_a_point_beyond_the_gate_changes_nothing(method: str, far: float) -> None:
-    """It is in no pair: neither the pose, nor the steps, nor what the condition says depend on how far away it lies."""
+    """It is in no pair, so pose, steps and condition do not depend on how far away it is."""
     scene = room("clean")
     alone = register(scene.source, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
     stray = np.vstack([scene.source, [[far, -far]]])
@@ -50,8 +50,8 @@ def test_a_point_beyond_the_gate_changes_nothing(method: str, far: float) -> Non
 @pytest.mark.parametrize("far", [1e2, 1e4])
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d", "mmd", "gmmreg", "soft-annealed", "capped-icp", "filterreg"])
 def test_a_stray_target_point_decides_no_default_length(method: str, far: float) -> None:
-    """The defaults follow from the rest of the target, and so does where the run ends: to noise, since the stray has a
-    share in the soft methods' sums."""
+    """The defaults follow from the rest of the target, and so does the end of the run, to within the noise: the stray
+    still has a share in the soft methods' sums."""
     scene, start = room("clean"), room_start(10.0, 0.3)
     alone = register(scene.source, scene.target, method, start=start).pose
     result = register(scene.source, np.vstack([scene.target, [[far, 0.0]]]), method, start=start).pose
@@ -60,7 +60,7 @@ def test_a_stray_target_point_decides_no_default_length(method: str, far: float)
 
 
 def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
-    """A source point far from every target point leaves `weakest` as it is; the share falls by that point."""
+    """A source point far from every target point leaves `weakest` unchanged; the share falls by that point."""
     scene = room("clean")
     alone = evidence(scene.source, scene.target, scene.truth)
     for far in (1e2, 1e6):
@@ -71,7 +71,7 @@ def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
 
 
 def test_a_weight_near_zero_is_nearly_none() -> None:
-    """The same run to rounding as without the row, for a row far away with a weight of 1e-30."""
+    """A far row with a weight of 1e-30 gives the same run, up to rounding, as no such row."""
     scene = room("clean")
     padded, weights = np.vstack([scene.source, [[1e4, 0.0]]]), np.r_[np.ones(len(scene.source)), 1e-30]
     for method in ("point-to-plane", "gicp"):
@@ -82,7 +82,7 @@ def test_a_weight_near_zero_is_nearly_none() -> None:
 
 
 def test_a_match_does_not_depend_on_the_other_scans_of_its_drive() -> None:
-    """The first two scans have few echoes and are padded to the length of the third, if that is there."""
+    """The first two scans have few echoes, and are padded to the length of the third if there is one."""
     whole = telecom_loop()
     k = 60  # on the move
     ranges = np.array(whole.ranges[k : k + 3])

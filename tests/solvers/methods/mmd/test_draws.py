@@ -1,4 +1,4 @@
-"""MMD-Reg's frequencies: Laplace, drawn anew for a stage, and of another number there."""
+"""MMD-Reg's frequencies: Laplace frequencies, redrawn for each stage, and different in number there."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
 def watched(scene, **options):
-    """The states of a run over LENGTHS, from the start on."""
+    """The states of a run over LENGTHS, including the start."""
     seen = []
     register(
         scene.source, scene.target, "mmd", start=room_start(), seed=scene.seed, lengths=LENGTHS,
@@ -24,7 +24,7 @@ def watched(scene, **options):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_laplace_jacobian_against_central_differences(rng, random_pose, d):
-    """The residual's derivative by shift and turn, for frequencies of which some are large."""
+    """The residual's derivative by shift and turn, for frequencies some of which are large."""
     source, target = rng.standard_normal((25, d)) + 3.0, rng.standard_normal((30, d))
     pose = random_pose(rng, d)
 
@@ -54,8 +54,8 @@ def test_the_laplace_jacobian_against_central_differences(rng, random_pose, d):
 
 
 def test_every_stage_draws_anew_where_it_is_told_to():
-    """With `redraw` the stages have different frequencies, the first those of the one draw, and the means are of
-    them; without, one draw serves all."""
+    """With `redraw` each stage has its own frequencies, the first those of the single draw, and the means are computed
+    with them; without it, one draw serves all stages."""
     scene = room("combo", seed=53)
     for kernel in ("gaussian", "laplace", "cauchy"):
         for redraw in (False, True):
@@ -73,7 +73,7 @@ def test_every_stage_draws_anew_where_it_is_told_to():
 
 @pytest.mark.parametrize("redraw", [False, True])
 def test_a_stage_has_as_many_frequencies_as_it_is_told(redraw):
-    """Counts 8, 32, 16: each stage's features, objective and steps are those of a run of that many alone."""
+    """Counts 8, 32, 16: each stage's features, objective and steps are those of a run with just that many."""
     scene, counts = room("combo", seed=66), (8, 32, 16)
     seen = watched(scene, redraw=redraw, count=counts)
     for k, count in enumerate(counts):
@@ -96,7 +96,7 @@ def test_a_stage_has_as_many_frequencies_as_it_is_told(redraw):
 
 
 def test_alike_counts_are_one_count(rng):
-    """(32, 32, 32) is 32, bit for bit; the default draws what it always drew."""
+    """(32, 32, 32) equals 32, bit for bit; the default draws the same frequencies as ever."""
     scene = room("noise", seed=40)
     plain, several = (watched(scene, count=c)[-1] for c in (32, (32, 32, 32)))
     assert np.array_equal(plain.pose.matrix, several.pose.matrix)
@@ -113,8 +113,8 @@ def test_alike_counts_are_one_count(rng):
     ],
 )
 def test_the_options_register_a_cloud_with_itself(degrees, shift, options, rng):
-    """A cloud comes to lie on itself, in the plane and in space, in a batch and alone. Laplace waves need a start
-    nearer than their shortest."""
+    """A cloud ends on itself, in the plane and in space, in a batch and alone. Laplace waves need a start closer than
+    their shortest wavelength."""
     for d in (2, 3):
         target = rng.standard_normal((2, 80, d)) * ([3.0, 1.0, 2.0][:d])
         off = np.eye(d)
@@ -145,7 +145,8 @@ def test_wrong_options_are_named(name, options):
 
 @pytest.mark.parametrize("units", [(1e149, 1e-160), (1e-160, 1e149), (1e140, 1.0), (1.0, 1e-160)])
 def test_a_phase_that_is_no_number_says_nothing(units):
-    """A source so many wavelengths wide that float64 has no phase for it: degenerate, without an error or a warning."""
+    """For a source so many wavelengths wide that float64 cannot hold its phases, the run is degenerate, without error
+    or warning."""
     cloud = np.random.default_rng(0).standard_normal((20, 2))
     result = register(units[0] * cloud, units[1] * cloud, "mmd")
     assert result.status is Status.DEGENERATE

@@ -1,4 +1,4 @@
-"""Landscapes over translations: equal to the plain definition at every node, and paths that descend on them."""
+"""Landscapes over translations: they equal the plain definition at every node, and paths descend on them."""
 
 import time
 from dataclasses import replace
@@ -20,13 +20,13 @@ SCENE = room("combo", seed=66)
 
 
 def _definition(turned, target, cap, t):
-    """(1/M) Σ min(min_j ‖x_i + t − y_j‖², τ²), every distance written out."""
+    """(1/M) Σ min(min_j ‖x_i + t − y_j‖², τ²), with every distance written out."""
     squares = np.square(turned[:, None] + t - target[None]).sum(axis=-1)
     return np.minimum(squares.min(axis=1), cap**2).mean()
 
 
 def test_the_mmd_map_is_the_objective_at_every_node(rng):
-    """The product of phases equals the squared distance of the mean features of clouds really moved."""
+    """The product of phases equals the squared distance of the mean features of clouds that are actually moved."""
     turned = Pose.from_angle(0.3).apply(SCENE.source)
     w = rng.standard_normal((20, 2)) / 0.8
     field = mmd_field(turned, SCENE.target, w)
@@ -49,8 +49,8 @@ def test_the_mmd_map_is_the_objective_at_every_node(rng):
 @pytest.mark.parametrize("squares", [1, 500, 2**13])
 @pytest.mark.parametrize("cap", [0.05, 0.5, 2.6, 30.0])
 def test_the_capped_map_is_the_definition(cap, squares):
-    """The look-up loses no neighbour: the same numbers as all distances, within the cap, beyond it, far outside, and
-    however many squares there are."""
+    """The look-up misses no neighbour: it agrees with all distances within the cap, beyond it and far outside, however
+    many squares there are."""
     turned = Pose.from_angle(-0.2).apply(SCENE.source)
     field = capped_field(turned, SCENE.target, cap, squares=squares)
     xs, ys = np.linspace(-3.0, 14.0, 8), np.linspace(-2.5, 60.0, 7)
@@ -82,7 +82,7 @@ def test_the_nearest_is_the_nearest_and_ties_go_to_the_lowest(seed, cap, kind):
 
 
 def test_the_gated_path_descends_on_exactly_the_capped_objective():
-    """From a hundred starts the capped objective never rises, and ends at a point where a further step is nothing."""
+    """From a hundred starts the capped objective never rises, and ends where a further step is zero."""
     field = capped_field(SCENE.source, SCENE.target, 1.2)
     ticks = np.linspace(-3.0, 3.0, 10)
     starts = np.stack(np.meshgrid(ticks, ticks), axis=-1)
@@ -107,7 +107,7 @@ def test_the_gated_path_descends_on_exactly_the_capped_objective():
 
 
 def test_the_mmd_path_descends_to_a_stationary_point(rng):
-    """Levenberg-Marquardt in t never raises the objective and ends where its slope is nothing."""
+    """Levenberg-Marquardt in t never raises the objective, and ends where its slope is zero."""
     w = rng.standard_normal((32, 2)) / 0.9
     field = mmd_field(SCENE.source, SCENE.target, w)
     starts = np.array([[0.7, 0.3], [-1.0, 0.2], [2.5, -2.0], [0.0, 0.0]])
@@ -124,7 +124,7 @@ def test_the_mmd_path_descends_to_a_stationary_point(rng):
 
 
 def test_a_path_says_how_it_ended():
-    """Too few steps: capped. Nothing within the cap: degenerate, where it stood."""
+    """With too few steps a path is capped; with nothing within the cap it is degenerate and stays where it was."""
     field = capped_field(SCENE.source, SCENE.target, 1.0)
     assert field.path([1.0, 1.0], max_steps=2).status == Status.CAPPED
     far = field.path([[500.0, 0.0], [0.1, 0.0]])
@@ -137,7 +137,7 @@ def test_a_path_says_how_it_ended():
 
 @pytest.mark.native
 def test_a_map_of_sixty_by_sixty_takes_well_under_a_second():
-    """Both maps, preparation included, in half a second of processor time at the most: the best of three."""
+    """Both maps, including preparation, take less than half a second of processor time, in the best of three runs."""
     ticks = np.linspace(-3.0, 3.0, 60)
     w = np.random.default_rng(0).standard_normal((48, 2))
     best = np.inf
@@ -150,7 +150,7 @@ def test_a_map_of_sixty_by_sixty_takes_well_under_a_second():
 
 
 def test_another_turned_source_needs_no_new_look_up():
-    """The look-up belongs to target and cap: a field with another source put in is that source's field."""
+    """The look-up depends on target and cap only: replacing the source in a field gives that source's field."""
     turned = Pose.from_angle(1.0).apply(SCENE.source)
     field = replace(capped_field(SCENE.source, SCENE.target, 1.0), turned=turned)
     assert field.values([0.5, 0.5]) == capped_field(turned, SCENE.target, 1.0).values([0.5, 0.5])

@@ -1,4 +1,4 @@
-"""MMD-Reg: features against the exact kernel, derivatives against finite differences, statuses that are true."""
+"""MMD-Reg: features against the exact kernel, derivatives against finite differences, truthful statuses."""
 
 from itertools import pairwise
 
@@ -22,7 +22,7 @@ RACE = {"lengths": (2.4, 1.2, 0.6, 0.3)}
 
 
 def test_cosine_and_sine_are_those_of_the_library():
-    """Over many turns, at quarters and halves, within 3e-15 of numpy's values of the reduced angle."""
+    """Over many turns, and at quarters and halves, within 3e-15 of numpy's values for the reduced angle."""
     turns = np.concatenate([np.linspace(-40.0, 40.0, 20001), np.arange(-8, 9) / 8.0, [1e-300, 0.0, 1e17]])
     c, s = cos_sin(turns)
     angle = 2.0 * np.pi * (turns - np.rint(turns))
@@ -32,7 +32,8 @@ def test_cosine_and_sine_are_those_of_the_library():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_sums_over_blocks_are_the_sums(rng, d):
-    """Clouds larger and smaller than a block give the plain sums of cos, sin and their products with the points."""
+    """Clouds smaller and larger than a block give the plain sums of cos and sin and of their products with the
+    points."""
     for b, n, D in ((3, 40, 7), (2, 1500, 33)):
         points, w = rng.standard_normal((b, n, d)), rng.standard_normal((b, D, d))
         c, s = feature_sums(points, w)
@@ -44,7 +45,8 @@ def test_sums_over_blocks_are_the_sums(rng, d):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_estimate_tends_to_the_v_statistic(rng, d):
-    """‖mean φ(X) − mean φ(Y)‖² nears the exact pairwise value, diagonal included, as 1/√D: measured over 20 draws."""
+    """‖mean φ(X) − mean φ(Y)‖² approaches the exact pairwise value, diagonal included, as 1/√D, measured over 20
+    draws."""
     x, y = rng.standard_normal((30, d)), 1.3 * rng.standard_normal((45, d)) + 0.5
     exact = exact_squared_mmd(x, y, 0.8)
     errors = []
@@ -56,12 +58,13 @@ def test_the_estimate_tends_to_the_v_statistic(rng, d):
     assert errors[1] < 0.5 * errors[0]
     assert errors[2] < 0.5 * errors[1]
     assert errors[2] < 0.05 * exact
-    # The average over many frequencies is unbiased: 20 draws of 4096 are one of 81920.
+    # The average over many frequencies is unbiased: 20 draws of 4096 amount to one of 81920.
     assert abs(estimate.mean() - exact) < 0.02 * exact
 
 
 def test_the_exact_value_against_its_definition(rng):
-    """Batched, blocked: equal to the sum over all pairs written out; zero for equal clouds, 2/n-like far apart."""
+    """Batched and blocked, it equals the sum over all pairs written out; it is zero for equal clouds, and 2 for two
+    single points far apart."""
     x, y, ell = rng.standard_normal((2, 130, 3)), rng.standard_normal((2, 170, 3)), np.array([0.5, 2.0])
 
     def kernel(a, b, e):
@@ -108,7 +111,7 @@ def test_the_jacobian_against_central_differences(rng, random_pose, d, count):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_large_motion_is_found_to_the_last_digits(rng, random_pose, d):
-    """Equal clouds far from the origin, turned by 20° and shifted: the pose comes back, with its inverse's sign."""
+    """Equal clouds far from the origin, turned by 20° and shifted: the pose is recovered, not its inverse."""
     target = rng.standard_normal((60, d)) * ([3.0, 1.0, 2.0][:d]) + 50.0
     truth = random_pose(rng, d)
     source = truth.inverse().apply(target)
@@ -123,15 +126,15 @@ def test_a_large_motion_is_found_to_the_last_digits(rng, random_pose, d):
 
 
 def test_the_objective_falls_within_a_stage_and_jumps_between():
-    """No step at an unchanged length scale raises ‖r‖², all but the last lower it, and the lengths go down their
-    schedule, in five draws of the room."""
+    """In five draws of the room, no step at an unchanged length scale raises ‖r‖², all but the last lower it, and the
+    lengths follow their schedule down."""
     for seed in (40, 53, 66, 79, 92):
         _falls_within_a_stage(room("combo", seed=seed))
 
 
 def test_steps_that_would_raise_the_objective_are_not_taken():
-    """Eight waves, from 90°, five draws: in some steps the damping grows, so a first attempt raised ‖r‖², and no step
-    that is taken does. From 45° with 32 waves none has to be refused."""
+    """Eight waves, from 90°, five draws: in more than ten steps the damping grows, so a first attempt raised ‖r‖², but
+    no accepted step does. From 45° with 32 waves no attempt is rejected."""
     refused = {}
     for degrees, count in ((90.0, 8), (45.0, 32)):
         pairs = [pair for seed in (40, 53, 66, 79, 92) for pair in _within_stages(seed, degrees, count)]
@@ -142,7 +145,7 @@ def test_steps_that_would_raise_the_objective_are_not_taken():
 
 
 def _within_stages(seed, degrees, count):
-    """Neighbouring states of a run at one length scale, two by two."""
+    """Consecutive pairs of a run's states that share a length scale."""
     scene, seen = room("combo", seed=seed), []
     register(
         scene.source, scene.target, "mmd", start=room_start(degrees), seed=seed, lengths=(1.2, 0.6, 0.3), count=count,
@@ -172,7 +175,8 @@ def _falls_within_a_stage(scene):
 
 
 def test_the_room_from_45_degrees():
-    """Nearly all of the 25 seeds come within 5° and 0.2 u from 45° and 1.43 u, although the clouds overlap in part."""
+    """From 45° and 1.43 u, at least 20 of the 25 seeds end within 5° and 0.2 u, although the clouds only partly
+    overlap."""
     scenes = [room("combo", seed=40 + 13 * k) for k in range(25)]
     result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "mmd", start=room_start(),
@@ -197,7 +201,7 @@ def test_the_room_from_45_degrees():
     ],
 )
 def test_a_free_rotation_is_said(rng, source):
-    """One place or a circle: the mean feature does not feel a turn, and the status says so."""
+    """For a single place or a circle the mean feature does not depend on the turn, and the status says so."""
     target = source + np.array([0.2, -0.1])
     result = register(source, target, "mmd", start=Pose.from_angle(0.4, (0.3, 0.1)), lengths=(2.0, 1.0))
     assert result.status is Status.DEGENERATE
@@ -207,7 +211,7 @@ def test_a_free_rotation_is_said(rng, source):
 
 @pytest.mark.parametrize("name", ["line", "two", "apart", "junk"])
 def test_awkward_scenes_end_with_a_finite_pose(rng, name):
-    """A wall, two points, no overlap, all outliers: an end with a status, and no warning."""
+    """A wall, two points, no overlap, all outliers: each run ends with a status and without warnings."""
     wall = np.column_stack([np.linspace(-3.0, 3.0, 40), np.zeros(40)])
     source, target = {
         "line": (wall, wall + np.array([0.4, 0.3])),
@@ -223,7 +227,7 @@ def test_awkward_scenes_end_with_a_finite_pose(rng, name):
 
 
 def _optimum(source, target, w, theta):
-    """Newton's method on F to the last digits, from near the optimum."""
+    """The optimum of F to the last digits, by Newton's method from nearby."""
     for _ in range(30):
         d = derivatives(Pose.from_angle(theta[2], theta[:2]), source, target, w)
         step = np.linalg.solve(d.hessian, -d.gradient)
@@ -249,7 +253,7 @@ def test_gradient_and_full_hessian_against_central_differences(rng):
 
 
 def test_the_implicit_derivative_is_how_the_optimum_moves():
-    """Against re-solved optima with one coordinate of one point changed; Gauss-Newton's Hessian gets it wrong."""
+    """Agrees with re-solved optima after changing one coordinate of one point; Gauss-Newton's Hessian does not."""
     scene = room("combo", seed=40)
     source, target = scene.source[::4], scene.target[::5]
     w = np.random.default_rng(3).standard_normal((24, 2)) / 1.5
@@ -292,8 +296,8 @@ def test_the_implicit_derivative_is_refused_with_a_reason(rng):
 
 
 def test_no_derivative_sees_the_lowest_minimum_switch(rng):
-    """A target that holds the source twice, 6 u apart: as a point of one copy moves by 2e-6 u, the lowest minimum goes
-    from one copy to the other. At both, just before and just after, there is a derivative, and it is small."""
+    """A target contains the source twice, 6 u apart: as a point of one copy moves by 2e-6 u, the lowest minimum jumps
+    from one copy to the other. At both, just before and just after, the derivative exists and is small."""
     shape, w = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.6]]), rng.standard_normal((48, 2))
     bent = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 
@@ -326,7 +330,7 @@ def test_no_derivative_sees_the_lowest_minimum_switch(rng):
     st.sampled_from([(None, 32), ((1e-100,), 3), ((1e100, 1.0), 1)]),
 )  # fmt: skip
 def test_hostile_clouds(points, how):
-    """Huge, tiny and coincident points, absurd lengths, one frequency: a status, a proper pose, no warning."""
+    """Huge, tiny and coincident points, absurd lengths, a single frequency: a status, a proper pose and no warning."""
     lengths, count = how
     cloud = np.array(points)
     result = register(cloud, cloud[::-1] * 0.5, "mmd", lengths=lengths, count=count)
@@ -337,7 +341,8 @@ def test_hostile_clouds(points, how):
 
 @pytest.mark.parametrize("kind", [list, tuple, np.array])
 def test_lengths_and_counts_come_in_any_sequence(kind):
-    """As cell sizes do: a sequence, an array, or a single number; kept so that the caller's array may change."""
+    """Like cell sizes, they may be a sequence, an array or a single number, and are copied in case the caller's array
+    changes."""
     given = MmdOptions(lengths=kind([2.0, 1.0]), count=kind([8, 16]))
     assert given == MmdOptions(lengths=(2.0, 1.0), count=(8, 16))
     assert MmdOptions(lengths=np.array(2.0), count=np.array([8])) == MmdOptions(lengths=2.0, count=8)
@@ -359,7 +364,7 @@ def test_wrong_options_are_named(wrong):
 
 @pytest.mark.native
 def test_the_memory_is_that_of_a_block(rng):
-    """Of 100,000 points and 32 frequencies no array of points × frequencies is made: a third of it at most."""
+    """For 100,000 points and 32 frequencies, memory peaks at about a third of an array of points × frequencies."""
     import tracemalloc
 
     points = rng.standard_normal((1, 100_000, 2))
@@ -372,7 +377,7 @@ def test_the_memory_is_that_of_a_block(rng):
 
 
 def test_the_state_steps_without_writing(rng):
-    """A state handed on is the same after a step from it: the figure may go back."""
+    """Stepping from a state leaves it unchanged, so a figure can go back to it."""
     b = 2
     problem = Problem(
         rng.standard_normal((b, 9, 2)), rng.standard_normal((b, 8, 2)), np.ones((b, 9)), Pose.identity(2, (b,)),
@@ -393,6 +398,6 @@ def test_the_state_steps_without_writing(rng):
     ],
 )
 def test_a_tiny_cloud_on_a_large_one_is_still_turned_rigidly(source, target):
-    """A source far smaller than the length scale hardly feels its turns: they stay turns all the same."""
+    """A source far smaller than the length scale is hardly sensitive to turns, but its rotation stays a rotation."""
     result = register(source, target, "mmd")
     assert np.abs(result.pose.R @ result.pose.R.T - np.eye(3)).max() < 1e-12
