@@ -22,7 +22,7 @@ RACE = {"lengths": (2.4, 1.2, 0.6, 0.3)}
 
 
 def test_cosine_and_sine_are_those_of_the_library():
-    """Over many turns, and at quarters and halves, within 3e-15 of numpy's values for the reduced angle."""
+    """Over many turns, at quarters and halves, within 3e-15 of numpy's values of the reduced angle."""
     turns = np.concatenate([np.linspace(-40.0, 40.0, 20001), np.arange(-8, 9) / 8.0, [1e-300, 0.0, 1e17]])
     c, s = cos_sin(turns)
     angle = 2.0 * np.pi * (turns - np.rint(turns))
@@ -32,8 +32,7 @@ def test_cosine_and_sine_are_those_of_the_library():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_sums_over_blocks_are_the_sums(rng, d):
-    """Clouds smaller and larger than a block give the plain sums of cos and sin and of their products with the
-    points."""
+    """Clouds larger and smaller than a block give the plain sums of cos, sin and their products with the points."""
     for b, n, D in ((3, 40, 7), (2, 1500, 33)):
         points, w = rng.standard_normal((b, n, d)), rng.standard_normal((b, D, d))
         c, s = feature_sums(points, w)
@@ -45,8 +44,7 @@ def test_sums_over_blocks_are_the_sums(rng, d):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_the_estimate_tends_to_the_v_statistic(rng, d):
-    """‖mean φ(X) − mean φ(Y)‖² approaches the exact pairwise value, diagonal included, as 1/√D, measured over 20
-    draws."""
+    """‖mean φ(X) − mean φ(Y)‖² nears the exact pairwise value, diagonal included, as 1/√D: measured over 20 draws."""
     x, y = rng.standard_normal((30, d)), 1.3 * rng.standard_normal((45, d)) + 0.5
     exact = exact_squared_mmd(x, y, 0.8)
     errors = []
@@ -63,8 +61,7 @@ def test_the_estimate_tends_to_the_v_statistic(rng, d):
 
 
 def test_the_exact_value_against_its_definition(rng):
-    """Batched and blocked, it equals the sum over all pairs written out; it is zero for equal clouds, and 2 for two
-    single points far apart."""
+    """Batched and blocked: the sum over all pairs written out; zero for equal clouds, 2 for two points far apart."""
     x, y, ell = rng.standard_normal((2, 130, 3)), rng.standard_normal((2, 170, 3)), np.array([0.5, 2.0])
 
     def kernel(a, b, e):
@@ -175,8 +172,8 @@ def _falls_within_a_stage(scene):
 
 
 def test_the_room_from_45_degrees():
-    """From 45° and 1.43 u, at least 20 of the 25 seeds end within 5° and 0.2 u, although the clouds only partly
-    overlap."""
+    """From 45° and 1.43 u, at least 20 of 25 seeds end within 5° and 0.2 u, although the clouds overlap only in
+    part."""
     scenes = [room("combo", seed=40 + 13 * k) for k in range(25)]
     result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "mmd", start=room_start(),
@@ -253,7 +250,7 @@ def test_gradient_and_full_hessian_against_central_differences(rng):
 
 
 def test_the_implicit_derivative_is_how_the_optimum_moves():
-    """Agrees with re-solved optima after changing one coordinate of one point; Gauss-Newton's Hessian does not."""
+    """Agrees with optima re-solved after changing one coordinate of one point; Gauss-Newton's Hessian does not."""
     scene = room("combo", seed=40)
     source, target = scene.source[::4], scene.target[::5]
     w = np.random.default_rng(3).standard_normal((24, 2)) / 1.5
@@ -341,8 +338,7 @@ def test_hostile_clouds(points, how):
 
 @pytest.mark.parametrize("kind", [list, tuple, np.array])
 def test_lengths_and_counts_come_in_any_sequence(kind):
-    """Like cell sizes, they may be a sequence, an array or a single number, and are copied in case the caller's array
-    changes."""
+    """Like cell sizes: a sequence, an array, or a single number, copied so that the caller's array may change."""
     given = MmdOptions(lengths=kind([2.0, 1.0]), count=kind([8, 16]))
     assert given == MmdOptions(lengths=(2.0, 1.0), count=(8, 16))
     assert MmdOptions(lengths=np.array(2.0), count=np.array([8])) == MmdOptions(lengths=2.0, count=8)
@@ -364,7 +360,7 @@ def test_wrong_options_are_named(wrong):
 
 @pytest.mark.native
 def test_the_memory_is_that_of_a_block(rng):
-    """For 100,000 points and 32 frequencies, memory peaks at about a third of an array of points × frequencies."""
+    """For 100,000 points and 32 frequencies, memory peaks below 0.35 of an array of points × frequencies."""
     import tracemalloc
 
     points = rng.standard_normal((1, 100_000, 2))

@@ -1,4 +1,4 @@
-"""NDT from distribution to distribution: the score against its sum, derivatives against differences, the run."""
+"""Distribution-to-distribution NDT: the score against its sum, derivatives against differences, the run."""
 
 from dataclasses import replace
 
@@ -15,13 +15,13 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
 def clouds_of_cells(rng, b=2):
-    """Maps of small clouds whose cells overlap in many ways."""
+    """Maps of small clouds whose cells overlap in many different ways."""
     clouds = rng.normal(0.0, 1.0, (2, b, 80, 2))
     return ndt_map.build(clouds[0], 0.9), ndt_map.build(clouds[1], 1.1, grids=4)
 
 
 def test_the_d2d_score_is_its_sum_over_all_pairs(rng):
-    """Against a plain double loop with the combined covariance R S Rᵀ + Σ, inverted by LAPACK."""
+    """Agrees with a plain double loop using the combined covariance R S Rᵀ + Σ, inverted by LAPACK."""
     source, target = clouds_of_cells(rng)
     poses = Pose.from_angle([0.7, -2.0], [[0.3, 0.1], [-0.2, 0.4]])
     result = d2d_score.evaluate(source, target, poses, poses.t)
@@ -40,9 +40,9 @@ def test_the_d2d_score_is_its_sum_over_all_pairs(rng):
 
 
 def test_the_d2d_score_has_no_jumps_and_the_points_score_has():
-    """On a line of translations through the truth of the room, ten and a hundred times as finely sampled: the largest
-    change from place to place falls with the spacing where cells meet cells. Where points meet cells it stays that of
-    a point which leaves its cell."""
+    """On a line of translations through the room's truth, sampled ten and a hundred times as finely, the largest change
+    between neighbours falls with the spacing if cells meet cells. If points meet cells, it stays that of a point
+    leaving its cell."""
     scene = room("clean", seed=40)
     target, source = ndt_map.build(scene.target[None], 1.2), ndt_map.build(scene.source[None], 1.2)
     largest = {"cells": [], "points": []}
@@ -65,8 +65,8 @@ def test_the_d2d_score_has_no_jumps_and_the_points_score_has():
 
 @pytest.mark.parametrize("about", ["pose", "centroid"])
 def test_d2d_derivatives_agree_with_differences(rng, about):
-    """Gradient and Hessian with the covariances turned by R, against central differences; nothing is looked up, so
-    every pose will do."""
+    """Gradient and Hessian, with the covariances turned by R, against central differences: at any pose, since nothing
+    is looked up."""
     for _ in range(6):
         source, target = clouds_of_cells(rng, 3)
         poses = Pose.from_angle(rng.uniform(-3.0, 3.0, 3), rng.uniform(-0.7, 0.7, (3, 2)))
@@ -85,7 +85,7 @@ def test_d2d_derivatives_agree_with_differences(rng, about):
 
 
 def test_d2d_does_not_care_how_both_clouds_are_turned(rng):
-    """Turning the target's Gaussians with the pose changes nothing: the covariances turn the right way round."""
+    """Turning the target's Gaussians together with the pose changes nothing: the covariances turn the right way."""
     source, target = clouds_of_cells(rng, 1)
     pose = Pose.from_angle([0.4], [[0.2, -0.1]])
     turn = Pose.from_angle([2.1], [[5.0, -3.0]])
@@ -97,7 +97,7 @@ def test_d2d_does_not_care_how_both_clouds_are_turned(rng):
 
 
 def test_d2d_finds_the_truth_from_nearby_and_from_a_large_motion():
-    """Over 25 seeds of the noisy room 8° and 0.25 u off a truth of 150°: nearly all come back."""
+    """Over 25 seeds of the noisy room, started 8° and 0.25 u off a truth of 150°, at least 23 end within 3°."""
     scenes = [room("noise", seed=40 + 13 * k) for k in range(25)]
     truth = Pose.from_angle(np.radians(150.0), (3.0, -2.0))
     result = register(
@@ -128,7 +128,7 @@ def test_d2d_says_which_cloud_has_no_cell():
 
 
 def test_a_step_that_no_cell_follows_is_taken_back():
-    """Two points at 1e100 make cells that each step leaves: of no pairs at all, sums are numbers as well."""
+    """Two points at 1e100 make cells that any step leaves; the sums over no pairs at all would still be finite."""
     far = [[1e100, 0.0], [1e100, 0.6], [-1.6, 1e100], [-0.1, 1e100]]
     near = [[-0.4, -0.14], [-0.15, 0.6], [0.96, -0.02], [-0.97, 1.3], [-0.7, 1.3], [-0.3, -0.8], [-0.2, -0.7]]
     source = np.array([*far, *near])
@@ -141,8 +141,8 @@ def test_a_step_that_no_cell_follows_is_taken_back():
 @pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
 def test_a_stray_point_sets_no_unit(method, far):
-    """A source point far beyond the map meets no cell; centre and radius, by which steps are judged small, leave it
-    out, so the run is the one without it."""
+    """A source point far beyond the map meets no cell. The centre and radius used to judge small steps leave it out, so
+    the run is the same as without it."""
     scene, start = room("clean"), room_start(5.0, 0.3)
     alone = register(scene.source, scene.target, method, start=start)
     result = register(np.vstack([scene.source, [[far, -far]]]), scene.target, method, start=start)
@@ -152,7 +152,7 @@ def test_a_stray_point_sets_no_unit(method, far):
 
 
 def test_a_cloud_that_starts_far_off_is_no_stray():
-    """Where every point starts beyond the target's surroundings, all of them make centre and radius."""
+    """If every point starts beyond the target's surroundings, all of them count for centre and radius."""
     scene, away = room("clean"), Pose.from_angle(0.0, (1e3, 0.0))
     state = register(scene.source, scene.target, "ndt", start=away).states[0]
     np.testing.assert_allclose(state.centre[0], scene.source.mean(axis=0))

@@ -1,4 +1,4 @@
-"""The grid of the NDT: where it lies, and what a cell's side may be."""
+"""The grid of the NDT: its position, and which cell sizes are allowed."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ CLOUD = np.random.default_rng(2).standard_normal((1, 9, 2))
 
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
 def test_a_grid_that_begins_at_the_target_moves_with_it(method):
-    """The usual one is tied to the origin: the same scene elsewhere ends at another pose."""
+    """The default grid is tied to the origin: the same scene elsewhere ends at another pose."""
     scene, start = room("clean"), room_start(20.0, 0.8)
     ends = {"origin": [], "target": []}
     for shift in ((0.0, 0.0), (0.3, 0.18), (64.0, -32.0)):
@@ -27,8 +27,8 @@ def test_a_grid_that_begins_at_the_target_moves_with_it(method):
 
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
 def test_a_scene_that_is_elsewhere_as_a_whole_needs_the_source_s_grid_to_move_as_well(method):
-    """Both clouds shifted, the target's grid at its corner: enough for points, not for a source that is cut into cells;
-    its corner at its own origin is."""
+    """With both clouds shifted, starting the target's grid at its corner is enough for points, but not for a source
+    that is cut into cells; moving the source's corner to its origin as well is."""
     scene, start = room("clean"), room_start(20.0, 0.8)
     ends, cornered = [], []
     for shift in ((0.0, 0.0), (0.3, 0.18), (64.0, -32.0)):
@@ -53,7 +53,7 @@ def test_a_cell_has_a_positive_side(size):
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_at_a_border_two_of_the_four_cells_change(axis):
-    """Grids that are not shifted against each other along an axis have the same borders across it."""
+    """Grids that are not shifted against each other along an axis share their borders across it."""
     rng = np.random.default_rng(5)
     cells = ndt_map.build(rng.uniform(-4.0, 4.0, (1, 4000, 2)), 1.0, grids=4)
     points, step = rng.uniform(-3.0, 3.0, (1, 2000, 2)), np.eye(2)[axis] * 0.05

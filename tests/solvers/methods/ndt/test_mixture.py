@@ -1,4 +1,4 @@
-"""NDT with a share of outliers: the two constants, derivatives against differences, and what it does to a score."""
+"""NDT with an outlier share: its two constants, derivatives against differences, and its effect on a score."""
 
 from dataclasses import replace
 
@@ -18,8 +18,8 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 @pytest.mark.parametrize("share", SHARES)
 def test_the_gaussian_meets_the_mixtures_logarithm_at_three_places(share):
-    """d₁ exp(−½ d₂ e) + d₃ is −log(c₁ exp(−½ e) + c₂) at e = 0, at e = 1 and far away, and falls between; −d₁ and d₂
-    are positive, and eq. 6.8 with c₁ = 10 (1 − p), c₂ = p gives the same two numbers."""
+    """d₁ exp(−½ d₂ e) + d₃ equals −log(c₁ exp(−½ e) + c₂) at e = 0, at e = 1 and far away, and falls in between; −d₁
+    and d₂ are positive, and eq. 6.8 with c₁ = 10 (1 − p), c₂ = p gives the same two numbers."""
     gain, sharpness = constants(share)
     c1, c2 = 10.0 * (1.0 - share), share
     for e in (0.0, 1.0, 2000.0):
@@ -34,7 +34,7 @@ def test_the_gaussian_meets_the_mixtures_logarithm_at_three_places(share):
 
 
 def test_the_plain_score_is_the_limit_of_all_outliers():
-    """d₂ rises with the share, to one; as the share goes to zero it goes to zero, and −d₁ d₂ to one: squared
+    """d₂ rises with the share, up to one. As the share goes to zero, so does d₂, and −d₁ d₂ goes to one: squared
     distances."""
     shares = np.array([1e-300, 1e-9, 0.01, 0.1, 0.3, 0.55, 0.8, 0.99, 1.0 - 1e-9])
     gains, sharpnesses = np.array([constants(p) for p in shares]).T
@@ -48,8 +48,8 @@ def test_the_plain_score_is_the_limit_of_all_outliers():
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("grids", [1, 4])
 def test_the_score_is_that_of_wider_cells(share, grids):
-    """−d₁ times the plain score of cells whose covariances are divided by d₂, with its derivatives; a map of
-    translations is the same score."""
+    """It is −d₁ times the plain score of cells whose covariances are divided by d₂, with its derivatives; a map of
+    translations has the same score."""
     scene = room("combo", seed=53)
     cells = ndt_map.build(scene.target[None], 1.2, grids=grids)
     gain, sharpness = constants(share)
@@ -64,7 +64,7 @@ def test_the_score_is_that_of_wider_cells(share, grids):
 
 @pytest.mark.parametrize("share", SHARES)
 def test_derivatives_agree_with_differences(rng, share):
-    """Gradient and Hessian by (tx, ty, φ) of points in cells against central differences, where none changes its
+    """Gradient and Hessian by (tx, ty, φ) for points in cells, against central differences where no point changes its
     cell."""
     scene, h, tested = room("combo"), 2e-6, 0
     cells = ndt_map.build(scene.target[None], 1.2, grids=4)
@@ -89,7 +89,7 @@ def test_derivatives_agree_with_differences(rng, share):
 
 @pytest.mark.parametrize("share", SHARES)
 def test_cells_against_cells(rng, share):
-    """The sum over all pairs of cells with both constants, by a plain double loop, and its derivatives against
+    """The sum over all pairs of cells with both constants, against a plain double loop, and its derivatives against
     differences."""
     clouds = rng.normal(0.0, 1.0, (2, 1, 80, 2))
     source, target = ndt_map.build(clouds[0], 0.9), ndt_map.build(clouds[1], 1.1, grids=4)
@@ -118,8 +118,7 @@ def test_cells_against_cells(rng, share):
 
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
 def test_the_run_with_a_share_finds_the_room_in_any_unit(method):
-    """From 10° and 0.3 u the share of the usual implementation brings the clean room to its place, in units,
-    milliunits and kilounits alike."""
+    """From 10° and 0.3 u, the usual implementation's share finds the clean room in units, milliunits and kilounits."""
     scene, start = room("clean", seed=40), room_start(10.0, 0.3)
     ends = []
     for unit in (1e-3, 1.0, 1e3):

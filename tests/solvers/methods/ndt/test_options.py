@@ -1,4 +1,4 @@
-"""Options of `ndt` that may be arrays."""
+"""Options of `ndt` that may be given as arrays."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from solvers.options import NdtOptions
 
 
 def test_options_keep_what_they_were_given() -> None:
-    """An array of the caller's may change later; options that say the same are equal, and can be keys."""
+    """The caller's arrays may change later; equal options compare equal, and can be keys."""
     cells, corner = np.array([1.0, 0.5]), np.zeros(2)
     options = NdtOptions(cells=cells, offset=corner)  # type: ignore[arg-type]
     cells[:], corner[:] = -1.0, 9.0

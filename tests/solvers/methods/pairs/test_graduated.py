@@ -14,7 +14,7 @@ METHOD = "graduated-nonconvexity"
 
 
 def matches(rng, truth, wrong, n=40, noise=0.06):
-    """n pairs of which the first `wrong` have a partner anywhere."""
+    """n pairs, the first `wrong` of which have a random partner."""
     d = truth.dim
     source = rng.uniform(-3.0, 3.0, (n, d))
     target = truth.apply(source) + noise * rng.standard_normal((n, d))
@@ -30,7 +30,7 @@ def many(rng, random_pose, wrong, count=20, d=2, **options):
 
 @pytest.mark.parametrize("mu", [1e-6, 0.01, 0.3, 1.0, 7.0, 1e4])
 def test_the_weights_minimise_the_surrogate(mu):
-    """Over v from 0 to 1, v r² + c² μ (1 − v)/(μ + v) is least at the closed form, and there it is the surrogate."""
+    """Over v from 0 to 1, v r² + c² μ (1 − v)/(μ + v) is lowest at the closed form, where it equals the surrogate."""
     v = np.concatenate([np.linspace(0.0, 1.0, 20_001), np.geomspace(1e-10, 1.0, 20_000)])
     ratio = np.concatenate([np.linspace(0.0, 3.0, 61), [10.0, 50.0, 1e3]])
     cost = v * np.square(ratio)[:, None] + mu * (1.0 - v) / (mu + v)
@@ -44,7 +44,7 @@ def test_the_weights_minimise_the_surrogate(mu):
 def test_the_surrogate_goes_from_the_square_to_the_truncated_square():
     ratio = np.linspace(0.0, 3.0, 61)
     assert np.abs(surrogate(ratio, np.array(1e8)) - np.minimum(ratio**2, 1.0)).max() < 1e-8
-    # For small μ it is √μ times the distance, but for a remainder of the order of μ: convex.
+    # For small μ it is √μ times the distance, up to a remainder of the order of μ: convex.
     small = surrogate(ratio, np.array(1e-6))
     assert np.abs(small - 2e-3 * ratio).max() < 2e-5
     assert (surrogate(ratio, np.array(0.3)) <= np.minimum(ratio**2, 1.0) + 1e-15).all()
@@ -54,7 +54,7 @@ def test_the_surrogate_goes_from_the_square_to_the_truncated_square():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_without_wrong_pairs_it_is_kabsch(d, rng, random_pose):
-    """No pair beyond the bound: the least-squares fit of all pairs, in one step where no pair was in doubt."""
+    """With no pair beyond the bound, it is the least-squares fit of all pairs, in one step if none was in doubt."""
     source, target, _ = many(rng, random_pose, 0, d=d)
     for inlier, steps in ((10.0, 1), (0.45, None)):
         result = register(source, target, METHOD, inlier=inlier)
@@ -67,7 +67,8 @@ def test_without_wrong_pairs_it_is_kabsch(d, rng, random_pose):
 
 @pytest.mark.parametrize(("d", "wrong"), [(2, 4), (2, 20), (3, 20)])
 def test_wrong_pairs_are_let_go(d, wrong, rng, random_pose):
-    """Scattered wrong pairs, up to half: the truth in all of 20 scenes, from any start; least squares misses."""
+    """With up to half of the pairs wrong and scattered, all 20 scenes find the truth, whatever the start; least squares
+    misses it."""
     source, target, truth = many(rng, random_pose, wrong, d=d)
     result = register(source, target, METHOD, inlier=0.3)
     assert np.all(result.status == Status.CONVERGED)
@@ -80,8 +81,8 @@ def test_wrong_pairs_are_let_go(d, wrong, rng, random_pose):
 
 
 def test_the_end_is_all_in_or_all_out_and_its_own_fit(rng, random_pose):
-    """The final weights are 0 and 1, 1 exactly within the bound; the pose is the fit of those, the objective the
-    truncated sum."""
+    """The final weights are 0 and 1, with 1 exactly within the bound; the pose is the fit of those pairs, and the
+    objective the truncated sum."""
     source, target, _ = many(rng, random_pose, 16)
     result = register(source, target, METHOD, inlier=0.25)
     shares, gaps = result.detail("shares"), np.linalg.norm(result.transform(source) - target, axis=2)
@@ -94,8 +95,8 @@ def test_the_end_is_all_in_or_all_out_and_its_own_fit(rng, random_pose):
 
 
 def test_mu_begins_and_grows_as_in_the_paper(rng, random_pose):
-    """c²/(2 r² − c²) of the largest least-squares residual r, then by 1.4 a step; each fit does not raise the surrogate
-    that its weights belong to."""
+    """It starts at c²/(2 r² − c²) for the largest least-squares residual r, and grows by a factor of 1.4 per step; no
+    fit raises the surrogate that its weights belong to."""
     source, target, _ = many(rng, random_pose, 16, count=1)
     method = METHODS[METHOD]
     problem = Problem(source, target, np.ones((1, 40)), Pose.identity(2, (1,)), np.array([0]))
@@ -114,7 +115,7 @@ def test_mu_begins_and_grows_as_in_the_paper(rng, random_pose):
 
 
 def test_weights_count_and_a_weight_of_zero_takes_a_pair_out(rng, random_pose):
-    """A pair of weight two is that pair twice, one of weight zero is none, wherever its partner lies."""
+    """A pair of weight two counts as that pair twice, one of weight zero not at all, wherever its partner is."""
     source, target, _ = many(rng, random_pose, 12, count=5)
     weights = np.where(np.arange(40) % 3 == 0, 2.0, 1.0)
     doubled = [np.concatenate([cloud, cloud[:, ::3]], axis=1) for cloud in (source, target)]
@@ -135,7 +136,7 @@ def test_weights_count_and_a_weight_of_zero_takes_a_pair_out(rng, random_pose):
 
 @pytest.mark.parametrize("inlier", [0.3, None])
 def test_rows_frames_and_units_change_nothing(inlier, rng, random_pose):
-    """Permuted pairs, clouds in moved frames, another unit: the same pairs kept, and the pose moved along."""
+    """With permuted pairs, moved clouds or another unit, the same pairs are kept, and the pose moves along."""
     source, target, _ = many(rng, random_pose, 18, count=6)
     plain = register(source, target, METHOD, inlier=inlier)
     order = rng.permutation(40)
@@ -158,7 +159,7 @@ def test_rows_frames_and_units_change_nothing(inlier, rng, random_pose):
 
 def test_a_batch_gives_what_each_problem_gives_alone(rng, random_pose):
     source, target, _ = many(rng, random_pose, 18, count=8)
-    source[3] = 1.0  # a hopeless one among them
+    source[3] = 1.0  # a hopeless problem among them
     together = register(source, target, METHOD, inlier=0.3)
     for i in range(8):
         alone = register(source[i], target[i], METHOD, inlier=0.3)
@@ -169,7 +170,7 @@ def test_a_batch_gives_what_each_problem_gives_alone(rng, random_pose):
 
 
 def test_pairs_that_agree_on_nothing_are_said(rng):
-    """Partners at random and a bound far below the scatter: no pose is determined by what is left, and that is said."""
+    """With random partners and a bound far below the scatter, what is left determines no pose: this is reported."""
     source, target = rng.uniform(-4.0, 4.0, (10, 30, 2)), rng.uniform(-4.0, 4.0, (10, 30, 2))
     result = register(source, target, METHOD, inlier=1e-3)
     assert np.all(result.status == Status.DEGENERATE)
@@ -182,7 +183,7 @@ def test_pairs_that_agree_on_nothing_are_said(rng):
 
 
 def test_one_partner_very_far_away_is_let_go(rng, random_pose):
-    """A partner at 10⁶ u takes more steps, not the answer along."""
+    """A partner at 10⁶ u adds steps, but does not drag the answer along."""
     source, target, truth = many(rng, random_pose, 0, count=4)
     target[:, 0] = 1e6
     result = register(source, target, METHOD, inlier=0.3)

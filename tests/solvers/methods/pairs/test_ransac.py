@@ -21,7 +21,7 @@ SEEDS = [40 + 13 * k for k in range(25)]
 
 
 def matches(rng, truth, wrong, n=40, noise=0.06):
-    """n pairs of which the first `wrong` have a partner anywhere."""
+    """n pairs, the first `wrong` of which have a random partner."""
     d = truth.dim
     source = rng.uniform(-3.0, 3.0, (n, d))
     target = truth.apply(source) + noise * rng.standard_normal((n, d))
@@ -36,13 +36,14 @@ def many(rng, random_pose, wrong, count=20, d=2):
 
 
 def spread(clouds):
-    """The RMS radius of each cloud (b, n, d)."""
+    """The RMS radius of each of the clouds (b, n, d)."""
     apart = clouds - clouds.mean(axis=1, keepdims=True)
     return np.sqrt(np.square(apart).sum(axis=2).mean(axis=1))
 
 
 def test_the_trials_formula():
-    """N = ⌈log(1 − p)/log(1 − wˢ)⌉: so many independent trials miss with at most 1 − p, one fewer with more."""
+    """N = ⌈log(1 − p)/log(1 − wˢ)⌉: that many independent trials miss at most 1 − p of the time, one fewer more
+    often."""
     for w in (0.05, 0.3, 0.55, 0.9, 0.999):
         for p in (0.5, 0.9, 0.99, 0.999999):
             for s in (1, 2, 3):
@@ -51,7 +52,7 @@ def test_the_trials_formula():
                 assert n >= 1
                 assert (1.0 - w**s) ** n <= (1.0 - p) * (1.0 + 1e-9)
                 assert n == 1 or (1.0 - w**s) ** (n - 1) > (1.0 - p) * (1.0 - 1e-9)
-    assert trials(0.5, 0.75, 1) == 2.0  # a whole quotient is not rounded up
+    assert trials(0.5, 0.75, 1) == 2.0  # an integer quotient is not rounded up
 
 
 def test_the_limits_of_the_trials_formula():
@@ -76,7 +77,7 @@ def test_distinct_draws_are_a_little_less_often_all_right_than_the_formula_assum
     share = sum(b < k for _, b in combinations(range(n), 2)) / comb(n, 2)
     assert share == pytest.approx(k * (k - 1) / (n * (n - 1)))
     assert share < (k / n) ** 2
-    # What the method draws has that share, too: 20000 draws, within four standard deviations.
+    # The method's own draws have that share too: 20000 draws, within four standard deviations.
     rng = np.random.default_rng(0)
     clouds = rng.random((2, 1, n, 2))
     problem = Problem(clouds[0], clouds[1], np.ones((1, n)), Pose.identity(2, (1,)), np.array([3]))
@@ -89,7 +90,7 @@ def test_distinct_draws_are_a_little_less_often_all_right_than_the_formula_assum
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_large_motion_is_found_among_wrong_pairs(d, rng, random_pose):
-    """45 % of the pairs wrong: the pose is found from any start, and the least-squares ghost is far off."""
+    """With 45 % of the pairs wrong, the pose is found from any start, while the least-squares ghost is far off."""
     source, target, truth = many(rng, random_pose, 18, d=d)
     result = register(source, target, "ransac", seed=np.arange(20), separation=0.7)
     assert np.all(result.status == Status.CONVERGED)
@@ -103,7 +104,7 @@ def test_a_large_motion_is_found_among_wrong_pairs(d, rng, random_pose):
 
 
 def test_the_end_is_a_stable_consensus(rng, random_pose):
-    """At the end the pose is the least-squares fit of the pairs within ε of it, and those are its inliers."""
+    """At the end, the pose is the least-squares fit of the pairs within ε of it, and those are its inliers."""
     source, target, _ = many(rng, random_pose, 18)
     for given in (0.25, None):
         result = register(source, target, "ransac", seed=np.arange(20), inlier=given)
@@ -118,7 +119,7 @@ def test_the_end_is_a_stable_consensus(rng, random_pose):
 
 
 def test_the_objective_of_the_best_never_rises_and_refits_may_lose_inliers(rng, random_pose):
-    """From the first consensus on the capped sum only falls, in trials and refits; the count sometimes falls, too."""
+    """From the first consensus on, trials and refits only lower the capped sum; the count sometimes falls too."""
     source, target, _ = many(rng, random_pose, 20, count=60)
     fewer = 0
     batch = begin(
@@ -139,7 +140,7 @@ def test_the_objective_of_the_best_never_rises_and_refits_may_lose_inliers(rng, 
 
 @pytest.mark.parametrize("wrong", [0, 18, 32])
 def test_the_size_of_a_step_changes_nothing(wrong, rng, random_pose):
-    """One trial a step or hundreds: the same trials, the same budget, the same pose."""
+    """One trial per step or hundreds give the same trials, the same budget and the same pose."""
     source, target, _ = many(rng, random_pose, wrong, count=6)
     runs = [
         register(source, target, "ransac", seed=np.arange(6), per_step=k, max_steps=2000) for k in (1, 7, 32, 500)
@@ -151,7 +152,7 @@ def test_the_size_of_a_step_changes_nothing(wrong, rng, random_pose):
 
 
 def test_the_budget_follows_the_consensus_and_the_cap_is_said(rng, random_pose):
-    """Fewer right pairs, more trials; where the formula asks for more than the cap, the run says that it was capped."""
+    """Fewer right pairs, more trials; if the formula requires more than the cap, the run reports that it was capped."""
     used = []
     for wrong in (0, 12, 24, 30):
         source, target, _ = many(rng, random_pose, wrong)
@@ -192,12 +193,12 @@ def test_a_batch_gives_what_each_problem_gives_alone(method, rng, random_pose):
 
 
 def test_pairs_that_agree_on_nothing(rng):
-    """All partners drawn at random: no pose has a consensus worth the name, and confidence is never claimed."""
+    """With all partners random, no pose has a meaningful consensus, and confidence is never claimed."""
     source, target = rng.uniform(-4.0, 4.0, (10, 30, 2)), rng.uniform(-4.0, 4.0, (10, 30, 2))
     result = register(source, target, "ransac", seed=np.arange(10), most=200)
     assert np.all(result.status == Status.CAPPED)
     assert np.all(result.detail("count") < 10)
-    # Lengths that never agree: no trial leaves even its own two pairs within ε.
+    # Lengths never agree, so no trial leaves even its own two pairs within ε.
     stretched = register(source[0], 50.0 * source[0], "ransac", inlier=0.01)
     assert stretched.status is Status.DEGENERATE
     assert "no trial found 2 pairs within 0.01 u" in stretched.reason
@@ -219,7 +220,7 @@ def test_too_few_pairs_and_pairs_too_close():
 # Congruent segments.
 
 
-RACE = {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32}  # what the race gives it, u
+RACE = {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32}  # the race's options, u
 
 
 def rooms(setting, seeds=SEEDS):
@@ -229,7 +230,7 @@ def rooms(setting, seeds=SEEDS):
 
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
 def test_the_room_is_found_without_pairs_and_without_a_start(setting):
-    """All 25 seeds within 5°, at least 22 also within 0.2 u; the start pose changes nothing."""
+    """All 25 seeds end within 5°, at least 22 of them also within 0.2 u; the start pose changes nothing."""
     source, target = rooms(setting)
     truth = Pose.identity(2, (25,))
     result = register(source, target, "ransac-congruent", seed=SEEDS)
@@ -240,8 +241,8 @@ def test_the_room_is_found_without_pairs_and_without_a_start(setting):
 
 
 def test_hypotheses_lay_the_drawn_segments_on_each_other():
-    """Each hypothesis takes the middle of its source segment to that of its target segment and their directions to one
-    another; source segments are long enough, and lengths agree up to the tolerance."""
+    """Each hypothesis maps the middle and the direction of its source segment to those of its target segment; source
+    segments are long enough, and lengths agree to within the tolerance."""
     source, target = rooms("combo", SEEDS[:4])
     problem = Problem(source, target, np.ones(source.shape[:2]), Pose.identity(2, (4,)), np.array(SEEDS[:4]))
     state = METHODS["ransac-congruent"].start(problem, CongruentOptions(**RACE))
@@ -258,12 +259,12 @@ def test_hypotheses_lay_the_drawn_segments_on_each_other():
         turned = moved[:, 1] - moved[:, 0]
         assert np.allclose((turned[:, 0] * dq[:, 1] - turned[:, 1] * dq[:, 0])[own], 0.0, atol=1e-12)
         assert np.all((turned * dq).sum(axis=1)[own] > 0.0)
-        # Both directions of every draw.
+        # Every draw gives both directions.
         assert np.array_equal(ends[i][:16], ends[i][16:, ::-1])
 
 
 def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
-    """The grid's sum is at most the exact capped sum, for any pose, and close to it where poses are good."""
+    """The grid's sum is at most the exact capped sum for any pose, and close to it for good poses."""
     source, target = rooms("combo", SEEDS[:5])
     reach = 0.32
     grid = CappedGrid.of(target, np.full(5, reach))
@@ -278,7 +279,7 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
             exact[i] = (np.minimum(gaps, reach) ** 2).sum(axis=1)
         assert np.all(bound <= exact * (1.0 + 1e-12))
         assert np.median(bound / exact) > 0.6
-    # Points on the very corners of cells, and just beside them: one point, moved to 300 places.
+    # One point moved to 300 places exactly on cell corners and just beside them.
     single = CappedGrid.of(target[:1], np.array([reach]))
     corners = single.origin + single.cell[0] * rng.integers(0, 60, (300, 2))
     for shift in (-1e-9, 0.0, 1e-9):
@@ -290,8 +291,8 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
 
 
 def test_a_run_at_rest_ends_where_no_refit_helps():
-    """From the last pose, the closed-form fit to the pairs within ε has no lower capped sum; after the first step, in
-    which refits are few, it has one on most seeds."""
+    """At the last pose, the closed-form fit to the pairs within ε does not lower the capped sum; after the first step,
+    when there are few refits, it does on most seeds."""
     source, target = rooms("combo")
     lowered = []
     for steps in (1, 1000):
@@ -306,8 +307,8 @@ def test_a_run_at_rest_ends_where_no_refit_helps():
 
 
 def test_what_is_kept_is_scored_exactly_and_little_else_is():
-    """Pairs, inliers and objective of the kept pose are those of exact neighbours; under a tenth of the hypotheses had
-    to be scored to find it."""
+    """Pairs, inliers and objective of the kept pose are those of exact neighbours; fewer than a tenth of the hypotheses
+    had to be scored to find it."""
     source, target = rooms("combo", SEEDS[:3])
     result = register(source, target, "ransac-congruent", seed=SEEDS[:3], **RACE)
     state = result.states[0]
@@ -328,7 +329,7 @@ def test_congruent_scenes_without_an_answer(rng):
     one = register(cloud[:1], cloud, "ransac-congruent")
     assert one.status is Status.DEGENERATE
     assert one.reason == "all source points are equal: the rotation is undefined"
-    # Two points far from many equal ones: none of the pairs drawn is as far apart as the radius asks.
+    # Two points far from many equal ones: no drawn pair is as far apart as the radius requires.
     heap = np.concatenate([np.zeros((60000, 2)), [[1.0, 0.0], [-1.0, 0.0]]])
     rare = register(heap, cloud, "ransac-congruent", separation=None, most=1)
     assert rare.status is Status.DEGENERATE
@@ -345,7 +346,7 @@ def test_congruent_scenes_without_an_answer(rng):
 
 
 def test_lengths_that_are_not_given_are_those_of_each_problem():
-    """Rooms of three sizes in one batch: each has a tenth of its own target's radius, and the poses of its own run."""
+    """Rooms of three sizes in one batch: each uses a tenth of its own target's radius and ends as its own run does."""
     source, target = (c[0] * np.array([1.0, 1e-2, 30.0])[:, None, None] for c in rooms("clean", SEEDS[:1]))
     together = register(source, target, "ransac-congruent", seed=40)
     state = together.states[0]
@@ -372,7 +373,7 @@ def test_wrong_options_are_named(method, option, value):
 
 
 def test_a_grid_finer_than_the_coordinates_rounding_holds_every_point():
-    """Far from the origin a target's own cell may come out beyond its grid: it counts at the rim."""
+    """Far from the origin a target point's cell may be computed as outside the grid; it then counts at the rim."""
     rng = np.random.default_rng(560475)
     far = 2.0 ** int(rng.integers(30, 60))
     last = np.spacing(far)
@@ -384,7 +385,7 @@ def test_a_grid_finer_than_the_coordinates_rounding_holds_every_point():
 
 
 def test_a_tolerance_beyond_the_separation_tries_pairs_all_the_same():
-    """The ring of partners then has no inner edge."""
+    """The ring of possible partners then has no inner edge."""
     source = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 2))
     target = Pose.from_angle(0.4, (0.2, 0.1)).apply(source)
     result = register(source, target, "ransac-congruent", separation=0.5, tolerance=10.0, inlier=0.1)

@@ -1,4 +1,4 @@
-"""Branch and bound: its bounds against sampled poses, its optimum against enumeration, what its proof says and not."""
+"""Branch and bound: its bounds against sampled poses, its optimum against enumeration, and what its proof covers."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ METHOD = "branch-and-bound"
 
 
 def objective(poses, source, target, cap):
-    """By the definition, every distance of every pose: (k,)."""
+    """The objective from its definition, with every distance of every pose: (k,)."""
     out = []
     for part in np.array_split(np.arange(len(poses.t)), max(1, len(poses.t) // 50)):
         moved = poses[part].apply(source)
@@ -31,7 +31,8 @@ def objective(poses, source, target, cap):
 
 
 def small_scene(seed, n=14):
-    """A few points of a bent outline with noise, the second cloud seen from elsewhere, one point in seven junk."""
+    """A few noisy points of a bent outline, seen from elsewhere in the source, one in seven junk there; and the
+    truth."""
     rng = np.random.default_rng(seed)
     along = np.linspace(0.0, 1.0, n)
     target = np.stack([3.0 * along, np.square(2.0 * along)], axis=1) + 0.05 * rng.standard_normal((n, 2))
@@ -44,14 +45,14 @@ def small_scene(seed, n=14):
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 2**32), st.floats(-4.0, 0.6), st.floats(-4.0, 0.6), st.integers(1, 40))
 def test_no_pose_of_a_box_lies_below_its_bounds(seed, log_turn, log_side, n):
-    """Both bounds, boxes from 1e-4 to 4 caps and radians, corners included; lengths in caps."""
+    """Both bounds, for boxes from 1e-4 to 4 caps and radians, corners included; lengths in caps."""
     rng = np.random.default_rng(seed)
     target = rng.uniform(-4.0, 4.0, (n, 2)) * rng.uniform(0.05, 1.0, 2)
     arms = rng.uniform(-4.0, 4.0, (rng.integers(1, 30), 2))
     arms -= arms.mean(axis=0)
     grid = build(target, 1.0 / CELLS_PER_CAP, 2.0)
     middle = np.concatenate([rng.uniform(-4.0, 4.0, (20, 1)), rng.uniform(-5.0, 5.0, (20, 2))], axis=1)
-    # Half of the boxes about places where a point lies on a target point: there the fine bound has something to lose.
+    # Half of the boxes are around poses that put a point on a target point, where the fine bound has something to lose.
     some = rng.integers(0, len(arms), 10)
     turned = Pose.from_angle(middle[:10, 0], np.zeros((10, 2))).R @ arms[some][..., None]
     middle[:10, 1:] = target[rng.integers(0, n, 10)] - turned[..., 0]
@@ -68,8 +69,8 @@ def test_no_pose_of_a_box_lies_below_its_bounds(seed, log_turn, log_side, n):
 
 
 def test_the_fine_bound_falls_with_the_square_of_a_box():
-    """At the minimum of a noisy room a tenth of the size leaves the coarse bound more than a tenth of its distance from
-    the value, the fine one less than a twentieth."""
+    """At the minimum of a noisy room, a box a tenth the size leaves the coarse bound more than a tenth of its distance
+    from the value, the fine one less than a twentieth."""
     scene, cap = room("noise"), 0.4
     best = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
     ground = best.states[0].ground[0]
@@ -87,7 +88,7 @@ def test_the_fine_bound_falls_with_the_square_of_a_box():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_optimum_is_that_of_enumeration_and_descent(seed):
-    """All turns by 5°, all places by half a cap, each of the best thirty descended from by capped ICP."""
+    """Against all turns by 5° and all places by half a cap, the best thirty of them refined by capped ICP."""
     source, target, _ = small_scene(seed)
     cap, gap = 0.4, 1e-4
     result = register(source, target, METHOD, cap=cap, gap=gap)
@@ -112,7 +113,7 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
 
 @pytest.mark.parametrize("setting", ["noise", "combo"])
 def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting):
-    """From 500 random poses none ends below the proved floor, and none below the proved pose by more than 1e-3 u²."""
+    """From 500 random poses none ends below the proved floor, or below the proved pose by more than 1e-3 u²."""
     scene, rng, cap = room(setting), np.random.default_rng(1), 0.4
     result = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
     assert result.status == Status.PROVED
@@ -123,7 +124,7 @@ def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting
 
 
 def test_the_hall_is_proved_and_may_be_half_a_turn_off():
-    """Of 6 draws all are proved; some answers lie within 5° of the truth, some within 5° of half a turn from it."""
+    """All 6 draws are proved; some answers are within 5° of the truth, the others within 5° of half a turn from it."""
     scenes = [hall(seed=40 + 13 * k) for k in range(6)]
     result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), METHOD, gap=1e-3
@@ -154,7 +155,7 @@ def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
 
 
 def test_the_start_plays_no_part():
-    """Twelve starts about the circle: one value to within the gap, every one of them proved."""
+    """Twelve starts round the circle are all proved and end at the same value, to within the gap."""
     scene = room("outliers")
     starts = Pose.from_angle(np.radians(30.0 * np.arange(12)), 3.0 * np.ones((12, 2)))
     result = register(scene.source, scene.target, METHOD, start=starts, gap=1e-3)
@@ -164,7 +165,7 @@ def test_the_start_plays_no_part():
 
 
 def test_a_search_that_is_confined_stays_where_it_is_told():
-    """Turns alone, the centroid held; then a turn of at most 20° and a shift of at most half a unit."""
+    """First turns alone, with the centroid fixed; then a turn of at most 20° and a shift of at most half a unit."""
     scene = room("noise")
     mean = scene.source.mean(axis=0)
     start = Pose.from_angle(np.radians(100.0), mean - Pose.from_angle(np.radians(100.0), (0.0, 0.0)).R @ mean)
@@ -210,7 +211,7 @@ def test_what_proves_nothing_has_no_gap():
 
 @pytest.mark.parametrize("unit", [1e-6, 1e3])
 def test_the_answer_has_no_unit_and_no_origin(unit):
-    """The usual cap and gap come from the target's size."""
+    """The default cap and gap are derived from the target's size."""
     scene = room("noise")
     plain = register(scene.source, scene.target, METHOD)
     other = register(unit * scene.source + 7.0 * unit, unit * scene.target + 9.0 * unit, METHOD)
@@ -246,7 +247,7 @@ def test_options_out_of_range_are_refused(options):
 
 
 def test_a_line_on_a_line_is_proved_though_many_poses_tie():
-    """Every place along the wall, and half a turn of it, is as good: the value is proved, the pose is one of many."""
+    """All places along the wall, and half a turn, are equally good: the value is proved, the pose is one of many."""
     wall = np.stack([np.linspace(0.0, 8.0, 60), np.zeros(60)], axis=1)
     result = register(wall[20:40], wall, METHOD)
     assert result.status == Status.PROVED
@@ -254,7 +255,7 @@ def test_a_line_on_a_line_is_proved_though_many_poses_tie():
 
 
 def test_the_objective_is_that_of_the_cap_that_is_told():
-    """By default an eighth of the target's RMS radius."""
+    """The default cap is an eighth of the target's RMS radius."""
     scene = room("noise")
     for own in ({}, {"cap": 0.3}):
         result = register(scene.source, scene.target, "branch-and-bound", max_steps=3, **own)
@@ -266,7 +267,7 @@ def test_the_objective_is_that_of_the_cap_that_is_told():
 
 
 def test_a_searched_turn_may_pass_half_a_turn():
-    """A start at 174° and a truth at −174° are 11° apart: a search within 23° proves the truth."""
+    """A start at 174° and a truth at −174° are 11° apart: a search to within 23° proves the truth."""
     target = np.random.default_rng(2).uniform(-2.0, 2.0, (25, 2))
     truth = Pose.from_angle(-np.pi + 0.1, (0.1, -0.2))
     start = Pose.from_angle(np.pi - 0.1, (0.0, 0.0))
@@ -279,7 +280,7 @@ def test_a_searched_turn_may_pass_half_a_turn():
 
 
 def test_the_fine_bound_allows_for_the_bend_of_the_arc():
-    """A box of turns carries a point along an arc, nearer to what lies within it than the chord's ends say."""
+    """A box of turns moves a point along an arc, which can pass closer to a target point than its chord suggests."""
     target, arms = np.array([[-0.5, 0.0]]), np.array([[0.3, 0.0], [-0.15, 3.0], [-0.15, -3.0]])
     bound = bounds.fine(build(target, 0.05, 2.0), arms, np.zeros((1, 3)), np.array([[0.5, 0.0]]))[0]
     moved = Pose.from_angle(0.5).apply(arms)

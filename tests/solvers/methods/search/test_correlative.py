@@ -24,7 +24,7 @@ def table(lattice, level=0):
 
 
 def every_sum(lattice, source):
-    """The sums of all poses (angles, rows, columns), point by point, from the angles and the table alone."""
+    """The sums of all poses (angles, rows, columns), computed point by point from just the angles and the table."""
     sums = np.zeros((len(lattice.angles), lattice.rows, lattice.columns), dtype=np.int64)
     p = np.ldexp(source - lattice.centroid, -lattice.exponent)
     for k, angle in enumerate(lattice.angles):
@@ -35,7 +35,7 @@ def every_sum(lattice, source):
 
 
 def small_scene(seed):
-    """A thinned room and part of it, turned by any angle."""
+    """A thinned room and a part of it turned by a random angle."""
     rng = np.random.default_rng(seed)
     scene = room("combo", seed=seed)
     truth = Pose.from_angle(rng.uniform(-np.pi, np.pi), rng.uniform(-3.0, 3.0, 2))
@@ -45,7 +45,7 @@ def small_scene(seed):
 @pytest.mark.parametrize("options", [{}, {"blur": 0.3}, {"cell": 0.9, "apart": 0.6}, {"turn": 0.8, "shift": 1.7}])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_search_answers_as_exhaustive_enumeration_does(seed, options):
-    """The score is the largest of all poses, the runner-up's the largest of all that are no neighbours of the best."""
+    """The score is the highest of all poses, the runner-up's the highest of all that are not neighbours of the best."""
     source, target = small_scene(seed)
     result = register(source, target, "correlative", **{"cell": 0.5, **options})
     assert result.status is Status.CONVERGED
@@ -69,7 +69,7 @@ def test_the_search_answers_as_exhaustive_enumeration_does(seed, options):
 
 
 def test_the_table_is_the_blurred_target():
-    """Each cell holds 255 exp(−d²/2σ²), rounded, of its centre's distance d from the nearest target point."""
+    """Each cell holds 255 exp(−d²/2σ²), rounded, where d is its centre's distance from the nearest target point."""
     source, target = small_scene(4)
     for blur in (0.6, 1.0, 2.5):
         lattice = build(source, target, Pose.identity(), Window(0.4, blur, None, None, None))
@@ -79,7 +79,7 @@ def test_the_table_is_the_blurred_target():
         q = np.ldexp(target - lattice.middle, -lattice.exponent)
         gaps = np.linalg.norm(centres[:, :, None] - q, axis=-1).min(axis=-1) / lattice.cell
         worth = np.rint(WORTH * np.exp(-np.square(gaps) / (2.0 * blur**2)))
-        near = gaps < 3.0 * blur  # beyond, a stamp may end
+        near = gaps < 3.0 * blur  # a stamp may end further out
         assert (table(lattice)[near] == worth[near]).all()
         assert table(lattice)[~near].max() <= np.ceil(WORTH * np.exp(-4.5))
 
@@ -87,8 +87,8 @@ def test_the_table_is_the_blurred_target():
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.floats(0.3, 3.0))
 def test_no_pose_of_a_square_exceeds_its_bound(seed, level, blur):
-    """Any square of any lattice, also one that reaches over the rim: its bound is at least the sum of each pose in it,
-    and at most what doubling the window allows."""
+    """For any square of any lattice, even one that extends over the rim, the bound is at least the sum of each pose in
+    it, and at most what doubling the window allows."""
     rng = np.random.default_rng(seed)
     source, target = rng.standard_normal((7, 2)), 2.0 * rng.standard_normal((9, 2))
     lattice = build(source, target, Pose.identity(), Window(0.3, blur, 0.5, None, None))
@@ -105,8 +105,8 @@ def test_no_pose_of_a_square_exceeds_its_bound(seed, level, blur):
 
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
 def test_the_room_is_found_from_nothing(setting):
-    """Six draws, each turned by another angle: within 5° and 0.2 u, after scoring under a tenth of the poses; and the
-    runner-up scores at most 0.85 of it."""
+    """Six draws, each turned by another angle: found to within 5° and 0.2 u after scoring under a tenth of the poses;
+    the runner-up scores at most 0.85 of that."""
     for seed in SEEDS[:6]:
         scene = room(setting, seed=seed)
         turned = Pose.from_angle(float(seed), (seed / 30.0, -1.0))
@@ -120,8 +120,8 @@ def test_the_room_is_found_from_nothing(setting):
 
 
 def test_the_hall_has_a_runner_up_half_a_turn_away():
-    """25 draws of a hall that looks the same after half a turn: the runner-up lies 177° to 180° from the best pose and
-    scores at least 0.97 of it; each of the two is the truth now and then."""
+    """25 draws of a hall that looks the same after half a turn: the runner-up is 177° to 180° from the best pose and
+    scores more than 0.97 of it; the best pose is the truth in 5 to 20 of them."""
     right = 0
     for seed in SEEDS:
         scene = hall(seed=seed)
@@ -134,7 +134,7 @@ def test_the_hall_has_a_runner_up_half_a_turn_away():
 
 
 def test_the_runner_up_moves_the_points_away():
-    """By the points themselves: root mean square, farther than `apart` radii from where the best pose puts them."""
+    """It moves them by more than `apart` radii (RMS) from where the best pose puts them."""
     source, target = small_scene(7)
     radius = np.sqrt(np.square(source - source.mean(axis=0)).sum(axis=1).mean())
     for apart in (0.0, 0.25, 0.7):
@@ -149,11 +149,11 @@ def test_the_runner_up_moves_the_points_away():
 
 
 def test_a_pose_scores_what_its_points_fall_on():
-    """The score at the end is that of the pose handed back, and that of the start the one before the first step."""
+    """The final score is that of the returned pose; the initial one is that of the start."""
     source, target = small_scene(5)
     result = register(source, target, "correlative", start=room_start())
     lattice = result.states[0].lattice[0]
-    # A point on the very rim of a cell may fall to either side of it.
+    # A point exactly on a cell's rim may fall to either side of it.
     assert lattice.score(result.pose, source) == pytest.approx(result.detail("score"), abs=1.0 / len(source))
     assert result.history.objective[0] == 1.0 - lattice.score(room_start(), source)
     assert lattice.score(Pose.from_angle(0.0, (1e100, 0.0)), source) == 0.0
@@ -166,8 +166,7 @@ def test_the_start_plays_no_part_without_a_window():
 
 
 def test_a_window_keeps_the_search_about_the_start():
-    """Angle and centroid stay within the window, the start itself is a pose of it, and a window of nothing but the
-    start gives the start back."""
+    """Angle and centroid stay within the window around the start; a window of only the start returns the start."""
     source, target = small_scene(8)
     start = Pose.from_angle(2.0, (0.4, -0.3))
     result = register(source, target, "correlative", start=start, turn=0.3, shift=0.8)
@@ -185,7 +184,7 @@ def test_a_window_keeps_the_search_about_the_start():
 
 @pytest.mark.parametrize(("unit", "shift"), [(0.5, 0.0), (2.0**40, 0.0), (2.0**-300, 0.0), (1.0, 4096.0)])
 def test_unit_and_origin_change_nothing(unit, shift):
-    """In another unit, or with both clouds elsewhere, the same pose of the same grid, with the same score."""
+    """In another unit, or with both clouds elsewhere, the grid, the best pose on it and its score are the same."""
     source, target = small_scene(9)
     source, target = (np.round(cloud * 2.0**20) / 2.0**20 for cloud in (source, target))
     plain = register(source, target, "correlative")
@@ -197,7 +196,7 @@ def test_unit_and_origin_change_nothing(unit, shift):
 
 
 def test_a_batch_gives_what_each_problem_gives_alone():
-    """Bit for bit, also with a hopeless problem among them."""
+    """They agree bit for bit, even with a hopeless problem among them."""
     scenes = [small_scene(seed) for seed in (1, 2, 3)]
     source, target = (np.stack(clouds) for clouds in zip(*scenes, strict=True))
     source[1] = 0.5
@@ -262,8 +261,8 @@ def test_wrong_options_are_named(option, value):
 
 @pytest.mark.parametrize("far", [1e3, 1e7])
 def test_a_stray_does_not_widen_the_field(far):
-    """A point far away in either cloud or in both: the same grid and the same answer, whose score counts the source's
-    as one that lies nowhere."""
+    """A point far away in one cloud or in both leaves grid and answer unchanged; in the source, the score counts it as
+    a point that hits nothing."""
     scene = room("noise")
     alone = register(scene.source, scene.target, "correlative")
     source, target = np.vstack([[[-far, 0.5 * far]], scene.source]), np.vstack([scene.target, [[far, -0.3 * far]]])
@@ -274,5 +273,5 @@ def test_a_stray_does_not_widen_the_field(far):
         assert np.array_equal(result.detail("runner_up").matrix, alone.detail("runner_up").matrix)
         assert result.detail("poses") == alone.detail("poses")
         assert result.detail("score") == pytest.approx(alone.detail("score") * m / len(p), rel=1e-12)
-        # The start may put the stray on the target, and the rest of the source far away.
+        # A start may put the stray on the target and the rest of the source far away.
         assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (far, -0.5 * far)), p) == 0.0

@@ -1,4 +1,4 @@
-"""Distances by look-up: never above the exact ones, and near them."""
+"""Distances by look-up: never above the exact ones, and close to them."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def exact(points, cloud):
 @settings(max_examples=40, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 2**32), st.integers(1, 60), st.floats(0.02, 0.4), st.floats(0.0, 1e3))
 def test_the_floor_is_never_above_the_distance(seed, n, cell, away):
-    """Inside the grid, beside it and far from it; inside it is too low by at most a cell's diagonal."""
+    """Inside the grid, beside it and far from it; inside, it is too low by at most a cell's diagonal."""
     rng = np.random.default_rng(seed)
     cloud = rng.uniform(-2.0, 2.0, (n, 2)) * rng.uniform(0.01, 1.0, 2)
     grid = build(cloud, cell, margin=0.5)
@@ -28,7 +28,7 @@ def test_the_floor_is_never_above_the_distance(seed, n, cell, away):
 
 
 def test_a_dense_cloud_is_told_to_within_a_cell(rng):
-    """Where a cell lists too few points to settle what is nearest, the cloud is asked."""
+    """If a cell lists too few points to decide which is nearest, the whole cloud is searched."""
     along = np.linspace(0.0, 9.0, 300)
     cloud = np.stack([along, np.sin(along)], axis=1) + 0.1 * rng.standard_normal((300, 2))
     grid = build(cloud, 0.02, margin=0.8)
@@ -51,7 +51,7 @@ def test_what_is_not_listed_is_no_nearer_than_said(rng):
 
 @pytest.mark.parametrize("stretch", [1.0, 1e4])
 def test_a_grid_has_a_bounded_size(stretch):
-    """A long cloud gets larger cells, not more of them."""
+    """A long cloud gets larger cells rather than more of them."""
     grid = build(np.array([[0.0, 0.0], [stretch, 1.0]]), 0.05, margin=1.0)
     assert max(grid.shape) <= MOST + 10
     assert grid.floor(np.array([[0.5 * stretch, 0.5]]))[0] <= np.hypot(0.5 * stretch, 0.5)

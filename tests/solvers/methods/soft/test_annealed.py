@@ -1,4 +1,4 @@
-"""The annealed soft targets: weights by their definition, the schedule, descent at one width, and what they are not."""
+"""The annealed soft targets: weights by definition, the schedule, descent at one width, and what they are not."""
 
 import numpy as np
 import pytest
@@ -21,13 +21,13 @@ def problem(source, target):
 
 
 def score(pose, source, target, sigma, miss):
-    """−σ² Σ_i log(1 + Σ_j K_ij / o), (b,)."""
+    """The score −σ² Σ_i log(1 + Σ_j K_ij / o), (b,)."""
     near = gaussians.sums(pose.apply(source), target, np.full(len(source), sigma), np.ones((*target.shape[:2], 1)))
     return -(sigma**2) * np.log1p(near[..., 0] / miss).sum(axis=1)
 
 
 def test_targets_and_support_are_what_the_definition_says():
-    """Gaussian weights over the targets, normalised with the constant 0.12 beside them; rows below 0.15 dropped."""
+    """Gaussian weights over the targets, normalised together with the constant 0.12; rows below 0.15 are dropped."""
     s = room("outliers")
     state = begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions(**{**RACE, "first": 0.2})).state()
     K = np.exp(-np.square(s.source[:, None] - s.target).sum(axis=2) / (2.0 * 0.2**2))
@@ -43,7 +43,7 @@ def test_targets_and_support_are_what_the_definition_says():
 
 
 def test_the_width_follows_its_schedule():
-    """σ is 1.1 × 0.9ᵏ down to 0.12, whatever the fit."""
+    """σ is 1.1 × 0.9ᵏ, down to 0.12, however good the fit."""
     s = room("clean")
     seen = []
     register(
@@ -55,7 +55,7 @@ def test_the_width_follows_its_schedule():
 
 
 def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
-    """With σ held and no row dropped, each step lowers −σ² Σ log(1 + Σ K/o): 40 random scenes from far starts."""
+    """With σ fixed and no row dropped, no step raises −σ² Σ log(1 + Σ K/o), on 40 random scenes from far starts."""
     source = rng.standard_normal((40, 12, 2))
     target = random_pose(rng, 2, (40,)).apply(source[:, :10]) + 0.2 * rng.standard_normal((40, 10, 2))
     options = {"first": 0.5, "last": 0.5, "least_support": 0.0, "max_steps": 40}
@@ -68,12 +68,12 @@ def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
 
 
 def test_it_is_not_cpd():
-    """The normalisation is over the fixed points for each moving one, CPD's over the moving for each fixed one."""
+    """It normalises over the fixed points for each moving point; CPD, over the moving points for each fixed one."""
     s = room("clean")
     w = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions()).state())
     assert np.all(w.sum(axis=1) <= 1.0)
     assert w.sum(axis=0).max() > 1.0
-    # Twice the fixed points at the same places halve the part of 'no partner', which CPD's clutter does not do.
+    # Doubling the fixed points in place halves the odds of 'no partner'; CPD's clutter does not behave like that.
     twice = np.concatenate([s.target, s.target])
     doubled = weights(begin(METHODS["soft-annealed"], problem(s.source, twice), SoftOptions(first=0.2)).state())
     single = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions(first=0.2)).state())
@@ -111,8 +111,8 @@ def test_a_batch_is_its_single_runs():
 
 
 def test_no_overlap_and_equal_points_are_said():
-    """Clouds out of reach have no support and stay; a source of equal points is told so, a lone fixed point has no
-    support left for any."""
+    """Clouds out of reach have no support and stay; equal source points are reported, and a single fixed point ends
+    without support."""
     s = room("clean")
     lost = register(s.source, s.target + 100.0, "soft-annealed", **RACE)
     assert lost.status == Status.DEGENERATE
@@ -137,7 +137,7 @@ def test_two_points():
 
 
 def test_a_circle_and_a_wall_stop_truthfully():
-    """What the scene leaves free is not found: the run comes to rest, and the error against the truth stays."""
+    """What the scene leaves free is not found: the run stops, and the error against the truth remains."""
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
     turned = register(circle, Pose.from_angle(2.0).apply(circle), "soft-annealed", max_steps=200)

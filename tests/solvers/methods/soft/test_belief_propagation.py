@@ -1,4 +1,4 @@
-"""Association marginals: exact where there is no loop, an approximation of stated error where there is one."""
+"""Association marginals: exact without loops, and an approximation of stated error with them."""
 
 from itertools import product
 
@@ -19,7 +19,7 @@ RACE = {"first": 1.1, "last": 0.12, "tolerance": 5e-4}
 
 
 def _all_associations(psi, miss):
-    """The marginals by listing every association in full, as the module's text defines their weights."""
+    """The marginals by enumerating every association, with weights as the module's text defines them."""
     m, n = psi.shape
     out, whole = np.zeros((m, n)), 0.0
     for choice in product(range(-1, n), repeat=m):
@@ -41,8 +41,8 @@ def test_the_enumeration_is_the_sum_over_all_associations(rng, m, n):
 
 
 def _random_tree(rng, m, n):
-    """Scores whose positive entries, as edges between rows and columns, form a forest: an edge that would close a loop
-    is left out."""
+    """Scores whose positive entries, as edges between rows and columns, form a forest: edges that would close a loop
+    are left out."""
     psi, group = np.zeros((m, n)), np.arange(m + n)
     for e in rng.permutation(m * n):
         i, j = divmod(int(e), n)
@@ -54,12 +54,12 @@ def _random_tree(rng, m, n):
 
 
 def test_messages_are_exact_on_trees(rng):
-    """Forty random spanning trees of 6 rows and 7 columns: the marginals equal the enumeration's to 1e-12."""
+    """On forty random spanning trees of 6 rows and 7 columns, the marginals equal the enumeration's to 1e-12."""
     for _ in range(40):
         psi = _random_tree(rng, 6, 7)
         assert np.count_nonzero(psi) == 12
         assert np.allclose(bp_marginals(psi, 0.12, 14), exact_marginals(psi, 0.12), rtol=0.0, atol=1e-12)
-    chain = np.eye(8) + np.eye(8, k=-1)  # 15 pairs in a row: what one end says reaches the other after 7 sweeps
+    chain = np.eye(8) + np.eye(8, k=-1)  # 15 pairs in a row: a message from one end reaches the other after 7 sweeps
     exact = exact_marginals(chain, 0.12)
     assert BpOptions().sweeps == 6
     assert np.abs(bp_marginals(chain, 0.12, 7) - exact).max() < 1e-12
@@ -67,8 +67,8 @@ def test_messages_are_exact_on_trees(rng):
 
 
 def _largest_error(drawn, miss, sweeps):
-    """Of the marginals of matrices (k, n, n) of positive scores, which are the blocks of one matrix: no pair joins
-    them."""
+    """The largest error of the marginals of matrices (k, n, n) of positive scores, joined into one block matrix so that
+    no pair connects two of them."""
     k, n, _ = drawn.shape
     blocks, own = np.zeros((k, n, k, n)), np.arange(k)
     blocks[own, :, own] = drawn
@@ -77,7 +77,7 @@ def _largest_error(drawn, miss, sweeps):
 
 
 def test_on_loops_they_are_an_approximation_of_stated_error(rng):
-    """Gaussian scores at 2 × 2 leave an error of nearly 0.1; larger matrices, with more loops but longer ones, less."""
+    """Gaussian scores at 2 × 2 leave an error of about 0.1; larger matrices, with more but longer loops, less."""
     worst = {}
     for n in (2, 3, 5):
         drawn = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, n, n))))
@@ -93,7 +93,7 @@ def test_on_loops_they_are_an_approximation_of_stated_error(rng):
 
 
 def test_messages_come_to_rest_and_marginals_are_probabilities(rng):
-    """More sweeps change nothing in the end; no row and no column is used more than once, but for little."""
+    """More sweeps eventually change nothing; no row or column is used more than once, up to rounding."""
     psi = np.exp(-0.5 * rng.uniform(0.0, 9.0, (12, 9)))
     p, q = bp_marginals(psi, 0.12, 300), bp_marginals(psi, 0.12, 301)
     assert np.abs(p - q).max() < 1e-12
@@ -105,7 +105,7 @@ def test_messages_come_to_rest_and_marginals_are_probabilities(rng):
 @settings(max_examples=150, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 10**6), st.sampled_from(["spread", "line", "grid", "outliers"]))
 def test_screening_loses_no_pair(seed, kind):
-    """Reaches from a fifth to a hundredth of the extent, pairs exactly at the reach, far outliers: all are listed."""
+    """Reaches from a fifth to a hundredth of the extent, pairs exactly at the reach, far outliers: none is missed."""
     rng = np.random.default_rng(seed)
     b, m, n = rng.integers(1, 5, 3) * [1, 12, 25]
     moved, target = 3.0 * rng.standard_normal((b, m, 2)), 2.0 * rng.standard_normal((b, n, 2))
@@ -128,7 +128,7 @@ def test_screening_loses_no_pair(seed, kind):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_pairs_within_reach_are_all_listed(rng, d):
-    """The screened list is that of all distances, in order, in batches and far from the origin."""
+    """The screened list equals that from all distances, in order, in batches and far from the origin."""
     for far in (0.0, 1e7):
         moved, target = rng.standard_normal((3, 20, d)) + far, rng.standard_normal((3, 30, d)) + far
         reach = np.array([0.3, 1.0, 1e-9])
@@ -146,7 +146,7 @@ def test_pairs_within_reach_are_all_listed(rng, d):
 
 
 def test_what_a_state_shows_belongs_together():
-    """Soft targets, support and the objective are those of the marginals at the state's own pose and width."""
+    """Soft targets, support and objective come from the marginals at the state's own pose and width."""
     scene = room("combo", seed=53)
     result = register(scene.source, scene.target, "association-bp", start=room_start(20.0, 0.5), max_steps=7, **RACE)
     state = result.states[0]
@@ -166,7 +166,7 @@ def test_what_a_state_shows_belongs_together():
 
 
 def test_a_large_motion_comes_back(rng):
-    """Equal clouds, turned by 200° and moved: from 10° beside it the pose is found."""
+    """For equal clouds, turned by 200° and moved, the pose is found from a start 10° off."""
     source = rng.uniform(-3.0, 3.0, (60, 2)) + 5.0
     truth = Pose.from_angle(np.radians(200.0), (2.0, -4.0))
     start = Pose.from_angle(np.radians(10.0)).compose(truth)
@@ -180,7 +180,7 @@ def test_a_large_motion_comes_back(rng):
 
 
 def test_the_room_batched_and_one_by_one():
-    """From 45° the clean room is found on every seed; a batch gives what single runs give, to 1e-12."""
+    """From 45° the clean room is found on all 6 seeds; a batch gives what single runs give, to 1e-12."""
     scenes = [room("clean", seed=40 + 13 * k) for k in range(6)]
     result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "association-bp",
@@ -196,7 +196,7 @@ def test_the_room_batched_and_one_by_one():
 
 @pytest.mark.parametrize("method", ["association-bp", "hypothesis-mixture"])
 def test_degenerate_scenes_are_said(rng, method):
-    """No overlap: nobody has support. Coincident points: the rotation stays open. The neighbours are not disturbed."""
+    """Without overlap no point has support; coincident points leave the rotation open; others are undisturbed."""
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.7], [0.0, 0.7]])
     source = np.stack([square, square, np.full((4, 2), 0.2)])
     target = np.stack([square + 100.0, square + 0.05, square])
@@ -212,7 +212,7 @@ def test_degenerate_scenes_are_said(rng, method):
 @pytest.mark.parametrize("method", ["association-bp", "hypothesis-mixture"])
 @pytest.mark.parametrize("name", ["wall", "circle", "two", "junk"])
 def test_awkward_scenes_end(rng, method, name):
-    """One wall, a circle, two points, all outliers: a finite pose, a status, no warning."""
+    """One wall, a circle, two points or all outliers end with a finite pose and a status, without a warning."""
     wall = np.column_stack([np.linspace(-3.0, 3.0, 40), np.zeros(40)])
     angles = np.arange(50) * np.pi / 25.0
     circle = np.column_stack([np.cos(angles), np.sin(angles)])

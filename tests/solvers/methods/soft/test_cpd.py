@@ -35,13 +35,13 @@ def scene(rng, random_pose, d, m=30, n=40):
 
 
 def square_or_cube(x):
-    """What evenly spread points with the RMS radius of the points (n, d) fill."""
+    """The area or volume that evenly spread points with the RMS radius of the points (n, d) would fill."""
     d = x.shape[1]
     return (np.sqrt(12.0 / d) * np.sqrt(np.square(x - x.mean(axis=0)).sum(axis=1).mean())) ** d
 
 
 def naive(x, z, sigma, w, volume):
-    """The definition, one problem: responsibilities (m, n) and −log p of the fixed points."""
+    """From the definition, one problem: responsibilities (m, n), −log p of the fixed points, and squared distances."""
     d, m = x.shape[1], len(z)
     squares = np.square(x[None] - z[:, None]).sum(axis=2)
     K = np.exp(-squares / (2.0 * sigma**2))
@@ -54,7 +54,7 @@ def naive(x, z, sigma, w, volume):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("volume", [None, 7.0])
 def test_every_state_is_what_the_definition_says(rng, random_pose, method, d, volume):
-    """Responsibilities, their sums and the likelihood along a run, against sums over the whole matrix."""
+    """Responsibilities, their sums and the likelihood along a run agree with sums over the whole matrix."""
     p = scene(rng, random_pose, d)
     batch = begin(METHODS[method], p, CpdOptions(clutter=0.2, volume=volume))
     for _ in range(8):
@@ -68,7 +68,7 @@ def test_every_state_is_what_the_definition_says(rng, random_pose, method, d, vo
         np.testing.assert_allclose(state.mass[0], P.sum(), rtol=1e-9)
         np.testing.assert_allclose(state.objective[0], objective, rtol=1e-9)
         after = advance(batch)
-        # The variance of the step: the weighted residuals at the new pose, whatever the scale.
+        # The step's variance comes from the weighted residuals at the new pose, whatever the scale.
         moved = after.pose().apply(p.source)[0]
         residual = (P * np.square(p.target[0][None] - moved[:, None]).sum(axis=2)).sum()
         np.testing.assert_allclose(after.state().sigma[0] ** 2, residual / (P.sum() * d), rtol=1e-9)
@@ -84,8 +84,8 @@ def test_the_first_sigma_is_that_of_all_pairs(rng, random_pose):
 
 @pytest.mark.parametrize("method", BOTH)
 def test_a_step_is_the_papers(rng, random_pose, method):
-    """One M-step against figure 2 of the paper, written with its letters and traces, in 2-D and 3-D, from a
-    large motion: rotation neither transposed nor composed the wrong way round."""
+    """One M-step against figure 2 of the paper, in its letters and traces, in 2-D and 3-D, from a large motion: the
+    rotation is neither transposed nor composed the wrong way round."""
     for d in (2, 3):
         p = scene(rng, random_pose, d)
         batch = begin(METHODS[method], p, CpdOptions(volume=float(p.target.shape[1])))
@@ -109,7 +109,7 @@ def test_a_step_is_the_papers(rng, random_pose, method):
         if method == "cpd-similarity":
             np.testing.assert_allclose(variance, (xx - s * np.trace(A.T @ R)) / (NP * d), rtol=1e-10)
         else:
-            # The mistake of well-known packages: for a fixed scale the trace counts twice.
+            # Well-known packages get this wrong: for a fixed scale the trace counts twice.
             assert abs((xx - np.trace(A.T @ R)) / (NP * d) / variance - 1.0) > 0.1
 
 
@@ -118,7 +118,7 @@ def test_a_step_is_the_papers(rng, random_pose, method):
 @pytest.mark.parametrize("options", [{"clutter": 0.0}, {"clutter": 0.3}, {"clutter": 0.3, "volume": 12.0}])
 def test_the_likelihood_never_falls(rng, random_pose, method, d, options):
     """Each step is an exact EM step, so the negative log-likelihood never rises: 40 random scenes, far starts, both
-    conventions of the clutter, and none."""
+    clutter conventions and no clutter."""
     source = rng.standard_normal((40, 15, d)) * np.arange(1.0, d + 1.0)
     target = random_pose(rng, d, (40,)).apply(source[:, :12]) + 0.2 * rng.standard_normal((40, 12, d))
     target[:, :3] = 4.0 * rng.standard_normal((40, 3, d))
@@ -129,7 +129,7 @@ def test_the_likelihood_never_falls(rng, random_pose, method, d, options):
 
 
 def test_sigma_need_not_fall():
-    """σ is estimated, not scheduled: from a start that is believed too much it grows first."""
+    """σ is estimated, not scheduled: if it is too small at the start, it grows first."""
     result = register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, max_steps=3)
     seen = []
     register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, callback=lambda k, state: seen.append(state.sigma[0]))
@@ -139,8 +139,8 @@ def test_sigma_need_not_fall():
 
 
 def test_both_clutter_conventions_agree_at_v_equal_n():
-    """A clutter density 1/V with V = N is the paper's w/N; another V, such as the square of the cloud's radius, which
-    is what there is without one, is another answer."""
+    """A clutter density of 1/V with V = N is the paper's w/N; another V, such as the default one from the cloud's
+    radius, gives another answer."""
     source, target = room("outliers").source, room("outliers").target
     n, square = float(len(target)), float(square_or_cube(target))
     state = begin(METHODS["cpd-rigid"], problem(source, target), CpdOptions(clutter=0.2, volume=n)).state()
@@ -156,7 +156,7 @@ def test_both_clutter_conventions_agree_at_v_equal_n():
 
 @pytest.mark.parametrize("method", BOTH)
 def test_clean_data_keep_a_positive_variance(method):
-    """On equal clouds the variance falls to its floor, where it stays."""
+    """On equal clouds the variance falls to its floor and stays there."""
     points = fish(80) + 50.0
     result = register(points, points, method, clutter=0.0, max_steps=200)
     radius = np.sqrt(np.square(points - points.mean(axis=0)).sum(axis=1).mean())
@@ -167,7 +167,7 @@ def test_clean_data_keep_a_positive_variance(method):
 
 
 def test_the_trace_form_of_the_variance_falls_below_zero(rng):
-    """Why the variance is summed from residuals: on exact data the difference of traces is rounding, of either sign."""
+    """Why the variance is summed from residuals: on exact data the difference of traces is rounding of either sign."""
     values = []
     for _ in range(50):
         Y = rng.standard_normal((30, 2))
@@ -183,7 +183,7 @@ def test_the_trace_form_of_the_variance_falls_below_zero(rng):
 
 @pytest.mark.parametrize("degrees", [-170.0, -100.0, 60.0, 150.0])
 def test_large_motions_are_found_from_near_them(degrees):
-    """Rotation, translation and scale of a large motion, from a start 20° off: exact where the clouds match exactly."""
+    """Rotation, translation and scale of a large motion, from a start 20° off: exact if the clouds match exactly."""
     truth = Pose.from_angle(np.radians(degrees), (3.0, -2.0), 0.85)
     start = Pose.from_angle(np.radians(degrees + 20.0), (2.6, -1.8))
     target = truth.apply(fish(100))
@@ -196,7 +196,7 @@ def test_large_motions_are_found_from_near_them(degrees):
 
 
 def test_in_space(rng, random_pose):
-    """A large motion in 3-D with a scale, from a start near it."""
+    """A large motion in 3-D with a scale is found from a start near it."""
     source = rng.standard_normal((60, 3)) * [3.0, 2.0, 1.0]
     truth = random_pose(rng, 3, scaled=True)
     near = Pose.from_angle(0.3)
@@ -208,7 +208,7 @@ def test_in_space(rng, random_pose):
 
 
 def test_the_scale_switch():
-    """A moving cloud 15 % smaller: similarity CPD finds 1/0.85, rigid CPD stays at 1."""
+    """With the moving cloud 15 % smaller, similarity CPD finds 1/0.85 and rigid CPD stays at 1."""
     target = fish(150)
     source = 0.85 * Pose.from_angle(np.radians(-20.0), (0.3, 0.2)).apply(fish(150, 0.5))
     similarity = register(source, target, "cpd-similarity", clutter=0.12)
@@ -217,8 +217,8 @@ def test_the_scale_switch():
 
 
 def test_similarity_can_collapse():
-    """From a bad start, with a small σ, the similarity shrinks its cloud onto a part of the other; the rigid method
-    cannot, and near the truth neither does. The likelihood at the collapse is far below that near the truth."""
+    """From a bad start with a small σ, the similarity shrinks its cloud onto part of the other, which the rigid method
+    cannot; near the truth neither does. The likelihood at the collapse is far below that near the truth."""
     scene = room("striped")
     options = {"sigma": 0.3, "clutter": 0.12, "volume": 36.0, "max_steps": 200}
     result = register(
@@ -232,7 +232,7 @@ def test_similarity_can_collapse():
 
 @pytest.mark.parametrize("method", BOTH)
 def test_a_batch_is_its_single_runs(method):
-    """25 problems at once, those done leaving early, against one by one: to 1e-12 relative."""
+    """5 problems batched, with finished ones leaving early, and one by one agree to 1e-12 relative."""
     scenes = [room("outliers", seed=40 + 13 * k) for k in range(5)]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
     start = Pose.from_angle(np.radians([10.0, 45.0, 170.0, -30.0, 0.0]), 0.5 * np.ones((5, 2)))
@@ -245,8 +245,8 @@ def test_a_batch_is_its_single_runs(method):
 
 
 def test_units_and_origin_do_not_matter(rng, random_pose):
-    """With a volume in the same units, given or not, clouds in millimetres and far from the origin give the same
-    motion; with the number of points for a volume they do not."""
+    """If the volume is in the clouds' unit, whether given or default, clouds in millimetres and far from the origin
+    give the same motion; if it is the number of points, they do not."""
     s = room("outliers")
     shift = np.array([300.0, -200.0])
     for volumes, same in (((36.0, 36e6), True), ((None, None), True), ((160.0, 160.0), False)):
@@ -258,7 +258,7 @@ def test_units_and_origin_do_not_matter(rng, random_pose):
 
 
 def test_stages_are_those_of_the_step(rng, random_pose):
-    """The stages that a walkthrough shows: centred clouds, correlation, rotation, translation and σ of a step."""
+    """The stages shown in a walkthrough (centred clouds, correlation, rotation, translation, σ) are those of a step."""
     p = scene(rng, random_pose, 2)
     batch = advance(begin(METHODS["cpd-similarity"], p))
     shown, after = stages(batch.state()), advance(batch).state()
@@ -292,7 +292,7 @@ def test_what_does_not_determine_a_rotation_is_said(method):
 
 @pytest.mark.parametrize("far", [0.0, 1e3, 1e7])
 def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, far):
-    """Two points across two others: each is as near to both. Far from the origin their digits make a difference."""
+    """Two points across two others are equally near to both; far from the origin only their rounded digits differ."""
     for turn, x, y in rng.uniform(0.1, 1.5, (20, 3)):
         along = np.array([np.cos(turn), np.sin(turn)])
         across = np.array([-along[1], along[0]])
@@ -303,7 +303,7 @@ def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, far):
 
 
 def test_a_pose_at_rest_does_not_end_a_run_whose_width_still_shrinks():
-    """A grid on itself is where it belongs from the first step on: by its symmetry, whatever the width."""
+    """A grid registered to itself is in place from the first step on, by symmetry, whatever the width."""
     cloud = np.stack(np.meshgrid(np.linspace(-1.0, 1.0, 6), np.linspace(-1.0, 1.0, 6)), axis=-1).reshape(-1, 2)
     states = []
     result = register(cloud, cloud, "cpd-rigid", callback=lambda k, state: states.append(state))
@@ -324,7 +324,7 @@ def test_in_space_a_line_leaves_its_own_turn_free(rng, random_pose):
 
 
 def test_a_clutter_that_explains_all_is_said():
-    """Far apart, with a small σ and a dense clutter, no responsibility is left: degenerate, not a pose of NaN."""
+    """Far apart, with a small σ and dense clutter, no responsibility is left: degenerate, not a pose of NaN."""
     result = register(fish(20), fish(20) + 1000.0, "cpd-rigid", sigma=0.1, clutter=0.5, volume=1.0)
     assert result.status == Status.DEGENERATE
     assert "clutter explains every fixed point" in result.reason
@@ -332,8 +332,8 @@ def test_a_clutter_that_explains_all_is_said():
 
 
 def test_a_circle_and_a_wall_stop_truthfully(rng):
-    """Rotation about a circle, or the slide along a wall, is not determined by the scene; what converges is the value.
-    The status says converged, not right, and the error against the truth is what it is."""
+    """The scene does not determine the rotation about a circle or the slide along a wall; only the value converges. The
+    status says converged, not right, and the error against the truth remains."""
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
     turned = register(circle, Pose.from_angle(2.0).apply(circle), "cpd-rigid", max_steps=300)
@@ -346,7 +346,7 @@ def test_a_circle_and_a_wall_stop_truthfully(rng):
 
 
 def test_all_outliers(rng):
-    """Two unrelated clouds: it stops, with a status, and says nothing about success."""
+    """For two unrelated clouds it stops with a status, and does not claim success."""
     source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
     result = register(source, target, "cpd-rigid", max_steps=100)
     assert result.status in (Status.CONVERGED, Status.CAPPED)

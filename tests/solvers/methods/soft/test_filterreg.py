@@ -1,4 +1,4 @@
-"""FilterReg and its filters: moments against exact sums, the variance by its definition, roles swapped against CPD."""
+"""FilterReg and its filters: moments against exact sums, the variance by definition, roles swapped against CPD."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ from solvers.scenes.rooms import room, room_start
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
-# What the filters get wrong, measured on the room at σ = 0.12 to 1.1 u: the largest relative error of m⁰, the largest
-# error of a target m¹/m⁰ in σ. The sums beside them are exact to rounding.
+# The filters' errors, measured on the room at σ = 0.12 to 1.1 u: the largest relative error of m⁰, and the largest
+# error of a target m¹/m⁰ in units of σ. The exact sums beside them are exact up to rounding.
 ERROR = {"exact": (1e-12, 1e-12), "grid": (0.005, 0.004), "lattice": (0.15, 0.12)}
 
 
@@ -24,7 +24,7 @@ def problem(source, target):
 
 
 def exact(points, queries, sigma):
-    """m⁰, m¹/m⁰ and m²/m⁰ by the definition."""
+    """m⁰, m¹/m⁰ and m²/m⁰ from the definition."""
     K = np.exp(-np.square(queries[:, None] - points).sum(axis=2) / (2.0 * sigma**2))
     mass = K.sum(axis=1)
     return mass, K @ points / mass[:, None], K @ np.square(points).sum(axis=1) / mass
@@ -33,8 +33,8 @@ def exact(points, queries, sigma):
 @pytest.mark.parametrize("kind", kernel_filters.KINDS)
 @pytest.mark.parametrize("sigma", [0.12, 0.3, 1.1])
 def test_moments_against_exact_sums(kind, sigma):
-    """Each filter's moments at the moving points against exact sums, within the errors that it is known to have; the
-    weighted mean square distance, of which the variance is made, is never negative."""
+    """Each filter's moments at the moving points agree with exact sums to within its known errors; the weighted mean
+    square distance, from which the variance is computed, is never negative."""
     s = room("clean")
     result = kernel_filters.build(kind, s.target, sigma)
     answer = result.query(s.source)
@@ -54,8 +54,8 @@ def test_moments_against_exact_sums(kind, sigma):
     ("kind", "largest", "typical"), [("exact", 1e-12, 1e-12), ("grid", 0.006, 0.001), ("lattice", 0.2, 0.03)]
 )
 def test_kernel_errors(kind, largest, typical):
-    """The kernel that a filter has in effect, against the Gaussian of height 1: its largest and its typical error, in
-    any unit; the grid's is under 0.6 %, the lattice's under 20 %, and neither is exact."""
+    """The largest and the typical error of a filter's effective kernel against a Gaussian of height 1, in any unit:
+    under 0.6 % for the grid, under 20 % for the lattice, and neither is exact."""
     for sigma in (1.0, 1e-3):
         worst, mean = kernel_filters.kernel_error(kind, sigma)
         assert worst < largest
@@ -65,7 +65,7 @@ def test_kernel_errors(kind, largest, typical):
 
 @pytest.mark.parametrize("kind", ["grid", "lattice"])
 def test_a_filters_kernel_has_the_right_mass_and_variance(kind):
-    """Summed over the plane a filter's kernel gives 2πσ², and its variance is σ² along every direction."""
+    """Summed over the plane a filter's kernel gives 2πσ², and its variance is σ² in every direction."""
     sigma = 0.5
     rng = np.random.default_rng(3)
     points = rng.uniform(-3.0, 3.0, (300, 2))
@@ -84,7 +84,7 @@ def test_a_filters_kernel_has_the_right_mass_and_variance(kind):
 
 @pytest.mark.parametrize("kind", ["grid", "lattice"])
 def test_splat_keeps_the_values(kind):
-    """Splatting neither loses nor adds mass, and puts first moments where they were; blurring keeps the sums."""
+    """Splatting preserves mass and keeps first moments in place; blurring preserves the sums."""
     points = np.random.default_rng(4).standard_normal((50, 2))
     result = kernel_filters.build(kind, points, 0.3)
     centred = points - result.centre
@@ -116,7 +116,7 @@ def test_a_filter_that_would_be_too_fine_is_refused():
 
 @pytest.mark.parametrize("volume", [None, 36.0])
 def test_every_state_is_what_the_definition_says(volume):
-    """Targets, weights, likelihood and the estimated variance along a run, against sums over all pairs."""
+    """Targets, weights, likelihood and estimated variance along a run agree with sums over all pairs."""
     s = room("outliers")
     options = FilterRegOptions(filter="exact", clutter=0.25, volume=volume)
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), options)
@@ -141,7 +141,7 @@ def test_every_state_is_what_the_definition_says(volume):
 
 
 def test_the_roles_are_swapped_against_cpd():
-    """The responsibilities of CPD with the clouds exchanged: weights are its row sums, targets its soft targets."""
+    """CPD's responsibilities with the clouds exchanged: weights are its row sums, targets its soft targets."""
     s = room("clean")
     state = begin(
         METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions("exact", first=0.5, volume=36.0)
@@ -156,8 +156,8 @@ def test_the_roles_are_swapped_against_cpd():
 
 
 def test_with_exact_sums_the_likelihood_grows_from_a_near_start():
-    """The twist step minimises a linearised sum of squares, so nothing is promised; with exact sums, an estimated σ and
-    a start within reach the negative log-likelihood falls at every step all the same."""
+    """The twist step minimises a linearised sum of squares, so descent is not guaranteed; with exact sums, an estimated
+    σ and a start within reach, the negative log-likelihood still falls at every step."""
     s = room("outliers")
     result = register(s.source, s.target, "filterreg", filter="exact", start=room_start(20.0, 0.5))
     assert np.all(np.diff(result.history.objective) <= 1e-9)
@@ -175,7 +175,8 @@ def test_large_motions_are_found_from_near_them(kind, variance):
 
 
 def test_twists_compose_to_the_pose():
-    """Each step turns by the twist's ω about the weighted centroid, then moves by its v; together they are the pose."""
+    """Each step turns by the twist's ω about the weighted centroid, then moves by its v; composed, they are the
+    pose."""
     s = room("clean")
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(first=1.0))
     for _ in range(4):
@@ -193,7 +194,7 @@ def test_twists_compose_to_the_pose():
 
 
 def test_a_filter_is_made_anew_only_when_sigma_has_changed():
-    """At the last σ of a schedule one and the same filter answers step after step; before, every step has its own."""
+    """At the last σ of a schedule all steps share one filter; before that, every step has its own."""
     s = room("clean")
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(variance="scheduled", last=0.9))
     made = [batch.state().filters[0]]
@@ -259,8 +260,8 @@ def test_options_are_refused_by_name(name, value):
 
 @pytest.mark.parametrize("setting", ["clean", "combo"])
 def test_on_ordinary_scans_it_comes_to_rest(setting):
-    """Ten rooms from 20° and 0.3 u, by the defaults: every run converges, most in less than half the steps that it
-    has, and a σ that the lattice cannot tell from the one before is that one."""
+    """Ten rooms from 20° and 0.3 u with defaults: every run converges, and the median in fewer than 50 steps. If the
+    lattice cannot tell a new σ from the previous one, the previous one is kept."""
     scenes = [room(setting, seed=40 + 13 * k) for k in range(10)]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     result = register(source, target, "filterreg", start=room_start(20.0, 0.3))

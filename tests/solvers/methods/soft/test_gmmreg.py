@@ -1,4 +1,4 @@
-"""GMMReg: the L2 distance against integration, the kernel mean discrepancy that it is, derivatives, and the course."""
+"""GMMReg: the L2 distance against integration, its equality to a kernel MMD, derivatives, and the course of a run."""
 
 from itertools import pairwise
 
@@ -24,13 +24,13 @@ def state_at(source, target, pose, sigma):
 
 
 def density(points, places, sigma):
-    """A mixture of equal isotropic Gaussians at `points`, at `places`."""
+    """A mixture of equal isotropic Gaussians centred at `points`, evaluated at `places`."""
     squares = np.square(places[:, None] - points).sum(axis=2)
     return np.exp(-squares / (2.0 * sigma**2)).mean(axis=1) / (2.0 * np.pi * sigma**2)
 
 
 def gaussian_mmd2(x, y, length):
-    """MMD² of two clouds, the exact pairwise V-statistic with the diagonal, Gaussian kernel of length ℓ."""
+    """MMD² of two clouds: the exact pairwise V-statistic, diagonal included, for a Gaussian kernel of length ℓ."""
 
     def mean_kernel(a, b):
         return np.exp(-np.square(a[:, None] - b).sum(axis=2) / (2.0 * length**2)).mean()
@@ -39,7 +39,7 @@ def gaussian_mmd2(x, y, length):
 
 
 def test_the_objective_is_the_integral_of_the_squared_difference(rng):
-    """∫ (f − g)² by a fine sum over the plane, which for Gaussians is exact to rounding."""
+    """∫ (f − g)² by a fine sum over the plane, which for Gaussians is exact up to rounding."""
     source, target, sigma = rng.standard_normal((6, 2)), rng.standard_normal((9, 2)), 0.4
     pose = Pose.from_angle(0.7, (0.3, -0.2))
     axis = np.arange(-7.0, 7.0, 0.1)
@@ -51,7 +51,7 @@ def test_the_objective_is_the_integral_of_the_squared_difference(rng):
 
 @pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0])
 def test_it_is_a_gaussian_kernel_mmd(rng, sigma):
-    """The L2 distance is MMD² with ℓ = √2 σ times (4πσ²)^(−d/2), for uniform weights and one component a point."""
+    """The L2 distance is MMD² with ℓ = √2 σ, times (4πσ²)^(−d/2), for uniform weights and one component per point."""
     source, target = rng.standard_normal((20, 2)), rng.standard_normal((30, 2)) + 0.5
     pose = Pose.from_angle(-2.0, (0.3, 0.4))
     result = state_at(source, target, pose, sigma).objective[0]
@@ -62,12 +62,12 @@ def test_it_is_a_gaussian_kernel_mmd(rng, sigma):
 @pytest.mark.parametrize("sigma", [0.2, 1.0])
 @pytest.mark.parametrize("shift", [0.0, 100.0])
 def test_derivatives_against_finite_differences(rng, sigma, shift):
-    """Gradient and Hessian in (v, ρω) against central differences of the objective, also far from the origin."""
+    """Gradient and Hessian in (v, ρω) against central differences of the objective, even far from the origin."""
     source, target = rng.standard_normal((15, 2)) + shift, rng.standard_normal((20, 2)) + shift
     at = Pose.from_angle(0.3).R
     pose = Pose(at, source.mean(axis=0) - at @ source.mean(axis=0) + [0.2, -0.1])
     state = state_at(source, target, pose, sigma)
-    factor = 2.0 / (4.0 * np.pi * sigma**2)  # E = const − 2 k_xy / MN times the factor in front
+    factor = 2.0 / (4.0 * np.pi * sigma**2)  # E = const − 2 k_xy / MN, times the leading factor
 
     def at_xi(xi):
         there = moved_by(state, np.array([xi]))
@@ -88,7 +88,7 @@ def test_derivatives_against_finite_differences(rng, sigma, shift):
 
 
 def test_within_a_stage_it_never_rises(rng, random_pose):
-    """Every step at one σ lowers the objective or leaves it: 40 random scenes from far starts."""
+    """No step at one σ raises the objective, on 40 random scenes from far starts."""
     source = rng.standard_normal((40, 15, 2)) * [2.0, 1.0]
     target = random_pose(rng, 2, (40,)).apply(source[:, :12]) + 0.1 * rng.standard_normal((40, 12, 2))
     seen = []
@@ -140,7 +140,7 @@ def test_a_batch_is_its_single_runs():
     for k in range(5):
         alone = register(source[k], target[k], "gmmreg", start=room_start())
         assert alone.steps == together.steps[k]
-        # An older numpy sums a batch in another order, and the steps make more of that.
+        # Older numpy versions sum a batch in another order, and the steps amplify that.
         np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=0.0, atol=1e-9)
 
 
@@ -165,8 +165,8 @@ def test_no_overlap_is_said():
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
-    """One point, or equal ones, in either cloud: degenerate, with the reason, once the translation is found; a batch
-    mate goes on."""
+    """A single point, or equal ones, in either cloud: degenerate with a reason, once the translation is found; the rest
+    of the batch goes on."""
     s = room("clean")
     for source, target, name in (
         ([[1.0, 2.0]], s.target, "source"), (np.full((4, 2), 0.1), s.target, "source"),
@@ -185,7 +185,7 @@ def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
 
 
 def test_scenes_that_determine_little(rng):
-    """Two points, a circle, a wall, all outliers: a status, finite poses, no claim."""
+    """Two points, a circle, a wall, all outliers: finite poses and a status, without a claim to be right."""
     two = np.array([[0.0, 0.0], [2.0, 0.0]])
     pair = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "gmmreg")
     np.testing.assert_allclose(pair.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-6)
@@ -201,7 +201,7 @@ def test_scenes_that_determine_little(rng):
 
 
 def test_a_saddle_is_left_behind():
-    """Where the Hessian is not positive definite the damped step still lowers the objective."""
+    """If the Hessian is not positive definite, the damped step still lowers the objective."""
     s = room("clean")
     batch = begin(METHODS["gmmreg"], problem(s.source, s.target, room_start(80.0)), GmmRegOptions(first=0.4, last=0.4))
     after = advance(batch).state()
@@ -217,7 +217,7 @@ def test_options_are_refused_by_name(name, value):
 
 
 def test_a_tiny_source_and_a_target_at_one_far_place_are_degenerate():
-    """A hostile call found this pair: by the turn, E has a curvature beyond all numbers, and numpy warned of it."""
+    """A hostile call found this pair: E's curvature in the turn overflows, which made numpy warn."""
     source = 1e-100 * np.array([[0.8, -0.8], [-0.1, 1.9], [-0.2, -0.4], [-0.9, -0.8], [-0.1, 0.0]])
     result = register(source, np.tile([4e28, 1.5e30], (6, 1)), "gmmreg")
     assert result.status == Status.DEGENERATE

@@ -25,7 +25,7 @@ def _pairs(psi):
 
 
 def _greedy_one_by_one(psi, miss):
-    """Pick the best pair left, cross out its row and column, again: the definition."""
+    """The definition: pick the best pair left, cross out its row and column, repeat."""
     left, out = psi.copy(), np.full(len(psi), -1)
     while left.max() > miss:
         i, j = np.unravel_index(left.argmax(), left.shape)
@@ -37,8 +37,8 @@ def _greedy_one_by_one(psi, miss):
 @settings(max_examples=120, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 10**6), st.booleans())
 def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
-    """With distinct scores it is the definition's answer; with equal ones a greedy answer in some order: no pair that
-    would better both of its points is left."""
+    """With distinct scores it is the definition's answer; with ties, a greedy answer in some order: no remaining pair
+    would improve both of its points."""
     rng = np.random.default_rng(seed)
     m, n = rng.integers(1, 14, 2)
     psi = rng.integers(0, 4, (m, n)) / 3.0 if ties else rng.uniform(0.0, 1.0, (m, n)) * (rng.random((m, n)) < 0.6)
@@ -55,7 +55,7 @@ def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
 
 
 def test_drawn_assignments_are_one_to_one_and_only_of_listed_pairs(rng):
-    """Crowded rows and columns: no column twice in one hypothesis, no pair without a score."""
+    """With crowded rows and columns, no hypothesis uses a column twice or a pair without a score."""
     psi = rng.uniform(0.0, 1.0, (30, 20)) * (rng.random((30, 20)) < 0.5)
     result, values = _pairs(psi)
     H = 50
@@ -69,7 +69,7 @@ def test_drawn_assignments_are_one_to_one_and_only_of_listed_pairs(rng):
 
 
 def test_a_lone_row_is_drawn_with_its_odds(rng):
-    """One source point: target j with probability ψ_j / (ψ₀ + Σ ψ), none with ψ₀'s share; 40,000 draws, 4 sigma."""
+    """One source point: target j has probability ψ_j / (ψ₀ + Σ ψ), no target ψ₀'s share; 40,000 draws, to 4 sigma."""
     psi = np.array([[0.2, 0.5, 0.05, 0.9]])
     result, values = _pairs(psi)
     H = 40_000
@@ -80,8 +80,8 @@ def test_a_lone_row_is_drawn_with_its_odds(rng):
 
 
 def test_a_taken_target_is_drawn_around(rng):
-    """Two points, the first in order always gets what it draws; the other redraws among what is left: the odds of one
-    after the other, which turns enough reach to a hundredth."""
+    """Two points: the first in order always gets what it draws, the other redraws among the rest. Enough rounds give
+    the odds of drawing one after the other, to a hundredth."""
     psi = np.array([[1.0, 0.3], [0.8, 0.4]])
     result, values = _pairs(psi)
     H, miss = 40_000, 0.12
@@ -90,7 +90,7 @@ def test_a_taken_target_is_drawn_around(rng):
     for j in (0, 1):
         after = out[1, out[0] == j]
         other = psi[1, 1 - j]
-        # Both draw at once at first: a miss drawn then stands, and only who collides draws again among the rest.
+        # Both first draw at once: a miss drawn then stands, and only a point that collides draws again among the rest.
         total = psi[1].sum() + miss
         expected = (other + psi[1, j] * other / (other + miss)) / total
         assert abs((after == 1 - j).mean() - expected) < 0.015
@@ -98,7 +98,7 @@ def test_a_taken_target_is_drawn_around(rng):
 
 
 def test_what_a_state_shows_belongs_together():
-    """Support and soft targets are the averages of the assignments shown, the first of which is the greedy one."""
+    """Support and soft targets are averages over the assignments shown, the first of which is the greedy one."""
     scene = room("combo", seed=53)
     result = register(
         scene.source, scene.target, "hypothesis-mixture", start=room_start(20.0, 0.5), max_steps=9, seed=53, **RACE
@@ -124,7 +124,7 @@ def test_what_a_state_shows_belongs_together():
 
 
 def test_the_room_batched_and_one_by_one():
-    """From 45° the clean room is found on every seed; a batch gives what single runs give, to 1e-12."""
+    """From 45° the clean room is found on all 6 seeds; a batch gives what single runs give, to 1e-12."""
     scenes = [room("clean", seed=40 + 13 * k) for k in range(6)]
     result = register(
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), "hypothesis-mixture",
@@ -141,7 +141,7 @@ def test_the_room_batched_and_one_by_one():
 
 
 def test_a_large_motion_comes_back(rng):
-    """Equal clouds, turned by 200° and moved: from 10° beside it the pose is found."""
+    """For equal clouds, turned by 200° and moved, the pose is found from a start 10° off."""
     source = rng.uniform(-3.0, 3.0, (60, 2)) + 5.0
     truth = Pose.from_angle(np.radians(200.0), (2.0, -4.0))
     target = truth.apply(source)
@@ -153,7 +153,7 @@ def test_a_large_motion_comes_back(rng):
 
 
 def test_one_hypothesis_is_the_greedy_one():
-    """With a count of one nothing is drawn, and the seed does not matter."""
+    """With a count of one nothing is drawn, so the seed does not matter."""
     scene = room("clean", seed=40)
     runs = [
         register(scene.source, scene.target, "hypothesis-mixture", start=room_start(15.0, 0.3), count=1, seed=s)
@@ -171,8 +171,8 @@ def test_wrong_options_are_named(wrong):
 
 
 def test_poses_that_come_round_again_have_stalled():
-    """At the last σ a step is a function of the pose: of ten noisy rooms with junk none is capped, some stall, and what
-    has stalled goes through the same few poses when it is stepped on."""
+    """At the last σ a step is a function of the pose. Of ten noisy rooms with junk none is capped and some stall;
+    stepped further, stalled runs go through the same few poses."""
     scenes = [room("combo", seed=40 + 13 * k) for k in range(10)]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     start = room_start(8.0, 0.3)

@@ -22,7 +22,7 @@ def begun(method, options):
 
 @pytest.mark.parametrize("volume", [None, 64.0])
 def test_filterreg_shares(volume):
-    """Row sums are the weights W and row means the soft targets of the method with exact sums, in both conventions."""
+    """Row sums are the weights W, and row means the soft targets, of the exact method, in both conventions."""
     state = begun("filterreg", FilterRegOptions(filter="exact", first=0.6, clutter=0.2, volume=volume))
     P = filterreg_shares(state)
     np.testing.assert_allclose(P.sum(axis=1), state.weights[0], rtol=1e-10)
@@ -30,13 +30,13 @@ def test_filterreg_shares(volume):
 
 
 def test_gmmreg_overlaps():
-    """Their row means are what the method sums up."""
+    """Their row means are what the method sums."""
     state = begun("gmmreg", GmmRegOptions(first=0.6))
     np.testing.assert_allclose(gmmreg_overlaps(state).mean(axis=1), state.overlap[0], rtol=1e-12)
 
 
 def test_clutter_weight_is_the_inverse_of_the_clutter_term():
-    """(2πσ²)^{d/2} w N / ((1 − w) V), there and back."""
+    """It inverts (2πσ²)^{d/2} w N / ((1 − w) V)."""
     for w, sigma, count, volume, d in ((0.1, 0.5, 30, 64.0, 2), (0.7, 2.0, 300, 5.0, 3)):
         offset = (2 * np.pi * sigma**2) ** (d / 2) * w * count / ((1 - w) * volume)
         assert clutter_weight(offset, sigma, count, volume, d) == pytest.approx(w, rel=1e-12)
@@ -46,7 +46,7 @@ def test_clutter_weight_is_the_inverse_of_the_clutter_term():
 
 
 def test_the_bird():
-    """Counts, masks, clutter within its field, noise that stretches one draw, a start as far off as it says."""
+    """Counts, masks, clutter within its field, noise that scales a single draw, and a start as far off as stated."""
     assert pytest.approx(FIELD[0] * FIELD[1]) == AREA
     a, b, c = bird(noise=0.1, clutter=3), bird(noise=0.2, clutter=3), bird(noise=0.0, clutter=4)
     assert (len(a.source), len(a.target)) == (COUNTS[0] + 3, COUNTS[1] + 3)
@@ -83,7 +83,7 @@ def test_what_is_refused(name, value):
 )
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_clutter_weight_of_any_size_is_a_weight(given, wanted):
-    """Also where the product or the power in it is no number."""
+    """This holds even if the product or the power in it over- or underflows."""
     assert clutter_weight(*given) == pytest.approx(wanted, rel=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""Where a width begins and ends, when one of the two is given."""
+"""Where a width begins and ends if only one of the two is given."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCHEDULES = {
 
 
 def batch_of(method: str, **width: float) -> Batch[Any]:
-    """A run of the race's first scene, at its beginning."""
+    """A run of the race's first scene, before its first step."""
     problem, _ = race_problem(Controls(), seeds=[40])
     solver = METHODS[method]
     return begin(solver, problem, solver.options(**width, **SCHEDULES[method][1]), max_steps=200)
@@ -31,7 +31,7 @@ def batch_of(method: str, **width: float) -> Batch[Any]:
 @pytest.mark.parametrize("first", [0.02, 0.5])
 @pytest.mark.parametrize("method", SCHEDULES)
 def test_a_width_begins_where_it_is_told_to(method: str, first: float) -> None:
-    """Also below where it would end by default: then it ends there, too."""
+    """If that is below its default end, it also ends there."""
     state = batch_of(method, first=first).state()
     assert getattr(state, SCHEDULES[method][0])[0] == pytest.approx(first, rel=1e-12)
     assert np.all(state.last <= state.last.dtype.type(first) * (1.0 + 1e-12))
@@ -40,7 +40,7 @@ def test_a_width_begins_where_it_is_told_to(method: str, first: float) -> None:
 @pytest.mark.parametrize("last", [0.3, 9.0])
 @pytest.mark.parametrize("method", SCHEDULES)
 def test_a_width_ends_where_it_is_told_to(method: str, last: float) -> None:
-    """Also above where it would begin by default: then it begins there, too."""
+    """If that is above its default beginning, it also begins there."""
     batch, width = batch_of(method, last=last), SCHEDULES[method][0]
     assert getattr(batch.state(), width)[0] >= last
     assert getattr(run(batch)[0].state(), width)[0] == pytest.approx(last, rel=1e-12)
