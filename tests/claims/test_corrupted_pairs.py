@@ -42,7 +42,7 @@ def test_a_wrong_pose_seldom_keeps_its_own_two_pairs():
 
 def test_most_trials_gather_three_pairs_at_most():
     """Of the 650 possible trials in the figure's scene, more than 60 % have at most three pairs within ε, and 25 to
-    30 % have at least 20 of 22 right ones."""
+    30 % at least 20, where 22 pairs are right."""
     scene = facade_scene()
     _, _, squares, _ = every_trial(scene, 0.7)
     count = (squares <= 0.25**2).sum(axis=1)
@@ -231,8 +231,8 @@ def found_truth(scenes, **options):
 
 
 def test_a_low_confidence_may_do_better_than_it_says(why):
-    """25 draws at 50 %: if the share of right pairs is estimated along the way, all find the truth; given the true
-    share, a run makes two trials, and 16 find it."""
+    """25 draws at 50 % confidence: if the share of right pairs is estimated along the way, all find the truth; given
+    the true share, a run makes two trials, and 16 find it."""
     scenes, report = [facade_scene(seed=seed) for seed in SEEDS], int(trials(0.55, 0.5, 2))
     guessed = found_truth(scenes, confidence=0.5)
     known = found_truth(scenes, confidence=1 - 1e-12, most=report, per_step=report)
@@ -249,8 +249,8 @@ def test_a_low_confidence_may_do_better_than_it_says(why):
 
 
 def test_contradicting_pairs_let_a_low_confidence_do(why):
-    """18 of 40 wrong, 25 draws at 50 %: all end at the truth if the wrong pairs contradict one another, but 21 if they
-    agree."""
+    """18 of 40 wrong, 25 draws at 50 % confidence: if the wrong pairs contradict one another, all end at the truth; if
+    they agree, 21 do."""
     contradict = found_truth([facade_scene(seed=seed) for seed in SEEDS], confidence=0.5)
     alike, _ = outcomes(0.45, 0.5)
     why(

@@ -198,7 +198,7 @@ def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
 
 
 def delays_of(drive):
-    """By translations and by turns: how much later the half degrees are seen than the whole ones, in s, and the
+    """For translations, then for turns: how much later the half degrees are seen than the whole ones, in s, and the
     standard deviation of that."""
     n = len(drive.ranges)
     whole, half = drive.ranges.copy(), drive.ranges.copy()

@@ -46,8 +46,8 @@ def test_graduated_weights_end_where_ransac_does():
 
 
 def test_graduated_weights_break_down_before_ransac():
-    """25 draws, right within 3° and 0.15 u: all are with 20 of 40 wrong, 14 with 28, two with 32, while RANSAC is right
-    in all of them. The eleven misses with 28 wrong all report that they converged."""
+    """Of 25 draws, all end within 3° and 0.15 u with 20 of 40 wrong, 14 with 28 and two with 32, while RANSAC does in
+    all of them. The eleven misses with 28 wrong all report that they converged."""
     right = {}
     for wrong in (20, 28, 32):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in SEEDS]
@@ -62,8 +62,8 @@ def test_graduated_weights_break_down_before_ransac():
 
 
 def test_partners_that_lean_mislead_graduated_weights(why):
-    """32 of 40 wrong, 25 draws: two end right if all wrong partners lie to the right, and 23 if each lies as far off in
-    a random direction of its own."""
+    """32 of 40 wrong, 25 draws: two find the truth if all wrong partners lie to the right, and 23 if each lies as far
+    off in a random direction of its own."""
     scenes = [facade_scene(seed=seed, outliers=0.8) for seed in SEEDS]
     leaning = sum(near_truth(graduated(scene).pose, scene) for scene in scenes)
     spread = sum(near_truth(graduated(scene, scattered(scene)).pose, scene) for scene in scenes)

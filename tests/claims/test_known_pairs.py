@@ -197,8 +197,8 @@ def test_start_plays_no_part(d):
 
 
 def test_two_points_are_enough_in_the_plane():
-    """Two pairs of distinct points determine a planar pose; one pair, or two equal points, only determine a move of the
-    one point onto the other."""
+    """Two pairs of distinct points determine a planar pose; one pair, or two equal points, only determine where that
+    one point goes."""
     truth = Pose.from_angle(2.5, (1.0, 1.0))
     two = np.array([(0.0, 0.0), (1.0, 0.5)])
     np.testing.assert_allclose(fit_rigid(two, truth.apply(two)).pose.matrix, truth.matrix, atol=1e-12)

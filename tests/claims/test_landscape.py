@@ -159,7 +159,7 @@ def test_kinks_point_upwards(scene):
 
 def test_the_capped_slope_is_the_mean_offset(scene):
     """Between switches the gradient is −(2/M) Σ of the offsets of the pairs within τ, as central differences confirm.
-    It is not zero anywhere on a lattice over the window, but it is far away, where no pair is within τ."""
+    It is nonzero everywhere on a lattice over the window, and zero far away, where no pair is within τ."""
     field, M = capped_field(scene.source, scene.target, 0.6), len(scene.source)
     for shift in LATTICE + 0.013:
         offsets = scene.target[None] - (scene.source + shift)[:, None]

@@ -104,7 +104,7 @@ def test_closing_the_loop_says_more_of_where_the_far_side_is():
 
 
 def test_information_says_who_gives_way(why):
-    """Turns on the spot do not add up to a full circle: the surer an edge is, the less of the excess it takes."""
+    """If turns on the spot do not add up to a full circle, a surer edge takes less of the excess."""
     took = {}
     for factor in (1.0, 9.0):
         turns = Pose.from_angle(np.full(4, (2.0 * np.pi + 0.4) / 4.0), np.zeros((4, 2)))

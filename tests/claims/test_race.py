@@ -233,8 +233,7 @@ def test_a_wider_first_sigma_finds_the_noisy_room(why):
 
 
 def test_a_wider_first_sigma_reaches_across_stripes(why):
-    """In the striped room, the three place none with a first σ of 1.1 u; with 2.2 u they place 25, 25 and 10 or
-    more."""
+    """In the striped room, the three place none with a first σ of 1.1 u, and 25, 25 and 10 or more with 2.2 u."""
     counts = soft_counts("striped")
     why("the first σ", told(counts))
     assert counts[1.1] == [0, 0, 0]
@@ -377,8 +376,9 @@ def test_three_share_the_score_of_a_miss():
 
 @pytest.mark.native
 def test_who_is_first_below_half_differs_from_control_to_control():
-    """In the sweep's curves over 100 seeds, only NDT starts below 50 successes. For each control, moving away from the
-    clean room, the contestants that first fall below 50 are as listed."""
+    """In the sweep over 100 seeds, only NDT starts below 50 successes. Going away from the clean room, the first others
+    to fall below are soft targets and association BP for noise, ICP for junk, ICP, point to plane, GICP and the
+    hypothesis mixture for overlap, association BP for density."""
     data = json.loads(Path(__file__).parents[2].joinpath("content/data/sweep/curves.json").read_text("utf-8"))
     assert data["seeds"] == 100
     first, usual = {}, {"noise": 0.02, "outliers": 0.0, "overlap": 1.0, "density": 1.0}

@@ -72,7 +72,7 @@ def test_the_order_of_turns_matters_and_less_so_for_small_ones(degrees, apart):
 
 
 def test_few_rotations_lie_near_the_truth():
-    """Within 45° of a given rotation lie a quarter of all in the plane, and (θ − sin θ)/π, one in forty, in space."""
+    """In the plane a quarter of all rotations are within 45° of a given one; in space one in forty, (θ − sin θ)/π."""
     angle = Pose(random_rotations(40000), np.zeros((40000, 3))).angle
     for degrees in (45.0, 90.0, 120.0):
         part = np.radians(degrees)

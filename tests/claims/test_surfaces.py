@@ -68,7 +68,8 @@ def test_point_pairs_crab_along_a_wall():
 
 
 def test_in_the_clean_room_planes_and_covariances_take_fewer_steps():
-    """From the near start all three find all 25 clean rooms; point pairs take three times the median steps or more."""
+    """From the near start all three find all 25 clean rooms, but point pairs take at least three times as many steps in
+    the median."""
     steps = {}
     for method in ("icp", "point-to-plane", "gicp"):
         assert successes("clean", method, NEAR) == 25
@@ -317,7 +318,7 @@ def _one(*arrays):
 
 def test_a_scale_of_distances_is_not_that_of_plane_residuals():
     """At the truth of the clean room the median distance is more than twice the median plane residual: the rest is the
-    gap between the two samplings. Most pairs that Huber weights down by distance have ordinary plane residuals."""
+    gap between the two samplings. Most pairs that Huber down-weights by distance have ordinary plane residuals."""
     scene = room("clean")
     state = register(scene.source, scene.target, "point-to-plane", max_steps=0).states[0]
     r = np.ravel(state.pairing.distances)

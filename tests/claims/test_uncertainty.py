@@ -142,7 +142,7 @@ def test_true_normals_leave_the_corridor_free():
 
 def test_point_to_point_sees_no_needle():
     """1,000 draws in the corridor: the Hessian's regions are equally wide in every direction, to 1 %, and fewer than
-    ten hold the truth. Of the runs' ends, σ along the corridor is more than ten times that across it."""
+    ten hold the truth. Among the runs' ends, σ along the corridor is more than ten times that across it."""
     made = runs("corridor", "icp", DRAWS)
     estimate = covariance(made.result)
     assert (estimate.deviations[:, 0] < 1.01 * estimate.deviations[:, 2]).all()

@@ -24,7 +24,7 @@ CHOICES = {
     "filter": kernel_filters.KINDS,
     "variance": filterreg.VARIANCES,
 }
-"""The options that are words, and which words they are."""
+"""The options whose values are words, and the words allowed."""
 HEAD = '''"""The types of the modules, of the methods' functions, of `register` and of `METHODS`, written from the code.
 
 By `python -m tests.solvers.stub`; a test holds this file to that.
