@@ -108,7 +108,8 @@ def test_what_the_noise_leaves_free_stays_free():
 
 
 def test_a_free_direction_told_about_another_centre_stays_free():
-    """The noise is estimated about the centre of half of the source points, and carried through for all of them."""
+    """The noise is estimated about the weighted centre of some of the source points, and carried through for all of
+    them."""
     scene = corridor(noise=0.0)
     half = (np.arange(len(scene.source)) % 2).astype(float) + (scene.source[:, 0] > 0.0)
     run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4, weights=half)
