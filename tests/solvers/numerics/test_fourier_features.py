@@ -16,8 +16,7 @@ FORMS = {
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("kernel", list(FORMS))
 def test_the_mean_of_many_waves_is_the_kernel(kernel, d, rng):
-    """The mean of cos ωᵀx over 400,000 frequencies is k(x) to 0.006, five of its standard errors, in any
-    direction."""
+    """The mean of cos ωᵀx over 400,000 frequencies is k(x) to 0.006, five of its standard errors, in any direction."""
     w = unit_frequencies(SEED, 400_000, d, kernel)[0]
     for r in (0.0, 0.1, 0.5, 1.0, 2.0, 4.0):
         for _ in range(3):
