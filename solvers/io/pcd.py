@@ -1,5 +1,5 @@
-"""PCD, the format of the Point Cloud Library: a header of named lines, then the points
-as text or as binary numbers.
+"""PCD, the format of the Point Cloud Library: a header of named lines, then the points as text, as binary numbers or as
+compressed ones.
 """
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ import re
 
 import numpy as np
 
-from solvers.core.arrays import FloatArray
+from solvers.core.arrays import AnyArray, FloatArray
+from solvers.io import lzf
 from solvers.io.text import lines_of, numbers, told
 
 KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
@@ -59,13 +60,35 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
                 there = (len(data) - at) // row.itemsize
                 raise ValueError(f"the file ends after {there} points; expected {count} of {row.itemsize} bytes each")
             table = np.frombuffer(data, row, count, at)
-            columns = [table[f"f{names.index(axis)}"][:, 0].astype(np.float64) for axis in axes]
-            return np.stack(columns, axis=1), "binary"
+            columns = [table[f"f{names.index(axis)}"][:, 0] for axis in axes]
+            return _stacked(columns), "binary"
+        case ["binary_compressed"]:
+            sizes = [n * np.dtype(kind).itemsize for kind, n in zip(kinds, counts, strict=True)]
+            fields = _decompressed(data, at, count * sum(sizes))
+            columns = []
+            for k in map(names.index, axes):  # each field of all points in turn
+                values = np.frombuffer(fields, kinds[k], count * counts[k], count * sum(sizes[:k]))
+                columns.append(values[:: counts[k]])
+            return _stacked(columns), "binary, compressed"
         case other:
-            raise ValueError(
-                f"line {line}: DATA {told(' '.join(other))} is not read; expected ascii or binary"
-                " (pcl_convert_pcd_ascii_binary writes them)"
-            )
+            expected = "expected ascii, binary or binary_compressed"
+            raise ValueError(f"line {line}: DATA {told(' '.join(other))} is not read; {expected}")
+
+
+def _stacked(columns: list[AnyArray]) -> FloatArray:
+    return np.stack([column.astype(np.float64) for column in columns], axis=1)
+
+
+def _decompressed(data: bytes, at: int, size: int) -> bytes:
+    """The bytes of all points, field by field: after `at`, two sizes, then the compressed bytes."""
+    if len(data) < at + 8:
+        raise ValueError("the file ends before the sizes of its compressed points")
+    packed, whole = np.frombuffer(data, "<u4", 2, at).tolist()
+    if whole != size:
+        raise ValueError(f"the compressed points are said to hold {whole} bytes; the header's fields have {size}")
+    if len(data) - at - 8 < packed:
+        raise ValueError(f"the file ends after {len(data) - at - 8} bytes of compressed points; expected {packed}")
+    return lzf.decompress(data[at + 8 : at + 8 + packed], size)
 
 
 def _fields(header: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[str], list[str], list[int]]:

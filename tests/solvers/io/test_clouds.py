@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from solvers.io.clouds import MOST_POINTS, read
 from solvers.io.pcd import points
+from tests.solvers.io.compression import compress
 
 numbers = st.floats(-1e12, 1e12, allow_nan=False).map(lambda v: v + 0.0)
 clouds = st.integers(2, 3).flatmap(lambda d: st.lists(st.tuples(*[numbers] * d), min_size=1, max_size=12)).map(np.array)
@@ -41,6 +42,10 @@ def pcd(p, kind="ascii"):
     head += f"COUNT {'1 ' * d}3\nWIDTH {len(p)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(p)}\nDATA {kind}\n"
     if kind == "ascii":
         return (head + "".join(" ".join(repr(float(v)) for v in row) + " 0 0 1\n" for row in p)).encode()
+    if kind == "binary_compressed":  # each field of all points in turn
+        body = b"".join(p[:, k].astype("<f8").tobytes() for k in range(d)) + struct.pack("<3f", 0, 0, 1) * len(p)
+        packed = compress(body)
+        return head.encode() + struct.pack("<2I", len(packed), len(body)) + packed
     return head.encode() + b"".join(struct.pack(f"<{d}d3f", *row, 0, 0, 1) for row in p)
 
 
@@ -64,6 +69,7 @@ WRITERS = {
     "ply little of bare returns": lambda p: bare(ply(p, "binary_little_endian")),
     "pcd": pcd,
     "pcd binary": lambda p: pcd(p, "binary"),
+    "pcd compressed": lambda p: pcd(p, "binary_compressed"),
     "pcd of bare returns": lambda p: bare(pcd(p)),
     "pcd binary of bare returns": lambda p: bare(pcd(p, "binary")),
 }
@@ -133,7 +139,7 @@ def survives(data):
         (ply(np.eye(3)).replace(b"vertex 3", b"vertex 30"), 15, "after 4 vertices; expected 30"),
         (pcd(np.eye(3)).replace(b"FIELDS x", b"FIELDS a"), 3, "expected x and y"),
         (pcd(np.eye(3)).replace(b"0.0 1.0 0.0 0", b"0.0 1.0 0,0 0"), 13, "decimal point"),
-        (pcd(np.eye(3)).replace(b"DATA ascii", b"DATA binary_compressed"), 11, "expected ascii or binary"),
+        (pcd(np.eye(3)).replace(b"DATA ascii", b"DATA zip"), 11, "expected ascii, binary or binary_compressed"),
         (pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW"), 9, "'VIEW' is not understood"),
         (bare(ply(np.eye(3)).replace(b"property double x", b"property float128 x")), 5, "float128"),
         (bare(pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW")), 9, "'VIEW' is not understood"),
@@ -254,3 +260,15 @@ def test_a_field_of_several_numbers_moves_the_columns_of_a_pcd():
     head = "VERSION 0.7\nFIELDS normal x y\nSIZE 4 4 4\nTYPE F F F\nCOUNT 3 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n"
     text = f"# .PCD v0.7\n{head}DATA ascii\n9 9 9 1 2\n8 8 8 3 4\n"
     assert points(text.encode(), 10)[0].tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+def test_compressed_points_that_are_not_all_there_are_refused():
+    """Their two sizes missing, another size than the header's fields have, and bytes cut off at the end."""
+    whole = pcd(np.eye(3), "binary_compressed")
+    begin = whole.index(b"binary_compressed\n") + len(b"binary_compressed\n")
+    with pytest.raises(ValueError, match="the file ends before the sizes of its compressed points"):
+        read(whole[: begin + 7])
+    with pytest.raises(ValueError, match="are said to hold 144 bytes; the header's fields have 108"):
+        read(pcd(np.ones((4, 3)), "binary_compressed").replace(b"POINTS 4", b"POINTS 3"))
+    with pytest.raises(ValueError, match=r"the file ends after \d+ bytes of compressed points; expected \d+"):
+        read(whole[:-1])
