@@ -99,6 +99,8 @@ def factor(
 
     Raises numpy.linalg.LinAlgError if the matrix is singular.
     """
+    if not plan.size:
+        return np.zeros_like  # every node is fixed
     at_i, at_j = plan.place[i], plan.place[j]
     both = (at_i >= 0) & (at_j >= 0)
     low, high = np.minimum(at_i, at_j)[both], np.maximum(at_i, at_j)[both]

@@ -37,6 +37,14 @@ def test_they_are_blocks_of_the_dense_inverse():
     assert (result[7] == 0.0).all()
 
 
+@pytest.mark.parametrize("sparse", [False, True])
+def test_where_every_node_is_fixed_all_covariances_are_zero(sparse: bool):
+    if sparse:
+        pytest.importorskip("scipy")
+    poses, _, edges, _ = noisy_streets(n=10)
+    assert (marginals(poses, edges, [0, 3, 3], fixed=range(10), sparse=sparse) == 0.0).all()
+
+
 def test_a_chain_spreads_as_it_is_simulated():
     """The ends of 4,000 noisy chains of five steps with a turn, with angles small enough for the first-order theory."""
     places = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]
