@@ -17,18 +17,16 @@ from solvers.core.edges import pose_count
 from solvers.core.kinds import function, or_usual
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
-from solvers.core.status import Status
 from solvers.odometry.maps import local_map
 from solvers.odometry.matching import (
     Matches,
     MatchOptions,
     Progress,
     Scans,
-    information,
     match_pairs,
     matched,
+    matches_of,
     one_per_scan,
-    signs,
     together,
 )
 from solvers.scenes.drive import chained
@@ -190,6 +188,9 @@ def scan_to_map(
 ) -> Chain:
     """Register every scan to a map of the last keyframes, starting from the odometry.
 
+    Where that match is not believed but one to the previous scan is, as after a gap in the recording, a new map begins
+    with the previous scan.
+
     Parameters
     ----------
     scans : Scans
@@ -247,12 +248,17 @@ def scan_to_map(
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[recent[-1]]
         start = frame.inverse().compose(poses[-1]).compose(motion[k])
-        state = matched(scans, np.array([k]), index, surface, Pose.trusted(start.R[None], start.t[None]), options)
-        (share[k],), (weakest,) = signs(state, options)
-        determined = state.status[0] != Status.DEGENERATE and weakest >= options.least_weakest
-        believed[k] = determined and share[k] >= options.least_share
-        link_information[k] = information(state, options.sigma)[0]
-        there = frame.compose(state.pose[0] if believed[k] else start)
+        row, there = np.array([k]), Pose.trusted(start.R[None], start.t[None])
+        state = matched(scans, row, index, surface, there, options)
+        found = matches_of(row, np.array(recent[-1:]), state, options)
+        if not found.believed[0] and recent != [k - 1]:
+            # The map may lie behind for good, as after a gap: begin a new one if the scan fits the previous scan.
+            anew = match_pairs(scans, row, row - 1, motion[k : k + 1], options)
+            if anew.believed[0]:
+                found, recent, frame = anew, [k - 1], poses[-1]
+                index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
+        believed[k], share[k], link_information[k] = found.believed[0], found.share[0], found.information[0]
+        there = frame.compose(found.pose[0] if believed[k] else start)
         # Make R a rotation again: its rounding error would double with every keyframe that is inverted.
         poses.append(Pose.from_angle(there.angle, there.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):

@@ -8,6 +8,7 @@ import pytest
 from solvers import Pose
 from solvers.odometry import LoopOptions, MatchOptions, candidates, prepare, scan_to_map, scan_to_scan
 from solvers.scenes.drive import Drive
+from tests.solvers.odometry.drives import muted, simulated
 
 BEARINGS = np.linspace(-np.pi, np.pi, 360, endpoint=False) + 1e-3
 
@@ -61,6 +62,16 @@ def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed
         result = scan_to_scan(prepare(drive), drive.motion, MatchOptions(least_weakest=least), prediction="velocity")
         assert result.believed[1:].all() == (least == 0.0)
         np.testing.assert_allclose(np.diff(result.poses.t[:, 0]), step, atol=2e-3)
+
+
+def test_after_a_gap_a_new_map_begins():
+    """Twenty scans without an echo, 13 m on: nothing there is near the old map, but the scans fit one another."""
+    drive, truth, _, _ = simulated()
+    chain = scan_to_map(prepare(muted(drive, *range(30, 50))), drive.motion)
+    assert np.flatnonzero(~chain.believed).tolist() == list(range(30, 51))
+    since = chain.poses[50].inverse().compose(chain.poses[51:])
+    expected = truth[50].inverse().compose(truth[51:])
+    assert np.linalg.norm(since.t - expected.t, axis=1).max() < 0.05
 
 
 def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():
