@@ -72,7 +72,8 @@ class BranchAndBoundOptions:
         How far to search to either side of the start's heading, radians; π is the whole circle.
     shift : float, optional
         How far to search along x and along y from where the start puts the source's centroid, world units; 0 treats
-        the translation as known. None is wherever any source point can come within the cap of the target.
+        the translation as known. None is wherever any source point can come within the cap of the target, and so is
+        a shift that reaches beyond that on all sides.
     boxes : int, default 2048
         The most boxes that a step splits.
     most : int, default 500000
@@ -254,7 +255,9 @@ def _ground(problem: Problem, options: BranchAndBoundOptions, i: int, radius: fl
     place, heading = np.zeros(2), 0.0
     half = float(0.5 * (high - low).max() / cap + lengths.max() + 1.0)
     if options.shift is not None:
-        place, half = (start.apply(mean[None])[0] - middle) / cap, options.shift / cap
+        at, reach = (start.apply(mean[None])[0] - middle) / cap, options.shift / cap
+        if np.abs(at).max() + half > reach:  # otherwise it only adds places where every point is beyond the cap
+            place, half = at, reach
     if options.turn < np.pi:
         heading = float(np.arctan2(start.R[1, 0], start.R[0, 0]))
     root = Boxes(np.array([[heading, *place]]), np.array([[options.turn, half]]), np.zeros(1))

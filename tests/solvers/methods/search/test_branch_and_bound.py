@@ -266,6 +266,16 @@ def test_the_objective_is_that_of_the_cap_that_is_told():
         assert result.objective == pytest.approx(np.square(np.minimum(apart, cap)).mean(), rel=1e-9)
 
 
+@pytest.mark.parametrize("shift", [1e3, 1e100])
+def test_a_shift_beyond_all_overlap_is_as_none(shift):
+    """Where no point comes within the cap there is nothing to find; boxes there took the proof."""
+    target = np.random.default_rng(2).uniform(-2.0, 2.0, (25, 2))
+    source, start = Pose.from_angle(0.4, (0.3, 0.1)).apply(target), Pose.from_angle(0.0, (1.0, 0.0))
+    wide, usual = (register(source, target, METHOD, start=start, gap=0.01, shift=s) for s in (shift, None))
+    assert wide.status == usual.status == Status.PROVED
+    assert (wide.objective, wide.lower, wide.steps) == (usual.objective, usual.lower, usual.steps)
+
+
 def test_a_searched_turn_may_pass_half_a_turn():
     """A start at 174° and a truth at −174° are 11° apart: a search to within 23° proves the truth."""
     target = np.random.default_rng(2).uniform(-2.0, 2.0, (25, 2))
