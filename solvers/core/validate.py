@@ -214,6 +214,8 @@ def _number(value: object, name: str, low: float, high: float, expected: str) ->
         plain = float(value)
     except OverflowError:
         raise ValueError(f"{name}: expected a finite number{_between(low, high)}, got one beyond 1e308") from None
+    if isinstance(value, int) and abs(value) > 2**63 - 1:  # numpy would make it an object, not a number
+        raise ValueError(f"{name}: expected a number, got an integer of more than 63 bits; pass {plain:g}")
     if not np.isfinite(plain) or not low <= plain <= high:
         raise ValueError(f"{name}: expected {expected}{_between(low, high)}, got {plain!r}")
     return plain

@@ -223,6 +223,7 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"max_steps": 10**22}, "max_steps: must be at most 2147483647"),
         ({"method": "ransac", "most": 10**400}, "most: must be at most 2147483647"),
         ({"method": "icp", "gate": 10**400}, "gate: expected a finite number, got one beyond 1e308$"),
+        ({"method": "icp", "gate": 10**30}, r"gate: expected a number, got an integer .* 63 bits; pass 1e\+30$"),
         ({"method": "icp", "gate": np.nan}, "gate: expected a number, got nan$"),
         ({"method": "branch-and-bound", "cap": np.nan}, r"cap: expected a finite number of at most 1e\+100, got nan$"),
         ({"method": "icp", "weights": np.ones(13, bool)}, r"weights: .* dtype bool; \.astype\(float\) makes numbers"),
