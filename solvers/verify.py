@@ -270,7 +270,7 @@ def halves(
             inputs["seed"] = validate.seeds(options.pop("seed"))
         return np.array(_one_by_one(inputs, lambda **own: halves(**own, method=method, **options)))
     p = validate.cloud(cast(ArrayLike, source), "source")
-    of_kind(pose, Pose, "pose")
+    validate.pose(of_kind(pose, Pose, "pose"), p.shape[-1], "pose")
     if p.shape[-2] < 2:
         raise ValueError("source: one point has no two halves")
     if "start" in options:

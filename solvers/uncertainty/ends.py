@@ -125,7 +125,7 @@ def spread_of(
     poses = rigid(poses, "poses")
     if len(poses.batch) != 1 or poses.batch[0] < 2:
         raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
-    validate.number(radius, "radius", 1e-100, 1e100)
+    radius = validate.number(radius, "radius", 1e-100, 1e100)
     limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)
     middle = finite(numbers(centre, "centre"), "centre")
     if middle.shape != (2,):

@@ -76,7 +76,7 @@ def from_matrix(
     c = _of_shape(finite(numbers(centre, "centre"), "centre"), (*batch, 2), "centre")
     r = _of_shape(finite(numbers(radius, "radius"), "radius"), batch, "radius")
     if not (r > 0.0).all():
-        raise ValueError("radius: must be positive")
+        raise ValueError(f"radius: must be positive, but the smallest is {r.min():.6g}")
     ones = np.ones_like(r)
     out = np.stack([r, ones, ones], axis=-1)[..., :, None] * se2.shifted(c)
     return from_scaled(out @ S @ out.swapaxes(-1, -2), mean, c, r, frame, made_by)

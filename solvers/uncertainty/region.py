@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, leading
 from solvers.core.brief import brief
-from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.chi_square import quantile
@@ -206,7 +205,7 @@ class Covariance:
             World units.
         """
         back = self.mean.inverse()
-        other = validate.unscaled(of_kind(pose, Pose, "pose"), "pose", "a twist leads to a rigid motion, of scale 1")
+        other = se2.rigid(pose)
         apart = other.compose(back) if self.frame == "target" else back.compose(other)
         shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))

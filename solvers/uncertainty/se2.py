@@ -80,7 +80,7 @@ def log(pose: Pose) -> FloatArray:
     >>> log(exp([0.3, 1.0, -2.0])).round(6)
     array([ 0.3,  1. , -2. ])
     """
-    angle = np.asarray(_rigid(pose).angle)
+    angle = np.asarray(rigid(pose).angle)
     half = 0.5 * angle
     along = np.cos(half) / np.sinc(half / np.pi)
     x, y = pose.t[..., 0], pose.t[..., 1]
@@ -115,7 +115,7 @@ def adjoint(pose: Pose) -> FloatArray:
     >>> adjoint(Pose.from_angle(np.pi / 2, (2.0, 0.0))) @ [0.1, 0.0, 0.0]
     array([ 0.1,  0. , -0.2])
     """
-    matrix = np.zeros((*_rigid(pose).batch, 3, 3))
+    matrix = np.zeros((*rigid(pose).batch, 3, 3))
     matrix[..., 0, 0] = 1.0
     matrix[..., 1:, 1:] = pose.R
     matrix[..., 1, 0], matrix[..., 2, 0] = pose.t[..., 1], -pose.t[..., 0]
@@ -145,7 +145,7 @@ def triples(values: ArrayLike, name: str) -> FloatArray:
     return rows
 
 
-def _rigid(pose: Pose) -> Pose:
+def rigid(pose: Pose) -> Pose:
     """`pose` if it is a rigid motion of the plane; else a ValueError."""
     validate.pose(of_kind(pose, Pose, "pose"), 2, "pose", "a twist is planar")
     return validate.unscaled(pose, "pose", "a twist leads to a rigid motion, of scale 1")

@@ -154,6 +154,8 @@ def test_what_is_refused():
                 judge(scene.source, scene.target, wrong)
     with pytest.raises(ValueError, match="halves"):
         halves(scene.source[:1], scene.target, Pose.identity())
+    with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions, the clouds have 2"):
+        halves(scene.source, scene.target, Pose.identity(3))
     with pytest.raises(ValueError, match="gaet"):
         halves(scene.source, scene.target, Pose.identity(), gaet=1.0)
 

@@ -168,6 +168,10 @@ def test_what_else_is_refused():
     for call in (one.distance, one.along, one.covers):
         with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
             call(np.eye(3))
+        with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions"):
+            call(Pose.identity(3))
+    with pytest.raises(ValueError, match=r"^radius: must be positive, but the smallest is -2$"):
+        from_matrix(np.eye(3), Pose.identity(), radius=-2.0)
     with pytest.raises(ValueError, match=r"^mean: expected a Pose, got ndarray"):
         from_matrix(np.eye(3), np.eye(3))
     with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
