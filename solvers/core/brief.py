@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ def brief(record: Any) -> str:
 def _said(value: Any) -> str:
     if isinstance(value, tuple | list) and value and all(isinstance(part, np.ndarray) for part in value):
         return f"{len(value)} arrays" if len(value) > 1 else f"({_said(value[0])},)"
+    if isinstance(value, tuple) and len(value) > 1 and all(is_dataclass(part) for part in value):
+        return f"{len(value)} records"
     if not isinstance(value, np.ndarray | np.generic):
         return repr(value)
     if value.size > _FEW:

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.edges import Edges, graph, row_numbers, within
 from solvers.core.numbers import array
 from solvers.core.pose import Pose
@@ -61,6 +62,8 @@ class GraphText:
     poses: Pose
     edges: Edges
     fixed: IntArray
+
+    __repr__ = brief
 
 
 def read(data: bytes) -> GraphText:

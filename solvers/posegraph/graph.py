@@ -25,7 +25,7 @@ from solvers.core.pose import Pose
 from solvers.core.poses import stacked
 from solvers.core.status import Status
 from solvers.core.stepper import History
-from solvers.posegraph import checks, kernels, linear
+from solvers.posegraph import checks, kernels, linear, words
 from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
 
@@ -103,6 +103,8 @@ class GraphRun:
         """Whether it has stopped."""
         return self.status != Status.RUNNING
 
+    __repr__ = words.told
+
 
 @dataclass(frozen=True, eq=False)
 class GraphResult:
@@ -153,9 +155,7 @@ class GraphResult:
         """The sum of χ² over all edges, without the kernel."""
         return float(self.chi2.sum())
 
-    def __repr__(self) -> str:
-        outcome = f"{self.status}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
-        return f"GraphResult({outcome}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
+    __repr__ = words.told
 
 
 def begin(

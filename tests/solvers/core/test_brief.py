@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
-from solvers import Pose, register
+from solvers import Pose, g2o, register
 from solvers.drives import telecom_loop
 from solvers.odometry import match, prepare
+from solvers.posegraph import Edges, begin, optimise
 from solvers.scans import two_scans
 from solvers.scenes import kabsch_scene
+from solvers.uncertainty import spread_of
 from solvers.verify import evidence
 
 
@@ -20,6 +23,10 @@ def records() -> Iterator[object]:
     result = register(scene.source, scene.target, "icp")
     scans = prepare(drive)
     yield from (scene, drive, scans, two_scans(), result.history, result.covariance)
+    poses = Pose.from_angle(np.zeros(400), np.arange(800.0).reshape(400, 2))
+    edges = Edges.between(poses, np.arange(399), np.arange(1, 400), np.eye(3))
+    yield from (edges, begin(poses, edges), optimise(poses, edges), g2o.read(g2o.write(poses, edges)))
+    yield spread_of(poses, centre=(0.0, 0.0), radius=1.0)
     yield match(scans, [1, 2], [0, 1], drive.motion[[1, 2]])
     yield evidence(scene.source, scene.target, result.pose)
 
