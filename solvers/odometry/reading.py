@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from solvers.core import validate
+from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated
@@ -89,7 +90,7 @@ def read_drive(
     table = lines[rows[0]].strip().lower().startswith("seconds")
     seconds, motion, ranges = (_table if table else _carmen)(lines, rows)
     if len(seconds) < 2:
-        raise ValueError(f"line {rows[-1] + 1}: the drive ends after {len(seconds)} scan; two are the least")
+        raise ValueError(f"line {rows[-1] + 1}: the drive ends after {amount(len(seconds), 'scan')}; two are the least")
     if len(seconds) > MOST_SCANS:
         raise ValueError(f"{len(seconds)} scans are more than the limit of {MOST_SCANS}")
     bearings = np.radians(_degrees(ranges.shape[1], view, logged=not table))
