@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -11,11 +12,25 @@ from playwright.sync_api import Locator, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
+from tests.browser.layout import placed
 
 SCHEMES = ("light", "dark")
 HATCHED = ("turned", "quarter", "half", "none")
 # How an element that can be selected is drawn: its background and its outline.
 LOOK = "e => { const s = getComputedStyle(e); return [s.backgroundColor, s.outlineStyle, s.outlineColor].join(); }"
+
+# The entries of each legend with the same swatch.
+ALIKE = """() => [...document.querySelectorAll('main figure.figure')].flatMap(figure => {
+  const looks = {};
+  for (const key of figure.querySelectorAll('.legend .key')) {
+    const s = getComputedStyle(key, '::before');
+    const look = [s.width, s.height, s.borderTop, s.borderRadius, s.transform, s.opacity, s.background, s.outline];
+    (looks[look.join()] ??= []).push(key.textContent.trim());
+  }
+  return Object.values(looks).filter(same => same.length > 1).map(same => `${figure.id}: ${same.join(' = ')}`);
+})"""
+# How marks are drawn.
+DRAWN = """all => all.map(e => getComputedStyle(e)).map(s => [s.stroke, s.strokeDasharray, s.fill].join())"""
 
 
 def inside(key: Locator) -> set[tuple[int, ...]]:
@@ -69,3 +84,30 @@ def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> N
     expect(notes).to_have_attribute("aria-pressed", "true")
     page.mouse.move(0, 0)
     assert notes.evaluate(LOOK) != grid.evaluate(LOOK)
+
+
+def test_legends_tell_apart_what_they_tell_apart_in_colour(
+    reader: Callable[..., Reader], site: Path, pages: Sequence[str]
+) -> None:
+    """No two swatches become one, such as those of wrong pairs that count and of pairs that do not."""
+    one, merged = reader(forced_colors="active", reduced_motion="reduce"), []
+    for path in pages:
+        if placed(site, path):
+            page = one.open(path)
+            forced = page.evaluate(ALIKE)
+            page.emulate_media(forced_colors="none")
+            merged += [f"{path} {same}" for same in sorted({*forced} - {*page.evaluate(ALIKE)})]
+            page.close()
+    assert not merged, "\n".join(merged)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_wrong_pairs_that_count_are_seen_among_the_others(reader: Callable[..., Reader], scheme: str) -> None:
+    """Rings lie round partners of three kinds at the end of the run."""
+    page = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce").open("ransac.html")
+    figure = Figure(page, "fig-repeated").live()
+    figure.button("finish").click()
+    figure.settled()
+    looks = [figure.root.locator(f".plot .ring.{role}").evaluate_all(DRAWN) for role in ("outlier", "truth", "target")]
+    assert all(looks)
+    assert len(set().union(*looks)) == len(looks), looks
