@@ -38,12 +38,19 @@ def label(axes: Any, x: float, y: float, text: str, role: str = "ink", **more: A
 
 
 def measured(
-    axes: Any, x: ArrayLike, y: ArrayLike, low: ArrayLike, high: ArrayLike, role: str, joined: bool = False
+    axes: Any,
+    x: ArrayLike,
+    y: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
+    role: str,
+    joined: bool = False,
+    mark: str = "o",
 ) -> None:
-    """Draw dots with their intervals; `joined`: with a line through them."""
+    """Draw marks with their intervals; `joined`: with a line through them."""
     colour = COLOURS[role]
     axes.vlines(x, low, high, color=colour, linewidth=1.5, capstyle="butt")
     axes.plot(
-        x, y, "o-" if joined else "o", color=colour, markersize=5.5, markeredgecolor=COLOURS["paper"],
+        x, y, f"{mark}-" if joined else mark, color=colour, markersize=5.5, markeredgecolor=COLOURS["paper"],
         markeredgewidth=1.25, linewidth=1.75, zorder=3, clip_on=False,
     )  # fmt: skip

@@ -20,7 +20,7 @@ DRAWS = 1000
 CARRIED = 100  # draws; each takes seven registrations
 SHOWN = ("hessian", "censi", "sampled")
 NAMES = {"hessian": "Hessian", "censi": "Censi", "sampled": "Redrawn scans"}
-ROLES = {"hessian": "accent", "censi": "inlier", "sampled": "source"}
+LOOKS = {"hessian": ("accent", "o"), "censi": ("inlier", "D"), "sampled": ("source", "s")}
 RESIDUALS = {"point-to-plane": "point to plane", "icp": "point to point", "gicp": "GICP"}
 PARTS = (
     *((method, place, "redrawn") for method in RESIDUALS for place in PLACES),
@@ -141,7 +141,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """Draw dots with their intervals beside the line at 95 %."""
     from sitegen.figures.matplotlib_svg import COLOURS
-    from sitegen.plots._look import axes_in, label, measured
+    from sitegen.plots._look import axes_in, measured
 
     wide = [(44 + 232 * k, 44, 184, 236) for k in range(3)]
     small = [(44, 44 + 200 * k, 280, 120) for k in range(3)]
@@ -154,17 +154,23 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             hits = [int(held(result, residual, place, way)) for place in result.places]
             low, high = zip(*(wilson(n, result.draws) for n in hits), strict=True)
             x = [j + 0.18 * (result.ways.index(way) - 1) for j in range(len(hits))]
-            measured(axes, x, [n / result.draws for n in hits], low, high, ROLES[way])
+            role, mark = LOOKS[way]
+            measured(axes, x, [n / result.draws for n in hits], low, high, role, mark=mark)
         axes.set(xlim=(-0.5, 2.5), ylim=(0.0, 1.0))
         axes.set_xticks(range(len(result.places)), result.places)
         axes.set_yticks([0.0, 0.5, LEVEL], ["0 %", "50 %", "95 %"])
         if i == len(result.residuals) - 1:
-            _named(axes, label, narrow)
+            _named(axes, narrow)
 
 
-def _named(axes: Any, label: Any, narrow: bool) -> None:
-    """Write the ways' names below the last chart, each in its colour."""
+def _named(axes: Any, narrow: bool) -> None:
+    """Draw the ways' marks and names below the last chart, each in its colour."""
+    from sitegen.figures.matplotlib_svg import COLOURS
+    from sitegen.plots._look import label
+
     height = -0.36 if narrow else -0.24
     for k, way in enumerate(SHOWN):
-        x = (-0.45, 0.5, 1.2)[k] if narrow else (-3.0, -2.0, -1.3)[k]
-        label(axes, x, height, NAMES[way], ROLES[way])
+        x = (-0.45, 0.5, 1.2)[k] if narrow else (-3.2, -2.15, -1.35)[k]
+        role, mark = LOOKS[way]
+        axes.plot(x, height, mark, color=COLOURS[role], markersize=5.5, markeredgewidth=0.0, clip_on=False)
+        label(axes, x, height, NAMES[way], role, dx=9)

@@ -19,11 +19,12 @@ from sitegen.chapters.values import CallError, of_plot, read_call
 from sitegen.check.rules import html_errors
 from sitegen.figures.gallery import Gallery, Placed
 from sitegen.figures.matplotlib_svg import COLOURS, clean, draw
-from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
+from sitegen.plots import basins, coverage, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
 from sitegen.plots.registry import known, longest_first, make_ahead, runs
 from sitegen.problems import Place
 from sitegen.progress import quiet
+from solvers.studies.redrawn import PLACES
 from tests.sitegen.conftest import TOY_PLOT, Counted, Project
 
 PLACED = """\
@@ -321,3 +322,22 @@ def test_numbers_that_a_plot_does_not_have_are_told(call: str, said: str) -> Non
     gallery = Gallery(known(), cache_dir())
     with pytest.raises(CallError, match=re.escape(said)):
         of_plot(read_call(call), gallery)
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+def test_the_ways_to_a_covariance_have_marks_of_their_own(narrow: bool) -> None:
+    """In the charts as under them: colour alone tells nothing to who cannot see it."""
+    from matplotlib.figure import Figure
+
+    rows = [(5, 5, 5), (5, 5, 5), (5, None, 5)]
+    covered, spread = (tuple((row,) * 3 for row in rows) for _ in range(2))
+    places, ways = PLACES, coverage.SHOWN
+    result = coverage.Result(10, tuple(coverage.RESIDUALS), places, ways, covered, spread, 10, (1, 1, None))
+    roles = {"hessian": "accent", "censi": "inlier", "sampled": "source"}.items()
+    figure = Figure(figsize=(7, 5))
+    coverage.draw(result, figure, narrow)
+    lines = [line for axes in figure.axes for line in axes.lines if line.get_marker() != "None"]
+    marks = {way: {line.get_marker() for line in lines if line.get_color() == COLOURS[role]} for way, role in roles}
+    assert sorted(map(len, marks.values())) == [1, 1, 1]
+    assert len(set.union(*marks.values())) == 3
+    assert len(lines) == 8 + 3
