@@ -50,7 +50,7 @@ class Problems:
         if file not in self.unread and any_known:
             self.add(place, message)
         elif file not in self.unread:
-            self.add(Place(file), "is missing or empty, and is needed")
+            self.add(Place(file), "required file is missing or empty")
 
     def warn(self, place: Place, message: str) -> None:
         """Record something that only a strict build rejects."""
@@ -101,24 +101,24 @@ def read_text(path: Path, name: str, problems: Problems) -> str:
         first, more = controls[0].start(), len(controls) - 1
         place = Place(name, text.count("\n", 0, first) + 1, first - text.rfind("\n", 0, first))
         also = f"; {more} more below" if more else ""
-        problems.add(place, f"a character that cannot be seen, U+{ord(text[first]):04X}: delete it{also}")
+        problems.add(place, f"invisible character U+{ord(text[first]):04X}: delete it{also}")
         text = CONTROL.sub("\ufffd", text)
     for match in CONFLICT.finditer(text):
         first, last = (text.count("\n", 0, place) + 1 for place in (match.start(), match.end()))
-        problems.add(Place(name, first, 1), f"two versions stand here, up to line {last}: a merge was not finished")
+        problems.add(Place(name, first, 1), f"unresolved merge conflict, up to line {last}")
     return CONFLICT.sub(_ours, text)
 
 
 def _decoded(raw: bytes, name: str, problems: Problems) -> str:
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        problems.add(Place(name, 1, 1), "UTF-16, and UTF-8 is expected: have the editor save it so")
+        problems.add(Place(name, 1, 1), "expected UTF-8, got UTF-16: save the file as UTF-8")
         return raw.decode("utf-16", "replace")
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError as error:
         before = raw[: error.start].decode("utf-8")
         place = Place(name, before.count("\n") + 1, len(before.rpartition("\n")[2].removeprefix("\ufeff")) + 1)
-        problems.add(place, "not UTF-8 from here on: have the editor save it so")
+        problems.add(place, "invalid UTF-8 from here on: save the file as UTF-8")
         return raw.decode("utf-8", "replace")
 
 
@@ -140,5 +140,5 @@ def hint(name: str, names: Iterable[str]) -> str:
     if close:
         return f"; did you mean {close[0]!r}?"
     if not choices:
-        return "; there are none"
-    return f"; there are {', '.join(choices)}" if len(choices) <= 12 else ""
+        return "; none are defined"
+    return f"; known: {', '.join(choices)}" if len(choices) <= 12 else ""

@@ -31,7 +31,7 @@ FIELDS = {
         default="",
     ),
     "url": yaml_schema.Field(
-        "an address", lambda v: isinstance(v, str) and bool(re.match(r"https?://\S+$", v)), default=""
+        "an http or https URL", lambda v: isinstance(v, str) and bool(re.match(r"https?://\S+$", v)), default=""
     ),
     "note": yaml_schema.plain(),
 }
@@ -114,7 +114,7 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
         before = len(problems.found)
         values = yaml_schema.validated(document, FIELDS, problems, key)
         if not values["doi"] and not values["url"] and len(problems.found) == before:
-            problems.warn(document.at(key), f"{key} has neither a DOI nor an address")
+            problems.warn(document.at(key), f"{key}: missing doi or url")
         if len(problems.found) > before and (not values["authors"] or not values["year"]):
             values |= {"authors": values["authors"] or ["?"], "year": values["year"] or 0}
         values["authors"] = tuple(values["authors"])

@@ -143,22 +143,22 @@ def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems
     attrs = listed(directive, at, problems) or []
     for extra in [one for one in attrs if not one.name][1:]:
         near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}{near}")
+        problems.add(at(extra.start), f"expected name=value, got {extra.value!r}{near}")
     for other in (one for one in attrs if one.name not in ("", "kind")):
-        problems.add(at(other.start), f"a claim has no attribute {other.name!r}{hint(other.name, ['kind'])}")
+        problems.add(at(other.start), f"unknown claim attribute {other.name!r}{hint(other.name, ['kind'])}")
     for kind in (one for one in attrs if one.name == "kind"):
         if kind.value in KINDS:
             return kind.value
-        problems.add(at(kind.value_start), f"no kind of claim {kind.value!r}{hint(kind.value, KINDS)}")
+        problems.add(at(kind.value_start), f"unknown kind of claim {kind.value!r}{hint(kind.value, KINDS)}")
     return ""
 
 
 def lacking(test: Test, result: Result | None) -> str:
     """What a claim of kind *why* lacks, "" if nothing: a test with the fixture, or outcomes of its run on this code."""
     if not test.changes:
-        return f"{test.id} changes no factor: a claim of kind why has a test that takes the fixture `{whys.FIXTURE}`"
+        return f"{test.id} changes no factor: a kind=why claim needs a test with the fixture `{whys.FIXTURE}`"
     if result is not None and standing(result) == "passed" and result.change is None:
-        return f"{test.id} has passed on this code and left no outcomes in {RESULTS.as_posix()}: run the tests again"
+        return f"{test.id} passed on this code but recorded no outcomes in {RESULTS.as_posix()}: run the tests again"
     return ""
 
 

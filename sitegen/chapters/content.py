@@ -35,7 +35,7 @@ SITE = {
     "language": yaml_schema.text(default="en"),
     "url": yaml_schema.text(),
     "report": yaml_schema.text(),
-    "licence": yaml_schema.Field("a mapping of name and url", lambda v: isinstance(v, dict), required=True, default={}),
+    "licence": yaml_schema.Field("a name and a url", lambda v: isinstance(v, dict), required=True, default={}),
     "ladder": yaml_schema.Field("a list of rungs", lambda v: isinstance(v, list), default=[]),
     "macros": yaml_schema.Field("a mapping of macros to LaTeX", lambda v: isinstance(v, dict), default={}),
 }
@@ -58,7 +58,7 @@ FRONT = {
     "redirects": yaml_schema.texts(),
     "draft": yaml_schema.flag(),
     "slides": yaml_schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
-    "next": yaml_schema.Field("a list of places, each with to and says", lambda v: isinstance(v, list), default=[]),
+    "next": yaml_schema.Field("a list of entries with to and says", lambda v: isinstance(v, list), default=[]),
 }
 
 
@@ -172,7 +172,7 @@ def read_site(root: Path, problems: Problems) -> Site:
     if there:
         document = yaml_schema.read(read_text(path, name, problems), name, problems)
     else:
-        problems.add(Place(name), "the site's settings are missing")
+        problems.add(Place(name), "missing site settings: create this file")
     document = document or yaml_schema.Yaml({}, {}, Place(name, 1, 1))
     had = len(problems.found)
     values = yaml_schema.validated(document, SITE, problems) if there and document.places else _defaults(SITE)
@@ -186,16 +186,16 @@ def read_site(root: Path, problems: Problems) -> Site:
         if re.fullmatch(r"\\[A-Za-z]+", str(macro)) and isinstance(meaning, str):
             macros[macro] = meaning
         else:  # which would make valid formulas fail
-            problems.add(document.at("macros", macro), "a macro is written '\\name': LaTeX")
+            problems.add(document.at("macros", macro), "expected '\\name': LaTeX for a macro")
     url = values["url"]
     if url and not re.fullmatch(r"https?://[^\s]+", url):
-        problems.add(document.at("url"), f"url: an address that begins with https:// is expected, not {url!r}")
+        problems.add(document.at("url"), f"url: expected an address starting with https://, got {url!r}")
     report = values["report"]
     if report and not re.fullmatch(r"(?:https?://|mailto:)\S+", report):
-        says = f"report: an address that begins with https:// or mailto: is expected, not {report!r}"
+        says = f"report: expected an address starting with https:// or mailto:, got {report!r}"
         problems.add(document.at("report"), says)
     if there and not document.places and len(problems.found) == had and name not in problems.unread:
-        problems.add(Place(name, 1, 1), "the site's settings are empty")
+        problems.add(Place(name, 1, 1), "empty site settings")
     return Site(
         values["title"],
         values["description"],
@@ -226,16 +226,16 @@ def read_chapters(
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
             problems.add(
-                Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
+                Place(f"content/{path.name}"), "expected a file name like 01-kabsch.md: number, hyphen, name"
             )
         # Without a number it goes last, so that references to it are not reported as well.
         files.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
     files.sort()
     if not files and not problems.found:
-        problems.add(Place("content"), "no chapter found")
+        problems.add(Place("content"), "no chapters found")
     for (one, first), (other, second) in pairwise(files):
         if one == other and math.isfinite(one[0]):
-            problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
+            problems.add(Place(f"content/{second.name}"), f"duplicate chapter number, also in {first.name}")
     chapters: list[Chapter] = []
     left_out: list[Chapter] = []
     for _, path in files:
@@ -258,12 +258,12 @@ def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
         if path.is_file():
             yield path
         else:
-            problems.add(Place(path.relative_to(root).as_posix()), "is a folder, or a link that leads nowhere")
+            problems.add(Place(path.relative_to(root).as_posix()), "expected a file, got a folder or a broken link")
 
 
 def is_draft(what: str, file: str) -> str:
     """The message for a reference to a draft that is left out. file: the draft's."""
-    return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
+    return f"{what} is a draft: remove 'draft: true' from {file} to publish it"
 
 
 def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> list[Chapter]:
@@ -271,18 +271,18 @@ def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> l
     docs, memory = [], memory or Memory()
     for path in _markdown(root / DOCS, root, problems):
         if not SLUG.fullmatch(path.stem):
-            says = "a page of the docs is called like authoring.md: lower-case ASCII letters, digits and hyphens"
+            says = "expected a file name like authoring.md: lower-case ASCII letters, digits and hyphens"
             problems.add(Place(f"{DOCS}/{path.name}"), says)
         docs.append(_chapter(root, path, problems, memory, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
     if docs and index is None:
-        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it must link to the other pages of the docs")
+        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "missing docs index: it must link to every other page of the docs")
     elif index is not None:
         inline = [child for token in index.document.tokens for child in token.children or []]
         targets = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
         for doc in docs:
             if doc is not index and not targets & {doc.page, Path(doc.source.path).name}:
-                problems.add(index.at(), f"no link leads to {doc.source.path}")
+                problems.add(index.at(), f"missing link to {doc.source.path}")
     return docs
 
 
@@ -312,13 +312,13 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
         ]:
             if slug and not SLUG.fullmatch(slug):
-                message = f"{slug!r} is not a page name: use lower-case letters, digits, hyphens"
+                message = f"invalid page name {slug!r}: use lower-case letters, digits and hyphens"
                 problems.add(document.at(*where), message)
         if values["emblem"] and values["emblem"] not in emblems.NAMES:
-            message = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
+            message = f"unknown dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
             problems.add(document.at("emblem"), message)
         if not values["summary"]:
-            problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
+            problems.warn(document.at(), "missing summary: search results and link previews show it")
     file = Path(name)
     match = FILE_NAME.fullmatch(file.name)
     slug = values["slug"] or (match["slug"] if match else file.stem)
@@ -347,39 +347,39 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     """Split off the front matter; in the body, blank lines take its place, so that line numbers stay right."""
     start = re.match(r"---[ \t]*\n", text)
     if start is None:
-        here = "the file is empty" if not text.strip() else "front matter is missing"
-        problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
+        here = "empty file" if not text.strip() else "missing front matter"
+        problems.add(Place(name, 1, 1), f"{here}: start with a title between two lines of ---")
         return "", text
     closing = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, start.end())
     if closing is not None:
         front = text[start.end() : closing.start()]
         return front or "\n", "\n" * (front.count("\n") + 2) + text[closing.end() :]
-    problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
+    problems.add(Place(name, 1, 1), "unclosed front matter: end it with a line of ---")
     lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))
     return "\n".join([*lines, ""]), "\n" * (len(lines) + 1) + "\n".join(text.split("\n")[len(lines) + 1 :])
 
 
 def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     """Check that page names are unique, and that redirects do not start from an existing page."""
-    owners = dict.fromkeys(OWN_PAGES, "the site's own page")
+    owners = dict.fromkeys(OWN_PAGES, "a built-in page")
     for chapter in chapters:
         for name in sorted({chapter.name, chapter.slug}):
             if name in owners:
-                problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {owners[name]}")
+                problems.add(chapter.at("slug"), f"page name {name!r} is taken by {owners[name]}")
             owners[name] = chapter.source.path
     decks = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
     for chapter in chapters:
         if chapter.name in decks:
-            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {decks[chapter.name]}")
+            problems.add(chapter.at("slug"), f"page name {chapter.name!r} is taken by {decks[chapter.name]}")
     checks = {chapter.checks.removesuffix(".html"): f"the checks of {chapter.source.path}" for chapter in chapters}
     for chapter in chapters:
         if chapter.name in checks:
-            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {checks[chapter.name]}")
+            problems.add(chapter.at("slug"), f"page name {chapter.name!r} is taken by {checks[chapter.name]}")
     owners |= decks | checks
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in owners:
-                says = f"redirect from {name!r}: that name is taken by {owners[name]}"
+                says = f"redirect from {name!r}: page name is taken by {owners[name]}"
                 problems.add(chapter.at("redirects", i), says)
             owners[name] = chapter.source.path
 
@@ -390,10 +390,9 @@ def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> Non
     owners: dict[str, str] = {}
     for chapter in chapters:
         if chapter.rung and rungs and chapter.rung not in rungs:
-            problems.add(
-                chapter.at("rung"), f"no rung {chapter.rung!r} in content/site.yaml{hint(chapter.rung, rungs)}"
-            )
+            says = f"unknown rung {chapter.rung!r}, not in content/site.yaml{hint(chapter.rung, rungs)}"
+            problems.add(chapter.at("rung"), says)
         if chapter.rung in owners:
-            problems.add(chapter.at("rung"), f"{owners[chapter.rung]} stands on rung {chapter.rung!r} already")
+            problems.add(chapter.at("rung"), f"duplicate rung {chapter.rung!r}, also in {owners[chapter.rung]}")
         if chapter.rung:
             owners[chapter.rung] = chapter.source.path

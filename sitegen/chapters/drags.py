@@ -8,7 +8,7 @@ from sitegen.markup.directives import Attribute
 from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import Widget, action
 
-WRITTEN = 'a drag is a handle and the place to put it at, in u: drag="source 1.2 -0.5"'
+WRITTEN = 'expected a handle and where to put it, in u: drag="source 1.2 -0.5"'
 
 
 def drags(

@@ -70,7 +70,7 @@ def _terms(
         name = values["chapter"]
         if name and name not in chapters:
             draft = drafts.get(name)
-            says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, chapters)}"
+            says = is_draft(repr(name), draft) if draft else f"unknown chapter {name!r}{hint(name, chapters)}"
             problems.add(document.at(key, "chapter"), says)
         page, title = chapters.get(name, ("", ""))  # a faulty term keeps its name
         words = values["term"], values["says"], tuple(values["also"])

@@ -30,7 +30,7 @@ def lead_of(
     lead, led = widget.lead, dict[str, tuple[Place, ...]]()
     for attribute in attributes:
         if (attribute.name, attribute.value) == ("panels", NONE):
-            problems.add(at(attribute.value_start), "a figure shows at least one panel: name it, or leave panels= out")
+            problems.add(at(attribute.value_start), "a figure must show at least one panel: name one, or omit panels=")
             continue
         names = () if attribute.value == NONE else tuple(attribute.value.split(","))
         offsets = [attribute.text_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
@@ -45,17 +45,17 @@ def check(what: str, names: Sequence[str], present: Sequence[str], places: Seque
     """Report leading names that the figure does not have."""
     for name, place in zip(names, places, strict=True):
         if name not in present:
-            problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, present)}")
+            problems.add(place, f"unknown {what.removesuffix('s')} {name!r}{hint(name, present)}")
 
 
 def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Problems) -> None:
     """Report leading panels and readouts that the drawn figure does not have, and a main button that is disabled at
     first or waits behind *More*."""
     if main and {main.name, main.repeats} & {*frame["disabled"]}:
-        says = f"the figure opens with its main button {main.label!r} off: after= shows what it comes to"
+        says = f"main button {main.label!r} is disabled at first: use after= to open with its result"
         problems.add(figure.place, says)
     if main and figure.lead and figure.lead.buttons is not None and main.name not in figure.lead.buttons:
-        problems.add(figure.place, f"the main button {main.label!r} does not lead: buttons= names what does")
+        problems.add(figure.place, f"main button {main.label!r} is hidden behind More: add it to buttons=")
     if figure.lead is None:
         return
     for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):

@@ -41,7 +41,7 @@ class Links:
         name = self._page_named(page) if page else self.page
         if name is None:
             draft = next((one for one in self.drafts if page == one.deck or _is_named(page, one)), None)
-            self._lacks(place, repr(page), draft, f"no page {page!r}{hint(page, self.pages)}")
+            self._lacks(place, repr(page), draft, f"unknown page {page!r}{hint(page, self.pages)}")
             return href
         return self._address(name, fragment, place)
 
@@ -68,7 +68,7 @@ class Links:
         near = hint(slug, [each.slug for each in self.chapters])
         more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
         draft = next((each for each in self.drafts if slug == each.slug), None)
-        self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
+        self._lacks(place, repr(slug), draft, f"unknown chapter {slug!r}{more}")
         return Markup("")
 
     def onward(self, places: Sequence[Onward]) -> tuple[Step, ...]:
@@ -102,12 +102,13 @@ class Links:
             if not any(f"{kind}:{name}" in each.lost for each in self.chapters):
                 names = [other for each in self.chapters for other in _numbers(each, kind)]
                 draft = next((each for each in self.drafts if name in _numbers(each, kind)), None)
-                self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
+                says = f"unknown {what} {name!r}{hint(name, names)}"
+                self._lacks(place, f"the chapter of {what} {name!r}", draft, says)
             return Markup("")
         if page != self.chapter and len(targets) > 1:
             where = " and ".join(sorted(each.file for each in self.chapters if each.page in targets))
             plain = f"[words]({page}#{targets[page][0]})"
-            self.problems.add(place, f"{what} {name!r} stands in {where}: rename one, or link by {plain}")
+            self.problems.add(place, f"ambiguous {what} {name!r}, in {where}: rename one, or link with {plain}")
         fragment, text = targets[page]
         href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
@@ -125,7 +126,7 @@ class Links:
         anchors = self.pages[page]
         name = fragment.partition("?")[0]  # a figure's state follows
         if fragment and anchors is not None and name not in anchors:
-            self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
+            self.problems.add(place, f"unknown anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page
 

@@ -27,10 +27,10 @@ def read_onward(front: yaml_schema.Yaml, problems: Problems) -> tuple[Onward, ..
     for i in range(len(entries) if isinstance(entries, list) else 0):
         values = yaml_schema.validated(front, ONWARD, problems, "next", i)
         if i == MOST:
-            problems.add(front.at("next", i), f"next: {MOST} places at most, so that a reader can choose")
+            problems.add(front.at("next", i), f"next: at most {MOST} entries, so that readers can choose")
         if not values["to"] or not values["says"]:
             continue
         if values["to"] in [one.to for one in places]:
-            problems.add(front.text_at("next", i, "to"), f"next: {values['to']!r} appears twice")
+            problems.add(front.text_at("next", i, "to"), f"next: duplicate {values['to']!r}")
         places.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
     return tuple(places)

@@ -27,7 +27,7 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
     seen: set[str] = set()
     for attribute in attrs:
         if attribute.name and attribute.name in seen:
-            problems.add(at(attribute.start), f"{attribute.name!r} appears twice")
+            problems.add(at(attribute.start), f"duplicate attribute {attribute.name!r}")
         seen.add(attribute.name)
     return attrs
 
@@ -36,7 +36,7 @@ def bare(attrs: Iterable[Attribute], most: int, at: Callable[[int], Place], prob
     """The attributes without a name; each beyond the allowed `most` is a problem."""
     words = [a for a in attrs if not a.name]
     for extra in words[most:]:
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
+        problems.add(at(extra.start), f"expected name=value, got {extra.value!r}")
     return words
 
 
@@ -51,13 +51,13 @@ def widget_of(
     words = bare(attrs, 1, at, problems)
     if not words:
         problems.add(
-            at(directive.attributes_start), f"a {directive.name} names its widget first: {{kabsch preset=default}}"
+            at(directive.attributes_start), f"missing widget for the {directive.name}, as in {{kabsch preset=default}}"
         )
         return None
     first = words[0]
     if first.value not in widgets:
         near = hint(first.value, widgets)
-        problems.lacks(module_file(first.value), at(first.start), f"no widget {first.value!r}{near}")
+        problems.lacks(module_file(first.value), at(first.start), f"unknown widget {first.value!r}{near}")
         return None
     widget, choice = widgets[first.value], next((a for a in attrs if a.name == "preset"), None)
     name = choice.value if choice else "default"
@@ -81,7 +81,7 @@ def placed(
     by_name = {a.name: a for a in attrs if a.name and a.name != "preset"}
     figure_id = by_name.pop("id", None)
     if figure_id and not ID.fullmatch(figure_id.value):
-        problems.add(at(figure_id.value_start), f"{figure_id.value!r} is not an id: use letters, digits, hyphens")
+        problems.add(at(figure_id.value_start), f"invalid id {figure_id.value!r}: use letters, digits and hyphens")
     after = by_name.pop("after", None)
     leading = [by_name.pop(part) for part in LEADING if part in by_name]
     lead, led = lead_of(widget, leading, at, problems)
@@ -133,7 +133,7 @@ def presses(
         if name not in buttons:
             problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, buttons)}")
         elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
-            problems.add(at(offset), f"{piece!r}: how often is a whole number from 1 to {MAX_LOG}")
+            problems.add(at(offset), f"{piece!r}: expected a repeat count from 1 to {MAX_LOG}")
         else:
             log += [["press", name]] * (int(times) if star else 1)
         offset += len(piece) + 1
@@ -164,7 +164,7 @@ def changed(
                 or not isinstance(attribute.plain, int)
                 or not 0 <= attribute.plain < 2**31
             ):
-                problems.add(where, f"seed: a whole number is expected, not {attribute.value!r}")
+                problems.add(where, f"seed: expected a whole number, got {attribute.value!r}")
             else:
                 seed = attribute.plain
         elif attribute.name == "press":
@@ -174,7 +174,7 @@ def changed(
         elif attribute.name not in control_specs:
             near = hint(attribute.name, [*control_specs, "seed", "press", "drag", *more])
             if attribute.name in ("preset", "id"):
-                near = ": that belongs on the ::figure line; set controls, seed and press here"
+                near = ": set it on the ::figure line; only controls, seed and actions go here"
             problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
         else:
             value = attribute.value if control_specs[attribute.name].kind == "choice" else attribute.plain
@@ -184,6 +184,6 @@ def changed(
             except ValueError as error:
                 problems.add(where, str(error))
     if len(log) > MAX_LOG:
-        problems.add(at(0), f"a log holds at most {MAX_LOG} actions")
+        problems.add(at(0), f"too many actions: a log holds at most {MAX_LOG}")
         log = []
     return parsed(widget, {**base.plain(), "controls": merged(widget, base, controls), "seed": seed, "log": log})

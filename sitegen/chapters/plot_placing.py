@@ -19,20 +19,20 @@ def placed(
         return None
     words = bare(attributes, 1, at, problems)
     if not words:
-        problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
+        problems.add(at(directive.attributes_start), "missing plot name, as in {trial-budget id=budget}")
         return None
     plot = plots.get(words[0].value)
     if plot is None:
-        problems.add(at(words[0].start), f"no plot {words[0].value!r}{hint(words[0].value, plots)}")
+        problems.add(at(words[0].start), f"unknown plot {words[0].value!r}{hint(words[0].value, plots)}")
         return None
     plot_id = plot.name
     for attribute in (a for a in attributes if a.name):
         if attribute.name != "id":
             problems.add(
-                at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
+                at(attribute.start), f"unknown plot attribute {attribute.name!r}{hint(attribute.name, ['id'])}"
             )
         elif not ID.fullmatch(attribute.value):
-            problems.add(at(attribute.value_start), f"{attribute.value!r} is not an id: use letters, digits, hyphens")
+            problems.add(at(attribute.value_start), f"invalid id {attribute.value!r}: use letters, digits and hyphens")
         else:
             plot_id = attribute.value
     return Placed(plot_id, number, plot, at(directive.start))

@@ -26,7 +26,7 @@ from widgets.engine.contract import Record
 
 OWN = ("expect", "panels", "says", "within")
 GHOST = "main", "source"  # the panel and the group that the ghost copies
-WRITTEN = 'a prediction says what decides it: expect="rms < 0.1 | rms > 0.1", panels=icp,gicp says=right, or within=0.5'
+WRITTEN = 'a prediction needs expect="rms < 0.1 | rms > 0.1", panels=icp,gicp says=right, or within=0.5'
 
 
 def prediction(
@@ -50,11 +50,11 @@ def prediction(
     if "expect" in own:
         result = replace(result, expected=_expected(own["expect"], at, problems))
         if len(result.expected) != len(answers) or len(answers) < 2:
-            says = f"{len(answers)} answers, {len(result.expected)} expectations: two or more, and one for each"
+            says = f"{len(answers)} answers, {len(result.expected)} expectations: give at least two, and one for each"
             problems.add(at(own["expect"].start), says)
             return None
     elif answers:
-        problems.add(at(directive.text_start), "answers after a bar are for expect=; panels and ghosts bring their own")
+        problems.add(at(directive.text_start), "answers after a | need expect=: panels= and within= have their own")
         return None
     elif "panels" in own:
         names = tuple(own["panels"].value.split(","))
@@ -62,7 +62,8 @@ def prediction(
     else:
         within = own["within"].plain
         if isinstance(within, (bool, str)) or not within > 0:
-            problems.add(at(own["within"].value_start), f"{own['within'].value!r} is not a distance in u")
+            says = f"within: expected a positive distance in u, got {own['within'].value!r}"
+            problems.add(at(own["within"].value_start), says)
             return None
         result = replace(result, within=float(within))
     return result, record
@@ -105,7 +106,7 @@ def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[To
     rights = [right for _, right in answers]
     if answers and (all(rights) or not any(rights)):
         many = "every" if all(rights) else "no"
-        problems.add(asked.place, f"with this run of figure {figure.id!r} {many} answer is right")
+        problems.add(asked.place, f"this run of figure {figure.id!r} makes {many} answer right")
     return Question(Markup(inline(asked.question)), answers, asked.record, 0.0) if answers else None
 
 
@@ -138,5 +139,5 @@ def _has_ghost(asked: Prediction, known: Known) -> bool:
         svg = next((each["svg"] for each in frame["panels"] if each["name"] == panel), "")
         if f'id="{asked.figure.dom_id}-{panel}-{group}"' in svg:
             return True
-        known.problems.add(asked.place, f"{asked.figure.widget.name} draws no group {group!r} in a panel {panel!r}")
+        known.problems.add(asked.place, f"{asked.figure.widget.name} draws no group {group!r} in panel {panel!r}")
     return False

@@ -26,7 +26,7 @@ EXPECTED = re.compile(
     r"(?P<name>\w+)\s+(?:(?P<than>[<>]=?)\s*(?P<number>[-−]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)"
     r"|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
 )
-WRITTEN = "an expectation is NAME < 1.5 (or <=, >, >=), NAME is WORDS, NAME falls, NAME rises or NAME stays"
+WRITTEN = "expected NAME < 1.5 (or <=, >, >=), NAME is WORDS, NAME falls, NAME rises or NAME stays"
 PROMISING = re.compile(
     r"\b(?:arrive[sd]?|breaks?|broken?|fail(?:s|ed)?|falls?|fell|fallen|jump(?:s|ed)?|loses?|lost|recover(?:s|ed)?"
     r"|refuse[sd]?|rises?|rose|risen)\b",
@@ -72,11 +72,11 @@ def promise(
     record = changed(figure.widget, figure.record, by_name.values(), at, problems, OWN).plain()
     if "expect" not in own:
         if "then" in own:
-            problems.add(at(own["then"].start), "then= is what is pressed before expect= holds, and that is not there")
+            problems.add(at(own["then"].start), "then= without expect=: add what holds after its presses")
         return None
     log = [*record["log"], *(presses(figure.widget, own["then"], at, problems) if "then" in own else [])]
     if len(log) > MAX_LOG:
-        problems.add(at(own["then"].start), f"a log holds at most {MAX_LOG} actions")
+        problems.add(at(own["then"].start), f"too many actions: a log holds at most {MAX_LOG}")
         return None
     record = parsed(figure.widget, {**record, "log": log}).plain()
     return Promise(figure, record, expected(own["expect"], at, problems))
@@ -119,13 +119,13 @@ def unheld(text: str) -> Iterator[tuple[str, int]]:
 def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
     """Report each unchecked promising word of a text. at: maps its offsets to places; held: a directive to suggest."""
     for word, offset in unheld(text):
-        problems.add(at(offset), f"{word!r} promises what nothing tests: {held}")
+        problems.add(at(offset), f"untested promise {word!r}: use {held}")
 
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
     """Check a promise about a figure; each unmet expectation is a problem that states the actual value."""
     for one, here in _unmet(promised.figure, promised.record, promised.expected, readouts, problems):
-        problems.add(one.place, f"promised {one.text}; {here}")
+        problems.add(one.place, f"promised {one.text}, but {here}")
 
 
 def holds(
@@ -142,7 +142,7 @@ def _unmet(
     now = readouts(figure, record)
     for one in what if now else ():  # a figure that cannot be drawn has been reported
         if one.name not in now:
-            problems.add(one.place, f"no readout {one.name!r}{hint(one.name, now)}")
+            problems.add(one.place, f"unknown readout {one.name!r}{hint(one.name, now)}")
             continue
         before = readouts(figure, figure.record.plain())[one.name] if one.goes else ""
         if not _holds(one, before, now[one.name]):

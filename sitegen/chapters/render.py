@@ -196,14 +196,14 @@ class _Renderer:
         place, source = located(token, object).place, unquote(str(token.attrs["src"]))
         alt = apostrophes(text_of(token.children or []).strip())
         if not alt:
-            self._problems.add(place, f"the image {source} needs alternative text: ![what it shows]({source})")
+            self._problems.add(place, f"missing alternative text: ![what it shows]({source})")
         path = Path(self._known.root, "content", source)
         folder = (self._known.root / "content").resolve()
         if "://" in source or folder not in path.resolve().parents or not path.is_file():
             home = self._known.root / "content"
             files = [p.relative_to(home).as_posix() for p in home.rglob("*")]
             self._problems.add(
-                place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
+                place, f"image not found: content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
             )
             return ""
         try:
@@ -278,7 +278,7 @@ class _Renderer:
         try:
             text = printed(number, directive.attributes.strip())
         except ValueError as error:
-            self._problems.add(at(directive.attributes_start), f"no format {directive.attributes!r}: {error}")
+            self._problems.add(at(directive.attributes_start), f"invalid format {directive.attributes!r}: {error}")
             return ""
         return f'<span class="computed">{escape(text)}</span>'
 
@@ -286,14 +286,15 @@ class _Renderer:
         directive, at = directive_of(token)
         words = [(word, directive.text.index(word)) for word in directive.text.split()]
         if len(words) != 2:
-            self._problems.add(at(directive.text_start), "a readout is named :readout[figure readout]{changes}")
+            self._problems.add(at(directive.text_start), "expected :readout[figure readout]{changes}")
             return ""
         (figure_id, figure_at), (name, _) = words
         name_at = directive.text.rindex(name)
         figure = self._survey.figures.get(figure_id)
         if figure is None and f"fig:{figure_id}" not in self._survey.lost:
             where = at(directive.text_start + figure_at)
-            self._problems.add(where, f"no figure {figure_id!r} in this chapter{hint(figure_id, self._survey.figures)}")
+            near = hint(figure_id, self._survey.figures)
+            self._problems.add(where, f"unknown figure {figure_id!r} in this chapter{near}")
             return ""
         attributes = listed(directive, at, self._problems)
         if figure is None or attributes is None:
@@ -304,7 +305,7 @@ class _Renderer:
         if name in readouts:
             return f'<span class="computed">{escape(readouts[name])}</span>'
         if readouts:
-            self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
+            self._problems.add(at(directive.text_start + name_at), f"unknown readout {name!r}{hint(name, readouts)}")
         return ""
 
     def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
@@ -315,7 +316,7 @@ class _Renderer:
         if test_id not in self._known.tests:
             where = at(directive.attributes_start + lead)
             near = hint(test_id, self._known.tests) if test_id else ""
-            says = f"no test {test_id!r}{near}" if test_id else "a claim names its test: {tests/file.py::test_name}"
+            says = f"unknown test {test_id!r}{near}" if test_id else "missing test, as in {tests/file.py::test_name}"
             self._problems.add(where, says)
         else:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
@@ -329,7 +330,7 @@ class _Renderer:
         """Check that a claim's test has a docstring for readers and, for a cause, records the effect of its change."""
         test = self._known.tests[test_id]
         if not test.doc:
-            self._problems.warn(where, f"{test_id} has no docstring that tells readers what it checks")
+            self._problems.warn(where, f"{test_id} needs a docstring that tells readers what it checks")
         if kind and (lacks := lacking(test, self._known.results.get(test_id))):
             self._problems.add(where, lacks)
 
@@ -358,7 +359,7 @@ class _Renderer:
         figure = self._links.placed(figure_id) if attributes and kind == "fig" else None
         if figure is None:
             if attributes and (kind != "fig" or figure_id in self._survey.plots):
-                self._problems.add(at(attributes[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
+                self._problems.add(at(attributes[0].start), "only a figure has a state: :ref[fig:id]{press=finish}")
             return ""
         bare(attributes, 0, at, self._problems)
         widget, record = figure
@@ -371,7 +372,7 @@ class _Renderer:
             reference = self._known.references.get(work.key)
             if reference is None:
                 near = hint(work.key, self._known.references)
-                says, known = f"no reference {work.key!r}{near}", bool(self._known.references)
+                says, known = f"unknown reference {work.key!r}{near}", bool(self._known.references)
                 self._problems.lacks(REFERENCES, citation.at(work.offset), says, known)
                 continue
             if work.key not in self._cited:
@@ -388,7 +389,7 @@ class _Renderer:
         if term is None:
             where = at(directive.attributes_start if key else directive.text_start)
             name = key or directive.text
-            says = f"no term {name!r} in the glossary{hint(name, self._known.terms)}"
+            says = f"unknown glossary term {name!r}{hint(name, self._known.terms)}"
             self._problems.lacks(GLOSSARY, where, says, bool(self._known.terms))
             return escapeHtml(directive.text)
         if term.key not in self._terms:

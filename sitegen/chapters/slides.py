@@ -28,11 +28,11 @@ SLIDE = {
 OF_A_FIGURE = ("set", "panels", "controls", "readouts")
 # Elements that are not allowed in a slide's text, and where they belong.
 ELSEWHERE = {
-    "heading_open": "a slide has one heading, its title",
-    "figure": "a slide names a figure of its chapter: figure: id",
-    "plot": "a slide names a plot of its chapter: plot: id",
+    "heading_open": "a slide's only heading is its title",
+    "figure": "a figure belongs in the chapter; a slide shows it with figure: id",
+    "plot": "a plot belongs in the chapter; a slide shows it with plot: id",
     "predict": "predictions belong in the chapter, with their figures",
-    "aside": "remarks beside a slide belong in its notes",
+    "aside": "asides belong in the slide's notes",
     "math_block_label": "a numbered equation belongs in the chapter; a slide shows it with equation: label",
     "footnote_ref": "side notes belong in the chapter",
     "claim_open": "claims belong in the chapter, with their tests",
@@ -85,7 +85,7 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         every = [each for token in tokens for each in (token, *(token.children or []))]
         wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
         for each in wrong:
-            why = ELSEWHERE.get(each.type, "a button belongs in the slide's text")
+            why = ELSEWHERE.get(each.type, "buttons belong in the slide's text")
             problems.add(place_of(each) or front.at("slides", i, name), why)
         if name != "title":  # a title names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)
@@ -109,7 +109,7 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         problems.add(slide.at("plot"), "a slide shows a figure or a plot, not both")
     for name in OF_A_FIGURE:
         if values[name] and not slide.figure:
-            problems.add(slide.at(name), f"{name}: the slide names no figure")
+            problems.add(slide.at(name), f"{name}: the slide has no figure; add figure: id")
     if values["title"] and not (values["text"] or slide.equation or slide.figure or slide.plot):
-        problems.add(slide.at(), "a slide shows something: text, an equation, a figure or a plot")
+        problems.add(slide.at(), "empty slide: add text, an equation, a figure or a plot")
     return slide

@@ -151,7 +151,7 @@ def _shifted(token: Token) -> Callable[[int], Place]:
 
 def _anchor(finding: _Finding, name: str, place: Place, what: str, problems: Problems) -> None:
     if name in finding.anchors:
-        problems.add(place, f"{what} appears twice in this chapter (first in line {finding.anchors[name].line})")
+        problems.add(place, f"duplicate {what} in this chapter (first on line {finding.anchors[name].line})")
     finding.anchors.setdefault(name, place)
 
 
@@ -162,9 +162,9 @@ def _heading(finding: _Finding, token: Token, content: Token, problems: Problems
         problems.add(place, "the chapter's title belongs in its front matter: headings start at ##")
     before = next((one.level for one in reversed(finding.heading_of.values())), 1)
     if level > before + 1:
-        problems.add(place, f"a heading of level {level} after one of level {before}: a level is skipped")
+        problems.add(place, f"skipped heading level: level {level} after level {before}")
     if name and _is_own(name):
-        problems.add(place, f"the anchor {name!r} is one that the page gives itself")
+        problems.add(place, f"reserved anchor {name!r}: choose another name")
     elif not name:
         base = ascii_slug(text_of(content.children or []))
         base = name = f"section-{base}" if _is_own(base) else base
@@ -172,7 +172,7 @@ def _heading(finding: _Finding, token: Token, content: Token, problems: Problems
         while name in finding.anchors:
             count += 1
             name = f"{base}-{count}"
-    _anchor(finding, name, place, f"the anchor {name!r}", problems)
+    _anchor(finding, name, place, f"anchor {name!r}", problems)
     words = [child for child in content.children or [] if child.type not in REFERENCES]  # reported as unfit
     finding.heading_of[heading] = Heading(level, name, words)
 
@@ -208,7 +208,7 @@ def _note_placed(
         finding.lost.add(f"fig:{id_of(line.thing)}")
         return
     by_line[line] = item
-    _anchor(finding, item.dom_id, item.place, f"the figure {item.id!r}", problems)
+    _anchor(finding, item.dom_id, item.place, f"figure {item.id!r}", problems)
     by_id.setdefault(item.id, item)
 
 
@@ -233,9 +233,9 @@ def _equation(finding: _Finding, token: Token, problems: Problems) -> None:
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
-            message = f"{label!r} is not a valid label: lower-case letters, digits and hyphens, a letter first"
+            message = f"invalid label {label!r}: use lower-case letters, digits and hyphens, starting with a letter"
             problems.add(place, message)
-        _anchor(finding, f"eq-{label}", place, f"the equation {label!r}", problems)
+        _anchor(finding, f"eq-{label}", place, f"equation {label!r}", problems)
         finding.equations.setdefault(label, finding.chapter.numbered(len(finding.equations) + 1))
         finding.labelled.setdefault(label, formula)
 
@@ -246,22 +246,22 @@ def _notes(finding: _Finding, problems: Problems) -> None:
     for mark in _marks(document.tokens):
         label = mark.thing.label
         if label not in document.footnotes:
-            problems.add(mark.place, f"no footnote [^{label}]{hint(label, document.footnotes)}")
+            problems.add(mark.place, f"unknown footnote [^{label}]{hint(label, document.footnotes)}")
         elif label not in finding.notes:
             finding.notes[label] = len(finding.notes) + 1
             finding.first[label] = mark
     for label, tokens in document.footnotes.items():
         for mark in _marks(tokens):
-            problems.add(mark.place, "a footnote cannot refer to a footnote")
+            problems.add(mark.place, "a footnote cannot refer to another footnote")
         for token in tokens:
             if token.type in DISPLAYED:
                 says = "headings, figures, pictures and plots belong in the chapter itself, not in a footnote"
                 problems.add(located(token, object).place, says)
         if label not in finding.notes:
             line = next((t.map[0] + 1 for t in tokens if t.map), 1)
-            problems.add(Place(finding.chapter.source.path, line, 1), f"footnote [^{label}] is never referred to")
+            problems.add(Place(finding.chapter.source.path, line, 1), f"unused footnote [^{label}]")
     for label, number in finding.notes.items():
-        _anchor(finding, f"note-{number}", finding.first[label].place, f"the note {label!r}", problems)
+        _anchor(finding, f"note-{number}", finding.first[label].place, f"note {label!r}", problems)
 
 
 def _marks(tokens: Iterable[Token]) -> list[Located[NoteMark]]:
@@ -276,13 +276,12 @@ def _named(
     at = line.at
     words = bare(attributes, 1, at, problems)
     if not words:
-        problems.add(at(line.thing.attributes_start), "a figure's id is expected first: {solve noise=0.2}")
+        problems.add(at(line.thing.attributes_start), "missing figure id, as in {solve noise=0.2}")
         return None
     figure = finding.figures.get(words[0].value)
     if figure is None and f"fig:{words[0].value}" not in finding.lost:
-        problems.add(
-            at(words[0].start), f"no figure {words[0].value!r} in this chapter{hint(words[0].value, finding.figures)}"
-        )
+        near = hint(words[0].value, finding.figures)
+        problems.add(at(words[0].start), f"unknown figure {words[0].value!r} in this chapter{near}")
     return figure
 
 
@@ -297,7 +296,7 @@ def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool,
         return
     promised = promise(figure, attributes, at, problems)
     if promised is None:
-        problems.add(at(directive.start), 'a promise says what holds: {figure press=finish expect="rms < 0.1"}')
+        problems.add(at(directive.start), 'a promise needs expect=: {figure press=finish expect="rms < 0.1"}')
     else:
         finding.promise_of[line] = promised
 
@@ -315,7 +314,7 @@ def _of_figure(
     figure = None if attributes is None else _named(finding, attributes, line, problems)
     for child in token.children or []:
         if child.type in LINKS:
-            problems.add(place_of(child) or line.place, f"{what}'s text holds no links")
+            problems.add(place_of(child) or line.place, f"{what} cannot contain links")
     return None if figure is None or attributes is None else (figure, attributes)
 
 
@@ -343,7 +342,7 @@ def _predict(finding: _Finding, token: Token, problems: Problems) -> None:
     figure, attributes = target
     line = located(token, Directive)
     if figure.id in finding.predictions:
-        problems.add(line.place, f"a figure asks once, and {figure.id!r} does already")
+        problems.add(line.place, f"duplicate prediction: figure {figure.id!r} already has one")
         return
     result = prediction(figure, line.thing, token.children or [], attributes, line.at, problems)
     if result is not None:
@@ -357,9 +356,9 @@ def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
     for what, names in kinds.items():
         name = getattr(slide, what)
         if name and name not in names and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in finding.lost:
-            problems.add(slide.at(what), f"no {what} {name!r} in this chapter{hint(name, names)}")
+            problems.add(slide.at(what), f"unknown {what} {name!r} in this chapter{hint(name, names)}")
         if name and what != "equation" and any(getattr(before.slide, what) == name for before in finding.slides):
-            problems.add(slide.at(what), f"the {what} {name!r} is on an earlier slide: change it with a ::try line")
+            problems.add(slide.at(what), f"{what} {name!r} is already on an earlier slide: change it with a ::try line")
     equation = finding.labelled.get(slide.equation)
     if equation is not None:  # without its sentence's punctuation
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
@@ -368,7 +367,7 @@ def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
     for line in (located(token, Directive) for token in slide.text if token.type == "try"):
         button = finding.button_of.get(line)
         if button is not None and button.figure is not figure:
-            problems.add(line.place, "a slide's button sets the slide's own figure")
+            problems.add(line.place, "a slide's button can set only the slide's own figure")
     return Staged(
         slide,
         equation,

@@ -28,7 +28,7 @@ def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
 
 def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:
     if not text_of(children).strip():
-        problems.add(place, "a heading has no text")
+        problems.add(place, "empty heading")
     for child in children:
         if child.type in REFERENCES:
             problems.add(place_of(child) or place, "a heading cannot contain references, citations or footnotes")
@@ -44,11 +44,11 @@ def _nested(children: Iterable[Token], problems: Problems) -> None:
             claim = claim and child.type != "claim_close"
             continue
         if child.type in (*REFERENCES, "term") and link:
-            problems.add(place, "a link cannot contain another: put it beside")
+            problems.add(place, "a link cannot contain another: move it out")
         if child.type == "claim_open" and claim:
-            problems.add(place, "a claim cannot contain another: put it beside")
+            problems.add(place, "a claim cannot contain another: move it out")
         if child.type == "image" and any(inner.type in MADE for inner in child.children or []):
-            problems.add(place, "an image's alternative text is plain: no directives or citations")
+            problems.add(place, "alternative text must be plain: no directives or citations")
         if child.type in ("term", "claim_open") and not located(child, Directive).thing.text.strip():
             problems.add(place, f":{child.type.removesuffix('_open')} has no text")
         link = link or child.type == "link_open"

@@ -90,13 +90,13 @@ def read_call(text: str) -> Call:
     """Parse a call. Raises CallError if the text is not a call, or has an argument that is not a literal."""
     if hyphens := HYPHENS.match(text):  # the spelling of names in ::plot
         spelling = hyphens[0].strip().replace("-", "_")
-        raise CallError(f"a name in a call has underscores, not hyphens: {spelling}(…)", hyphens.end(1))
+        raise CallError(f"use underscores in names, not hyphens: {spelling}(…)", hyphens.end(1))
     try:
         tree = ast.parse(text, mode="eval").body
     except SyntaxError as error:
         raise CallError(f"not a call: {error.msg}", max((error.offset or 1) - 1, 0)) from None
     if not isinstance(tree, ast.Call):
-        raise CallError("a call is expected, like solvers.consensus.trials(0.5, 0.99, 2)", 0)
+        raise CallError("expected a call, such as solvers.consensus.trials(0.5, 0.99, 2)", 0)
     names: list[tuple[str, int]] = []
     node: ast.expr = tree.func
     while isinstance(node, ast.Attribute):
@@ -104,13 +104,13 @@ def read_call(text: str) -> Call:
         node = node.value
     if not isinstance(node, ast.Name) or node.id not in NAMESPACES or not names:
         root = node.id if isinstance(node, ast.Name) else ast.unparse(node)
-        raise CallError(f"calls begin with solvers., widgets. or plots., not {root!r}{hint(root, NAMESPACES)}", 0)
+        raise CallError(f"expected a call to solvers, widgets or plots, got {root!r}{hint(root, NAMESPACES)}", 0)
     names.append((node.id, 0))
     positional = tuple(_literal(text, argument) for argument in tree.args)
     keywords: dict[str, Any] = {}
     for keyword in tree.keywords:
         if keyword.arg is None:
-            raise CallError("arguments are literals, not **", _offset(text, keyword.col_offset))
+            raise CallError("arguments must be literals, not **", _offset(text, keyword.col_offset))
         keywords[keyword.arg] = _literal(text, keyword.value)
     return Call(text, tuple(reversed(names)), positional, keywords)
 
@@ -173,7 +173,7 @@ def _number(function: Any, call: Call, *before: Any) -> int | float:
     value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         got = value if isinstance(value, float) else type(result).__name__
-        raise CallError(f"a finite number is expected, not {got}", 0)
+        raise CallError(f"expected a finite number, got {got}", 0)
     return value
 
 
@@ -182,11 +182,11 @@ def of_plot(call: Call, gallery: Gallery) -> int | float:
     (_, _), (module, module_at), *rest = call.names
     plots = {name.replace("-", "_"): plot for name, plot in gallery.plots.items()}
     if module not in plots:
-        raise CallError(f"no plot {module!r}{hint(module, plots)}", module_at)
+        raise CallError(f"unknown plot {module!r}{hint(module, plots)}", module_at)
     plot = plots[module]
     name, name_at = rest[0] if rest else ("", module_at)
     if name not in plot.numbers or len(rest) != 1:
-        raise CallError(f"plots.{module} gives no {name!r}{hint(name, plot.numbers)}", name_at)
+        raise CallError(f"plots.{module} has no number {name!r}{hint(name, plot.numbers)}", name_at)
     try:
         result = gallery.result(plot)
     except Exception as error:  # an error in the plot

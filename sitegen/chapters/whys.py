@@ -28,12 +28,12 @@ class Change:
 def change(factor: str, outcomes: Mapping[str, str]) -> Change:
     """Make a change and check it. Raises ValueError if it does not show a cause."""
     if len(outcomes) < 2:
-        raise ValueError(f"{factor}: an outcome as it is and one with the factor changed are expected")
+        raise ValueError(f"{factor}: expected an outcome as it is and one with the factor changed")
     if len(set(outcomes.values())) < 2:
-        raise ValueError(f"{factor}: with every setting {next(iter(outcomes.values()))!r}, so it is not the cause")
+        raise ValueError(f"{factor}: every setting gives {next(iter(outcomes.values()))!r}, so it is not the cause")
     texts = [factor, *outcomes, *outcomes.values()]
     if not all(isinstance(text, str) and text.strip() for text in texts):
-        raise ValueError(f"{factor}: settings and outcomes are texts")
+        raise ValueError(f"{factor}: settings and outcomes must be text")
     return Change(factor, tuple(outcomes.items()))
 
 

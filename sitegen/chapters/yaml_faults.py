@@ -10,21 +10,21 @@ import yaml
 
 Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-TAB = "a tab: indent with spaces"
-UNALIGNED = "the line begins in another column than its neighbours"
-LINE = "a line is a name, a colon, a blank and a value"
-UNCLOSED = "the quote that begins here is never closed"
+TAB = "tab character: indent with spaces"
+UNALIGNED = "inconsistent indentation: align with the neighbouring lines"
+LINE = "expected 'name: value'"
+UNCLOSED = "unclosed quote"
 # Text in YAML's message, whether to report the start of the construct, and the message for authors.
 COMMON = (
     ("mapping values are not allowed", False,
-     "a text that holds a colon and a blank stands in quotes; a name begins in the column of its neighbours"),
-    ("cannot start any token", False, "a text that begins with this character stands in quotes"),
+     "unexpected ': ': quote text that contains it, and align names with their neighbours"),
+    ("cannot start any token", False, "text cannot start with this character: quote it"),
     ("a tab character", False, TAB),
-    ("unknown escape character", False, "in double quotes a \\ begins an escape, in single ones it is a sign"),
+    ("unknown escape character", False, "unknown escape: use single quotes for text with a \\"),
     ("while scanning a quoted scalar", True, UNCLOSED),
     ("while scanning a simple key", True, LINE),
-    ("while parsing a flow sequence", True, "the list that begins here is never closed by ]"),
-    ("while parsing a flow mapping", True, "the mapping that begins here is never closed by }"),
+    ("while parsing a flow sequence", True, "unclosed list: missing ]"),
+    ("while parsing a flow mapping", True, "unclosed mapping: missing }"),
     ("while parsing a block mapping", False, UNALIGNED),
 )  # fmt: skip
 NAMED = re.compile(r"\n\s*(?:- +)?\{?[\w\\'\"-]+:(?: |\n|$)|\n\s*- ")  # a line that begins a new entry
@@ -48,7 +48,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
             return start.line, start.column, UNCLOSED
         if end.line == spot.line and not before[end.column :].strip() and spot.column < len(text):
             other = {"'": "double", '"': "single"}[style]
-            return end.line, end.column - 1, f"the quoted text ends here: one with a {style} in it has {other} quotes"
+            return end.line, end.column - 1, f"the quoted text ends here: use {other} quotes for text with a {style}"
     if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", before):
         # The line is correct, but was read as part of the one above, which lacks a colon or a blank after it.
         line = next((n for n in range(spot.line - 1, -1, -1) if source.split("\n")[n].strip()), spot.line)
@@ -56,7 +56,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
         if line < spot.line and not NAMED.match(f"\n{above}"):
             return line, len(above) - len(above.lstrip()), LINE
     if message == UNALIGNED and before.strip():
-        message = "the value ends before this"
+        message = "unexpected text after the value"
     mark = (error.context_mark if begins else None) or spot
     return mark.line, mark.column, message
 

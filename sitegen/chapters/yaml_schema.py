@@ -20,7 +20,7 @@ MARKUP = re.compile(
     r"\$[^\s$](?:[^$]*[^\s$])?\$|\*\*|`|\]\(|(?<!\w):[a-z]+\[|\[@|(?<![\w*])\*[^\s*](?:[^*]*[^\s*])?\*(?![\w*])"
 )
 CUT = re.compile(r" +#(?=[^\s#])")  # our comments have a blank after the #
-CUT_OFF = "YAML reads a # after a blank as the start of a comment: a text that holds one stands in quotes"
+CUT_OFF = "YAML reads a # after a space as the start of a comment: quote the text"
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Field:
 
 def text(required: bool = False, default: str = "") -> Field:
     """A text."""
-    return Field("a text", lambda v: isinstance(v, str) and bool(v.strip()), required, default)
+    return Field("text", lambda v: isinstance(v, str) and bool(v.strip()), required, default)
 
 
 def plain(required: bool = False) -> Field:
@@ -50,7 +50,7 @@ def plain(required: bool = False) -> Field:
 def texts() -> Field:
     """A list of texts."""
     return Field(
-        "a list of texts", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, []
+        "a list of strings", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, []
     )
 
 
@@ -114,10 +114,10 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
     except yaml.MarkedYAMLError as error:
         place = Place(path, first_line, 1)
         line, column, message = cause(source, error)
-        problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {message}")
+        problems.add(Place(path, place.line + line, place.column + column), f"invalid YAML: {message}")
     # These errors have no mark: a control character, a 31st of February, a list that contains itself.
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
+        problems.add(Place(path, first_line, 1), f"invalid YAML: {str(error).splitlines()[0]}")
     problems.unread.add(path)
     return None
 
@@ -129,7 +129,7 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
                 continue  # not a valid key; the loader reports it, or the schema as unknown
             here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
-                problems.add(here, f"{key.value!r} appears twice")
+                problems.add(here, f"duplicate key {key.value!r}")
             places[(*at, key.value)] = here
             _collect(value, (*at, key.value), places, path, first, problems)
     elif isinstance(node, yaml.SequenceNode):
@@ -167,32 +167,32 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
         mapping = mapping[step]
     result = {name: field.default for name, field in fields.items()}
     if not isinstance(mapping, dict):
-        problems.add(document.at(*at), "a mapping of names to values is expected")
+        problems.add(document.at(*at), "expected a mapping of names to values")
         return result
     for name, value in mapping.items():
         if name not in fields:
-            problems.add(document.at(*at, name), f"no key {str(name)!r}{hint(str(name), fields)}")
+            problems.add(document.at(*at, name), f"unknown key {str(name)!r}{hint(str(name), fields)}")
         elif not fields[name].accepts(value):
             problems.add(document.at(*at, name), f"{name}: {_unaccepted(fields[name], name, value, document, at)}")
         else:
             result[name] = value
             if fields[name].plain and (found := MARKUP.search(value)):
-                says = f"{name}: this text is plain, and {found[0]!r} would be printed as it stands"
+                says = f"{name}: plain text only; {found[0]!r} would be printed as is"
                 problems.add(document.at(*at, name), says)
     for name, field in fields.items():
         if field.required and name not in mapping:
-            problems.add(document.at(*at), f"{name} is missing: {field.expects}")
+            problems.add(document.at(*at), f"missing {name}: expected {field.expects}")
     return result
 
 
 def _unaccepted(field: Field, name: Any, value: Any, document: Yaml, at: Path) -> str:
     """The message for an invalid value; quotes it as written if YAML read it as something else."""
     if value is None:
-        return f"{field.expects} is expected, and nothing stands here"
+        return f"expected {field.expects}, got nothing"
     raw = document.written.get((*at, name), str(value))
     quoted = isinstance(value, (int, float, date)) and field.accepts(raw)
-    more = f"; in quotes it is one: {name}: \"{raw}\"" if quoted else ""
-    return f"{field.expects} is expected, not {raw if isinstance(value, (int, float, date)) else repr(value)}{more}"
+    more = f"; quote it: {name}: \"{raw}\"" if quoted else ""
+    return f"expected {field.expects}, got {raw if isinstance(value, (int, float, date)) else repr(value)}{more}"
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
@@ -201,10 +201,10 @@ def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Ya
     if document is None or document.data is None:
         return None, ()
     if not isinstance(document.data, dict):
-        problems.add(document.at(), f"a mapping of keys to {things} is expected")
+        problems.add(document.at(), f"expected a mapping of keys to {things}")
         return None, ()
     for key in document.data:
         if not KEY.fullmatch(str(key)):
-            says = f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first"
+            says = f"invalid key {key!r}: use lower-case ASCII letters, digits and hyphens, starting with a letter"
             problems.add(document.at(key), says)
     return document, tuple(document.data)

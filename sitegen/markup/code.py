@@ -29,7 +29,7 @@ def highlighted(code: str, language: str) -> Markup:
         lexer = find_lexer_class_by_name(language)(stripnl=False)
     except ClassNotFound:
         names = {alias for _, aliases, _, _ in get_all_lexers() for alias in aliases}
-        raise ValueError(f"no language {language!r}{hint(language, names)}") from None
+        raise ValueError(f"unknown language {language!r}{hint(language, names)}") from None
     pieces = ((STANDARD_TYPES.get(kind, ""), text) for kind, text in lexer.get_tokens(code))
     tokens = ((name if name in COLOURED else "", text) for name, text in pieces)
     runs = ((name, "".join(text for _, text in run)) for name, run in groupby(tokens, lambda piece: piece[0]))

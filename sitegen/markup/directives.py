@@ -104,7 +104,7 @@ def _close(source: str, start: int, stop: int) -> int:
             if depth == 0:
                 return i
         i += 1
-    raise DirectiveError(f"{opening!r} is never closed by {closing!r}", start)
+    raise DirectiveError(f"unclosed {opening!r}: missing {closing!r}", start)
 
 
 def attributes(directive: Directive) -> list[Attribute]:
@@ -115,11 +115,11 @@ def attributes(directive: Directive) -> list[Attribute]:
         match = ATTRIBUTE.match(source, i)
         if match is None:
             offset = i + len(source[i:]) - len(source[i:].lstrip())
-            raise DirectiveError("a value in quotes is never closed", directive.attributes_start + offset)
+            raise DirectiveError("unclosed quote", directive.attributes_start + offset)
         value, quoted = match["value"], match["value"].startswith('"')
         if (not match["name"] and value.endswith("=")) or APART.match(source, match.end()):
             where = directive.attributes_start + match.start("name" if match["name"] else "value")
-            raise DirectiveError("an attribute is written name=value, without spaces around the =", where)
+            raise DirectiveError("expected name=value, without spaces around the =", where)
         if quoted:
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")

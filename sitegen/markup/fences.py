@@ -58,9 +58,9 @@ def _found(token: Token, lines: Sequence[str], within: int | None) -> OpenFence:
     first, end = token.map or (0, 0)
     inner = token.content.split("\n")
     near = next((n for n, line in enumerate(inner) if FENCE.fullmatch(line)), None) if within is None else within
-    says = f"{lines[first].strip(' >')!r} opens a code block that never ends: a line of {token.markup} alone ends it"
+    says = f"unclosed code block {lines[first].strip(' >')!r}: end it with a line of {token.markup} alone"
     if near is not None:
-        why = "is none" if inner[near].strip() != token.markup else "stands too far in"
-        says += f", and line {first + 2 + near}, {inner[near].strip()!r}, {why}"
+        why = "does not end it" if inner[near].strip() != token.markup else "is indented too far"
+        says += f"; line {first + 2 + near}, {inner[near].strip()!r}, {why}"
     text = next((n for n, line in enumerate(inner) if TEXT.match(line)), len(inner))
     return OpenFence(first, min(first + 1 + (text - 1 if near is None else min(text - 1, near)), end - 1), says)

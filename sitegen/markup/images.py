@@ -26,7 +26,7 @@ class Image:
 def read_image(path: Path) -> Image:
     """Read an image file. Raises ValueError if it is not an image that pages can show."""
     if path.suffix.lower() not in KINDS:
-        raise ValueError(f"{path.name} is not an image format for pages ({', '.join(kind[1:] for kind in KINDS)})")
+        raise ValueError(f"{path.name}: expected an image in {', '.join(kind[1:] for kind in KINDS)}")
     data = path.read_bytes()
     width, height = _svg_size(data) if path.suffix.lower() == ".svg" else _raster_size(path)
     return Image(hashed_name(f"images/{ascii_slug(path.stem)}{path.suffix.lower()}", data), data, width, height)
@@ -49,7 +49,7 @@ def _svg_size(data: bytes) -> tuple[int, int]:
     except ElementTree.ParseError as error:
         raise ValueError(f"not SVG: {error}") from error
     if root.tag.rpartition("}")[2] != "svg":
-        raise ValueError(f"not SVG: its root is <{root.tag.rpartition('}')[2]}>")
+        raise ValueError(f"not SVG: the root element is <{root.tag.rpartition('}')[2]}>")
     box = re.split(r"[\s,]+", root.get("viewBox", "").strip())
     sides = [root.get("width", ""), root.get("height", "")] if len(box) != 4 else box[2:]
     try:
@@ -57,5 +57,5 @@ def _svg_size(data: bytes) -> tuple[int, int]:
     except (ValueError, OverflowError) as error:
         raise ValueError("an SVG image needs a viewBox") from error
     if width < 1 or height < 1:
-        raise ValueError(f"an SVG image needs a width and a height, and has {width} × {height}")
+        raise ValueError(f"expected an SVG image with width and height, got {width} × {height}")
     return width, height

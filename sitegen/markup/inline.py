@@ -36,9 +36,9 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
     if not silent:
         if directive.name not in INLINE:
             why = (
-                "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
+                "; on a line of its own, use two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
             )
-            fault(state, start, f"no directive :{directive.name}{why}")
+            fault(state, start, f"unknown directive :{directive.name}{why}")
             lose(state.env, directive.attributes)
         elif directive.name in AROUND:
             _around(state, directive)
@@ -61,14 +61,14 @@ def misplaced(state: StateInline, silent: bool) -> bool:
     if (word and bare) or (name not in (*BLOCK, *INLINE) and (word or bare or colons == ":")):
         return False  # C++, a time, an emoji
     if name in BLOCK:
-        why = f"::{name} stands on a line of its own, and begins it"
+        why = f"::{name} must start a line of its own"
     elif colons != ":":
-        near = "; in a line it has one colon" if name in INLINE else hint(name, (*BLOCK, *INLINE))
-        why = f"no directive {colons}{name}{near}"
+        near = "; inside a line, use one colon" if name in INLINE else hint(name, (*BLOCK, *INLINE))
+        why = f"unknown directive {colons}{name}{near}"
     else:
-        why = f"no letter or digit stands right before :{name}"
+        why = f":{name} cannot directly follow a letter or digit"
     if bare and colons == ":" and name in INLINE:
-        why = f"a directive is written :{name}[text]{{…}}"
+        why = f"expected :{name}[text]{{…}}"
     try:
         directive = None if bare else read(state.src, start, state.posMax, colons)
     except DirectiveError:
@@ -95,7 +95,7 @@ def citation(state: StateInline, silent: bool) -> bool:
         if not state.src.startswith("[@", state.pos):
             return False
         if not silent:
-            fault(state, state.pos, "the citation that begins here is never closed by ']'")
+            fault(state, state.pos, "unclosed citation: missing ']'")
         state.pos += 2
         return True
     if not silent:
@@ -107,7 +107,7 @@ def citation(state: StateInline, silent: bool) -> bool:
             if m.group()
         )
         if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(work.key for work in works):
-            fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
+            fault(state, state.pos, "expected [@key], [@key, p. 3] or [@one; @other]")
             works = ()
         note(token, InLine(Citation(works), state.pos))
     state.pos = match.end()

@@ -16,8 +16,8 @@ from sitegen.markup.slips import plain
 REFERENCE = re.compile(r"(?<![\\\]\w])\[([^\[\]^@][^\[\]]*)\]\[((?![\^@])[^\[\]]*)\]")
 NOWHERE = re.compile(r"(?:https?:/*|mailto:)?")
 MARKS = (
-    (re.compile(r"\*\*"), "** begins or ends no bold text: its other half is missing, or a blank stands inside it"),
-    (re.compile(r"`+"), "{0} begins code that no {0} ends in its paragraph; the sign itself is written \\`"),
+    (re.compile(r"\*\*"), "unmatched **: the other half is missing, or a space stands inside the bold text"),
+    (re.compile(r"`+"), "unclosed {0} in this paragraph; write \\` for a literal backtick"),
 )
 
 
@@ -27,15 +27,15 @@ def leftovers(text: str, children: Sequence[Token], defined: Mapping[str, Any]) 
     for match in REFERENCE.finditer(plain(text)):
         name = match[2].strip() or match[1]
         if normalizeReference(name) not in defined:
-            yield match.start(), f"no line '[{name}]: address' says where this leads; [words](address) needs none"
+            yield match.start(), f"missing '[{name}]: address' for this link; or write [words](address)"
     for i, token in enumerate(children):
         if token.type == "link_open":
             remark = noted(token, InLine)
             offset = remark.offset if remark else 0
             if NOWHERE.fullmatch(str(token.attrs.get("href", ""))):
-                yield offset, "the link has no address: [words](address)"
+                yield offset, "missing link address: [words](address)"
             elif children[i + 1].type == "link_close":
-                yield offset, "the link has no words: [words](address)"
+                yield offset, "missing link text: [words](address)"
         elif token.type == "text":  # what a \ stands before is of another type
             for mark, says in MARKS:
                 if found := mark.search(token.content):

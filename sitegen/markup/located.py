@@ -112,7 +112,7 @@ def located(token: Token, kind: type[T]) -> Located[T]:
     """The thing that a token stands for, with its place. Raises TypeError unless it is of this kind (`object`: any)."""
     remark = noted(token, Located)
     if remark is None or not isinstance(remark.thing, kind):
-        raise TypeError(f"a token {token.type!r} stands for no {kind.__name__}")
+        raise TypeError(f"token {token.type!r} does not stand for a {kind.__name__}")
     return remark
 
 

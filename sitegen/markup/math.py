@@ -77,7 +77,7 @@ def render(
     mathematics, faults = (memory or Memory()).answer("formulas", (formulas, macros), make)
     for one in all_uses:
         if "<menclose" in mathematics.mathml[one.formula]:
-            problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
+            problems.add(one.at(0), "formula: browsers do not draw <menclose>: avoid \\overline, \\boxed, \\cancel …")
         if fault := faults.get(one.formula):
             position = fault["position"]
             place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)

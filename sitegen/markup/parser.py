@@ -185,7 +185,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
         if not re.match(r"::[a-z]+(\s|\{|$)", state.src[start : state.eMarks[start_line]]):
             return False
         if not silent:
-            source.problems.add(source.at(start), "a directive is written ::name[text]{attributes}")
+            source.problems.add(source.at(start), "expected ::name[text]{attributes}")
             lose(state.env, state.src[start : state.eMarks[start_line]])
             state.line = start_line + 1
         return True
@@ -195,11 +195,11 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     rest = state.src[directive.end : state.eMarks[last]]
     if rest.strip():
         source.problems.add(
-            source.at(directive.end), f"nothing may follow a directive on its line, but {rest.strip()!r} does"
+            source.at(directive.end), f"unexpected {rest.strip()!r} after a directive: move it to another line"
         )
     if directive.name not in BLOCK:
-        why = "; in a line it has one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
-        source.problems.add(source.at(start), f"no directive ::{directive.name}{why}")
+        why = "; inside a line, use one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
+        source.problems.add(source.at(start), f"unknown directive ::{directive.name}{why}")
         lose(state.env, directive.attributes)
     state.line = last + 1
     token = state.push("directive_open", "", 1)
@@ -225,14 +225,13 @@ def _heading_ids(state: StateCore) -> None:
             if ANCHOR.fullmatch(match[1]):
                 name = match[1]
             else:
-                source.problems.add(
-                    place, f"{match[1]!r} is not an anchor: lower-case letters, digits and hyphens, a letter first"
-                )
+                says = "use lower-case letters, digits and hyphens, starting with a letter"
+                source.problems.add(place, f"invalid anchor {match[1]!r}: {says}")
             inline.content = inline.content[: match.start()]
         elif (offset := unread_anchor(inline.content)) is not None:
             line = (inline.map or [0])[0]
             place = source.at(source.starts[line] + source.lines[line].rfind(inline.content[offset:]))
-            source.problems.add(place, "an anchor is written {#name}, and ends the heading")
+            source.problems.add(place, "expected {#name} at the end of the heading")
         place = Place(source.path, (heading.map or [0])[0] + 1, 1)
         note(heading, Located(Anchor(name), place, source.at, start))
 
@@ -245,7 +244,7 @@ def _places(state: StateCore) -> None:
         if again["href"] != addresses[again["label"]]["href"]:
             where = Place(source.path, again["map"][0] + 1, 1)
             first = addresses[again["label"]]["map"][0] + 1
-            source.problems.add(where, f"[{again['label'].lower()}] has another address in line {first}")
+            source.problems.add(where, f"duplicate [{again['label'].lower()}], with another address on line {first}")
     cell = columns = 0
     for i, token in enumerate(state.tokens):
         cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
@@ -261,20 +260,20 @@ def _places(state: StateCore) -> None:
             _container(source, token)
             if token.nesting == 1 and state.tokens[i + 1].type.endswith("_close"):
                 where = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(where, f"{token.markup}{token.info.strip()} is empty")
+                source.problems.add(where, f"empty {token.markup}{token.info.strip()}")
         elif token.type == "tr_open" and token.map:
             line = source.lines[token.map[0]]
             columns = cells(line) if state.tokens[i - 1].type == "thead_open" else columns
             if cells(line) > columns:
                 where = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(where, f"this row has {cells(line)} cells, and the table {columns} columns")
+                source.problems.add(where, f"row of {cells(line)} cells in a table of {columns} columns")
         elif token.type == "fence" and token.map:
             place = Place(source.path, token.map[0] + 1, 1)
             note(token, Located(None, place, source.at, source.starts[token.map[0]]))
         elif token.type == "code_block" and token.map and INDENTED.match(token.content):
             line = source.lines[token.map[0]]
             where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
-            source.problems.add(where, "indented by a tab or four blanks this is code: a directive begins its line")
+            source.problems.add(where, "indented by a tab or four spaces, this is code: unindent the directive")
             lose(state.env, token.content)
         if token.type != "inline":
             continue
@@ -300,9 +299,9 @@ def _container(source: Source, token: Token) -> None:
     first, last = token.map or (0, 0)
     name = token.type.removeprefix("container_").removesuffix("_open")
     if token.nesting == 1 and token.info.strip() != name:
-        source.problems.add(Place(source.path, first + 1, 1), f"nothing may follow {token.markup}{name} on its line")
+        source.problems.add(Place(source.path, first + 1, 1), f"unexpected text after {token.markup}{name}")
     if not CLOSING.fullmatch("".join(source.lines[last : last + 1]).strip(" \t>")):
-        source.problems.add(Place(source.path, first + 1, 1), f"{token.markup}{name} is never closed by :::")
+        source.problems.add(Place(source.path, first + 1, 1), f"unclosed {token.markup}{name}: missing :::")
 
 
 def _line_end(source: Source, line: int) -> int:
@@ -341,7 +340,7 @@ def _fold(state: StateCore) -> None:
                 label = footnote_label(token)
                 if label in notes:
                     source.problems.add(
-                        Place(source.path, (token.map or [0])[0] + 1, 1), f"footnote [^{label}] is defined twice"
+                        Place(source.path, (token.map or [0])[0] + 1, 1), f"duplicate footnote [^{label}]"
                     )
                 into = notes[label] = []
             case "footnote_reference_close":

@@ -18,14 +18,14 @@ NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNOR
 TAGS = "a|b|br|center|dd|del|details|div|dl|dt|em|h[1-6]|hr|i|iframe|img|ins|kbd|li|ol|p|s|script|span|strong|style|"
 TAGS += "sub|summary|sup|table|tbody|td|th|thead|tr|u|ul|video"
 SLIPS = (
-    (r"^#{2,6}(?=\w)", "a heading has a blank after its {0}"),
-    (r"^#{2,6}(?=\u00a0)", "a non-breaking blank follows {0}, and a heading needs a plain one"),
-    (rf"(?<!\\)<!--|(?<!\\)</?(?:{TAGS})(?:\s[^<>]*)?/?>", "{0}: HTML is not read here, and would be printed"),
-    (r"\]\((?=[^()\s\"'<>]+ [^()\"'<>]*\))", "a blank in an address is written %20"),
-    (r"\]\((?=(?:data:(?!image/)|file:|javascript:|vbscript:))", "no link may lead to such an address"),
-    (r"(?<!\\)\\\((?=.*?\\\))", "a formula is written between dollars: $a$"),
-    (r"(?<!\\)\\begin(?=\{)", "an equation is written between two lines of $$"),
-    (r"(?<![\\\w])\^\[(?=[^\]]*\])", "a footnote is a mark, [^name], and a line that begins with [^name]:"),
+    (r"^#{2,6}(?=\w)", "missing space after {0}"),
+    (r"^#{2,6}(?=\u00a0)", "non-breaking space after {0}: use a plain one"),
+    (rf"(?<!\\)<!--|(?<!\\)</?(?:{TAGS})(?:\s[^<>]*)?/?>", "{0}: HTML is not supported and would be printed as is"),
+    (r"\]\((?=[^()\s\"'<>]+ [^()\"'<>]*\))", "space in a link address: write %20"),
+    (r"\]\((?=(?:data:(?!image/)|file:|javascript:|vbscript:))", "links to data:, file: or scripts are not allowed"),
+    (r"(?<!\\)\\\((?=.*?\\\))", "write formulas between dollars: $a$"),
+    (r"(?<!\\)\\begin(?=\{)", "write equations between two lines of $$"),
+    (r"(?<![\\\w])\^\[(?=[^\]]*\])", "write footnotes as a mark, [^name], and a line that starts with [^name]:"),
 )
 UNPARTED = re.compile(r"\|.*\|\s*")
 BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
@@ -37,11 +37,11 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
     for match in CONTAINER.finditer(text):
         name = match[1]
         if name in CONTAINERS:
-            yield match.start(), f"nothing may follow :::{name} on its line"
+            yield match.start(), f"unexpected text after :::{name}"
         elif name:
-            yield match.start(), f"no block :::{name}{hint(name, CONTAINERS)}"
+            yield match.start(), f"unknown block :::{name}{hint(name, CONTAINERS)}"
         elif not depth:
-            yield match.start(), "':::' closes nothing here: no block is open"
+            yield match.start(), "unmatched ':::': no block is open"
         depth += 1 if name else -1 if depth else 0
     words = plain(text)
     for pattern, says in SLIPS:
@@ -51,10 +51,10 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
         name, opens = match[3].lower(), words[match.end()]
         if (match[2] or match[3] != name) if opens != "(" else not match[2]:
             colons = "::" if name in BLOCK else ":"
-            yield match.start(), f"a directive is written {colons}{name}[text]{{…}}"
+            yield match.start(), f"expected {colons}{name}[text]{{…}}"
     lines = words.split("\n")
     if UNPARTED.fullmatch(lines[0]):
-        yield 0, "a table's second line is | --- | --- |, with as many cells as its first"
+        yield 0, "missing | --- | --- | after the table's first row, with as many cells"
 
 
 def plain(text: str) -> str:

@@ -20,11 +20,11 @@ def dollar(state: StateInline, silent: bool) -> bool:
     double = state.src.startswith("$$", start)
     end = state.src.find("$$", start + 2, state.posMax) if double else -1
     if not silent:
-        says = "the formula that begins here is never closed by $; a dollar itself is written \\$"
+        says = "unclosed formula: missing $; write \\$ for a literal dollar"
         if double:
-            says = "the equation that begins here is never closed by $$ before a blank line"
+            says = "unclosed equation: missing $$ before the next blank line"
         if end >= 0:
-            says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
+            says = "$$ inside a paragraph: put the equation on lines of its own, after a blank one"
         fault(state, start, says)
         lose(state.env, state.src[start : state.posMax])
     # Skip the contents of an equation: they are not text.

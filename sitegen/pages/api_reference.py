@@ -177,7 +177,7 @@ def named(name: str) -> griffe.Object:
     try:
         member = package()[name.removeprefix("solvers.")]
     except KeyError:
-        raise LookupError(f"the reference lists {name}, which is not there") from None
+        raise LookupError(f"the reference lists {name}, which does not exist") from None
     return member.final_target if isinstance(member, griffe.Alias) else member
 
 

@@ -94,7 +94,7 @@ def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView
         names = [each["name"] for each in frame[f"{what}s"]]
         for i, name in enumerate(getattr(one.slide, f"{what}s")):
             if name not in names:
-                known.problems.add(one.slide.at(f"{what}s", i), f"no {what} {name!r}{hint(name, names)}")
+                known.problems.add(one.slide.at(f"{what}s", i), f"unknown {what} {name!r}{hint(name, names)}")
     view = figure_view(figure, plain, frame, tape)
     panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
     buttons = tuple(button.name for button in figure.widget.buttons)

@@ -33,5 +33,5 @@ def check_title(chapter: Chapter, problems: Problems) -> None:
     for name, limit in (("title", TITLE), ("question", QUESTION)):
         count = len(getattr(chapter, name))
         if chapter.slides and count > limit:
-            says = f"{name}: {count} characters, and the title slide has room for {limit}"
+            says = f"{name}: {count} characters, but the title slide fits {limit}"
             problems.add(chapter.at(name), says)

@@ -125,5 +125,5 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     desk.edit(chapter, "{kabsch preset=reflect", "{kabsh preset=reflect")
     problems = page.locator("#build-problems")
     expect(problems).to_contain_text("01-kabsch.md", timeout=PATIENCE)
-    expect(problems).to_contain_text("no widget 'kabsh'; did you mean 'kabsch'?")
+    expect(problems).to_contain_text("unknown widget 'kabsh'; did you mean 'kabsch'?")
     expect(problems).to_contain_text("The build found 1 problem")

@@ -55,8 +55,8 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
     assert "Figures</th><td>0" not in project.page("about.html")
     project.write("content/docs/style.md", f"---\n{front}\n---\n\n:::exmple\nText.\n\n{body[:-4]}")
     assert project.problems() == [
-        "content/docs/style.md:8:1: no block :::exmple; did you mean 'example'?",
-        "content/docs/style.md:15:1: :::anatomy is never closed by :::",
+        "content/docs/style.md:8:1: unknown block :::exmple; did you mean 'example'?",
+        "content/docs/style.md:15:1: unclosed :::anatomy: missing :::",
     ]
 
 

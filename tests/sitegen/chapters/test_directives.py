@@ -42,7 +42,7 @@ def test_what_is_no_directive(text: str) -> None:
 def test_an_unclosed_quote_is_named() -> None:
     result = read(':x[a]{b c"}', 0, 11, ":")
     assert result is not None
-    with pytest.raises(DirectiveError, match="quotes") as error:
+    with pytest.raises(DirectiveError, match="unclosed quote") as error:
         attributes(result)
     assert error.value.offset == 9
 
@@ -59,7 +59,7 @@ def test_values_of_attributes(written: str, value: object) -> None:
 
 def test_hints() -> None:
     assert hint("noize", ["noise", "scene"]) == "; did you mean 'noise'?"
-    assert hint("xyz", ["noise", "scene"]) == "; there are noise, scene"
+    assert hint("xyz", ["noise", "scene"]) == "; known: noise, scene"
     assert hint("xyz", [f"name-{i}" for i in range(40)]) == ""
 
 

@@ -55,13 +55,13 @@ def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
     [
         ('drag="¦pont 1 2"', "toy has no handle 'pont' to drag; did you mean 'point'?"),
         ('drag="point 1 2, ¦trun 0 1"', "toy has no handle 'trun' to drag; did you mean 'turn'?"),
-        ("drag=¦point", "'point': a drag is a handle and the place to put it at, in u"),
-        ('drag="¦point 1"', "'point 1': a drag is"),
-        ('drag="point 1 2,¦"', "toy has no handle '' to drag; there are point, turn"),
-        ('drag="turn 1 2, ¦point 1 2 3"', "'point 1 2 3': a drag is"),
-        ('drag="¦point 1 two"', "'point 1 two': a drag is"),
-        ('drag="¦point 1 nan"', "'point 1 nan': a drag is"),
-        ('drag="¦point 1 2e6"', "'point 1 2e6': a drag is"),
+        ("drag=¦point", "'point': expected a handle and where to put it, in u"),
+        ('drag="¦point 1"', "'point 1': expected a handle"),
+        ('drag="point 1 2,¦"', "toy has no handle '' to drag; known: point, turn"),
+        ('drag="turn 1 2, ¦point 1 2 3"', "'point 1 2 3': expected a handle"),
+        ('drag="¦point 1 two"', "'point 1 two': expected a handle"),
+        ('drag="¦point 1 nan"', "'point 1 nan': expected a handle"),
+        ('drag="¦point 1 2e6"', "'point 1 2e6': expected a handle"),
         ('¦drg="point 1 2"', "toy has no control 'drg'; did you mean 'drag'?"),
     ],
 )
@@ -79,4 +79,4 @@ def test_a_figure_without_handles_takes_no_drag(desk: Project) -> None:
     desk.widgets["toy"] = TOY
     desk.chapter('\n::figure[:promise[C]{drag="point 1 2" expect="noise > 0"}]{toy id=demo}\n')
     (problem,) = desk.problems()
-    assert problem.endswith("toy has no handle 'point' to drag; there are none")
+    assert problem.endswith("toy has no handle 'point' to drag; none are defined")

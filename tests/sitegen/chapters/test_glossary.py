@@ -50,10 +50,10 @@ def test_what_is_wrong_with_terms(project: Project) -> None:
     project.chapter("A :term[gated]{gat} and :term[basins].\n")
     project.write("content/00-start.md", START.partition("Read")[0])
     assert project.problems() == [
-        "content/01-second.md:7:16: no term 'gat' in the glossary; did you mean 'gate'?",
-        "content/01-second.md:7:31: no term 'basins' in the glossary; did you mean 'basin'?",
-        "content/glossary.yaml:4:3: no chapter 'secnd'; did you mean 'second'?",
-        "content/glossary.yaml:11:3: no key 'seys'; did you mean 'says'?",
+        "content/01-second.md:7:16: unknown glossary term 'gat'; did you mean 'gate'?",
+        "content/01-second.md:7:31: unknown glossary term 'basins'; did you mean 'basin'?",
+        "content/glossary.yaml:4:3: unknown chapter 'secnd'; did you mean 'second'?",
+        "content/glossary.yaml:11:3: unknown key 'seys'; did you mean 'says'?",
     ]
 
 

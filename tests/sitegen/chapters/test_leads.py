@@ -73,21 +73,21 @@ def test_the_filled_button_is_the_one_that_the_sentence_names(desk: Project, sen
 def test_a_main_button_leads(desk: Project) -> None:
     desk.chapter("\n::figure[Press **Go** | C]{toy id=demo buttons=new}\n")
     (problem,) = desk.problems()
-    assert "main button 'Go' does not lead" in problem
+    assert "main button 'Go' is hidden behind More" in problem
     assert 'class="primary"' not in led(desk, "buttons=new")
 
 
 @pytest.mark.parametrize(
     ("attributes", "said"),
     [
-        ("controls=noise,¦nois", "no control 'nois'; did you mean 'noise'?"),
-        ("buttons=¦og", "no button 'og'; there are back, go, new"),
-        ("readouts=¦pressed", "no readout 'pressed'; did you mean 'presses'?"),
-        ("panels=main,¦man", "no panel 'man'; did you mean 'main'?"),
-        ('panels="main,¦man"', "no panel 'man'; did you mean 'main'?"),
-        ("panels=¦mian", "no panel 'mian'; did you mean 'main'?"),
-        ("panels=¦none", "a figure shows at least one panel: name it, or leave panels= out"),
-        ("after=¦og", "toy has no button 'og' to press; there are go"),
+        ("controls=noise,¦nois", "unknown control 'nois'; did you mean 'noise'?"),
+        ("buttons=¦og", "unknown button 'og'; known: back, go, new"),
+        ("readouts=¦pressed", "unknown readout 'pressed'; did you mean 'presses'?"),
+        ("panels=main,¦man", "unknown panel 'man'; did you mean 'main'?"),
+        ('panels="main,¦man"', "unknown panel 'man'; did you mean 'main'?"),
+        ("panels=¦mian", "unknown panel 'mian'; did you mean 'main'?"),
+        ("panels=¦none", "a figure must show at least one panel: name one, or omit panels="),
+        ("after=¦og", "toy has no button 'og' to press; known: go"),
     ],
 )
 def test_what_leads_and_is_not_there(desk: Project, attributes: str, said: str) -> None:
@@ -116,7 +116,7 @@ def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
     desk.chapter("\n::figure[C]{toy id=demo press=go}\n")
     (problem,) = desk.problems()
-    assert "opens with its main button" in problem
+    assert "main button 'Go' is disabled at first" in problem
     html = led(desk, "after=go")
     drawn = re.findall(r'<div class="figure-panel [^>]*>(<svg.*?</svg>)', html, re.DOTALL)
     as_it_opens, what_it_comes_to, _of_the_job = drawn

@@ -24,7 +24,7 @@ TEXT = {
     "a decimal comma": ("::figure[C]{toy noise=¦0,5 id=a6}", ["noise: '0,5' is not a number"]),
     "blanks around =": (
         "::figure[C]{toy ¦preset = noisy id=a7}\n\n:ref[fig:a7]",
-        ["an attribute is written name=value, without spaces around the ="],
+        ["expected name=value, without spaces around the ="],
     ),
     "two faults of one line": (
         "::figure[C]{toy nose=1 ¦loud=7 id=a8}".replace("nose", "¦nose").replace("¦loud=", "loud=¦"),
@@ -34,87 +34,108 @@ TEXT = {
         "::figure[C]{toy id=a9}\n\n::try[T]{a9 press=go,¦goo}",
         ["no button 'goo' to press; did you mean 'go'?"],
     ),
-    "a preset of a button": ("::figure[C]{toy id=b0}\n\n::try[T]{b0 ¦preset=noisy}", ["that belongs on the ::figure"]),
+    "a preset of a button": ("::figure[C]{toy id=b0}\n\n::try[T]{b0 ¦preset=noisy}", ["set it on the ::figure"]),
     "a figure of no id": (
         "::figure[C]{toy id=b1}\n\n::try[T]{¦b11}",
-        ["no figure 'b11' in this chapter; did you mean"],
+        ["unknown figure 'b11' in this chapter; did you mean"],
     ),
-    "a caption never closed": ("::figure¦[C {toy id=b2}\n\n:ref[fig:b2]", ["'[' is never closed by ']'"]),
-    "a claim never closed": ("So :claim¦[it holds{x}.", ["'[' is never closed by ']'"]),
-    "no brackets": ("¦::figure{toy id=b3}\n\n:ref[fig:b3]", ["a directive is written ::name[text]{attributes}"]),
-    "a directive's name": ("¦::figre[C]{toy id=b4}\n\n:ref[fig:b4]", ["no directive ::figre; did you mean 'figure'?"]),
-    "one colon": ("¦:figure[C]{toy id=b5}\n\n:ref[fig:b5]", ["as a line of its own it has two colons"]),
+    "a caption never closed": ("::figure¦[C {toy id=b2}\n\n:ref[fig:b2]", ["unclosed '[': missing ']'"]),
+    "a claim never closed": ("So :claim¦[it holds{x}.", ["unclosed '[': missing ']'"]),
+    "no brackets": ("¦::figure{toy id=b3}\n\n:ref[fig:b3]", ["expected ::name[text]{attributes}"]),
+    "a directive's name": (
+        "¦::figre[C]{toy id=b4}\n\n:ref[fig:b4]",
+        ["unknown directive ::figre; did you mean 'figure'?"],
+    ),
+    "one colon": ("¦:figure[C]{toy id=b5}\n\n:ref[fig:b5]", ["on a line of its own, use two colons"]),
     "a figure in a line": (
         "Text ¦::figure[C]{toy id=d0} more\n\n:ref[fig:d0] :readout[d0 x]\n\n::try[T]{d0 noise=2}",
-        ["::figure stands on a line of its own, and begins it"],
+        ["::figure must start a line of its own"],
     ),
-    "a plot in a list's words": ("- one\n- two ¦::plot[C]{toy-plot id=d1}\n", ["::plot stands on a line of its own"]),
-    "a figure deep in a paragraph": ("Text\n      ¦::figure[C]{toy}", ["::figure stands on a line of its own"]),
-    "two colons in a line": ("A ¦::term[gate]{gate}.", ["no directive ::term; in a line it has one colon"]),
-    "two colons in a cell": ("| a |\n| - |\n| ¦::ref[second] |", ["no directive ::ref; in a line it has one colon"]),
-    "two colons in a caption": ("::figure[C ¦::term[gate]{gate}]{toy id=d2}", ["no directive ::term; in a line it"]),
-    "three colons in a line": ("A ¦:::term[gate]{gate}.", ["no directive :::term; in a line it has one colon"]),
-    "two colons and a slip": ("A ¦::tern[gate]{gate}.", ["no directive ::tern; did you mean 'term'?"]),
-    "a word before": ("See¦:term[gate]{gate}.", ["no letter or digit stands right before :term"]),
-    "no brackets in a line": ("A ¦:term{gate}.", ["a directive is written :term[text]{…}"]),
-    "never closed in a line": ("A ¦::term[gate{gate}.", ["no directive ::term; in a line it has one colon"]),
-    "the end of no block": ("Text.\n\n¦:::", ["':::' closes nothing here: no block is open"]),
+    "a plot in a list's words": ("- one\n- two ¦::plot[C]{toy-plot id=d1}\n", ["::plot must start a line of its own"]),
+    "a figure deep in a paragraph": ("Text\n      ¦::figure[C]{toy}", ["::figure must start a line of its own"]),
+    "two colons in a line": ("A ¦::term[gate]{gate}.", ["unknown directive ::term; inside a line, use one colon"]),
+    "two colons in a cell": (
+        "| a |\n| - |\n| ¦::ref[second] |",
+        ["unknown directive ::ref; inside a line, use one colon"],
+    ),
+    "two colons in a caption": (
+        "::figure[C ¦::term[gate]{gate}]{toy id=d2}",
+        ["unknown directive ::term; inside a line, use one colon"],
+    ),
+    "three colons in a line": ("A ¦:::term[gate]{gate}.", ["unknown directive :::term; inside a line, use one colon"]),
+    "two colons and a slip": ("A ¦::tern[gate]{gate}.", ["unknown directive ::tern; did you mean 'term'?"]),
+    "a word before": ("See¦:term[gate]{gate}.", [":term cannot directly follow a letter or digit"]),
+    "no brackets in a line": ("A ¦:term{gate}.", ["expected :term[text]{…}"]),
+    "never closed in a line": ("A ¦::term[gate{gate}.", ["unknown directive ::term; inside a line, use one colon"]),
+    "the end of no block": ("Text.\n\n¦:::", ["unmatched ':::': no block is open"]),
     "an indented directive": ("- a\n\nText\n\n\t¦::figure[C]{toy id=b6}\n\n:ref[fig:b6]", ["indented by a tab"]),
-    "an equation never closed": ("¦$$\nE = m c^2\n\nText.", ["never closed by $$ before a blank line"]),
+    "an equation never closed": (
+        "¦$$\nE = m c^2\n\nText.",
+        ["unclosed equation: missing $$ before the next blank line"],
+    ),
     "an equation in a paragraph": (
         "As we saw\n¦$$\nE = m\n$$ (b7)\nand :ref[eq:b7].",
-        ["an equation has lines of its own, after a blank one"],
+        ["put the equation on lines of its own, after a blank one"],
     ),
-    "a formula never closed": ("The sum ¦$a_i + b holds.", ["never closed by $; a dollar itself is written \\$"]),
+    "a formula never closed": (
+        "The sum ¦$a_i + b holds.",
+        ["unclosed formula: missing $; write \\$ for a literal dollar"],
+    ),
     "LaTeX": ("The sum $x + ¦\\frb{y}$ holds.", ["formula: Unsupported function name: \\frb"]),
     "LaTeX in lines": ("$$\na +\n  ¦\\frb{y}\n$$ (b8)\n\n:ref[eq:b8]", ["formula: Unsupported function name: \\frb"]),
-    "a label twice": ("$$\nx\n$$ (b9)\n\n$$\ny\n$$ (¦b9)", ["the equation 'b9' appears twice"]),
-    "a reference": ("$$\nx\n$$ (energy)\n\nBy :ref[¦eq:energi].", ["no equation 'energi'; did you mean 'energy'?"]),
+    "a label twice": ("$$\nx\n$$ (b9)\n\n$$\ny\n$$ (¦b9)", ["duplicate equation 'b9'"]),
+    "a reference": (
+        "$$\nx\n$$ (energy)\n\nBy :ref[¦eq:energi].",
+        ["unknown equation 'energi'; did you mean 'energy'?"],
+    ),
     "a reference without its kind": ("$$\nx\n$$ (inertia)\n\nBy :ref[¦inertia].", ["did you mean 'eq:inertia'?"]),
-    "a figure that is none": ("::figure[C]{toy id=c0}\n\nBy :ref[¦fig:c00].", ["no figure 'c00'; did you mean"]),
-    "a chapter": ("See :ref[¦secnd].", ["no chapter 'secnd'; did you mean 'second'?"]),
-    "a citation": ("As [@one2001; @¦tow2002] say.", ["no reference 'tow2002'; did you mean 'two2002'?"]),
-    "a citation never closed": ("As ¦[@one2001 says.", ["the citation that begins here is never closed by ']'"]),
+    "a figure that is none": ("::figure[C]{toy id=c0}\n\nBy :ref[¦fig:c00].", ["unknown figure 'c00'; did you mean"]),
+    "a chapter": ("See :ref[¦secnd].", ["unknown chapter 'secnd'; did you mean 'second'?"]),
+    "a citation": ("As [@one2001; @¦tow2002] say.", ["unknown reference 'tow2002'; did you mean 'two2002'?"]),
+    "a citation never closed": ("As ¦[@one2001 says.", ["unclosed citation: missing ']'"]),
     "a test": (
         ":claim[It holds.]{¦tests/test_claimed.py::test_it_hold}",
         ["did you mean 'tests/test_claimed.py::test_it_holds'?"],
     ),
-    "a claim without a test": (":claim[It holds.]¦", ["a claim names its test: {tests/file.py::test_name}"]),
-    "a plot": ("::plot[C]{¦toyplot id=c1}\n\n:ref[fig:c1]", ["no plot 'toyplot'; did you mean 'toy-plot'?"]),
+    "a claim without a test": (":claim[It holds.]¦", ["missing test, as in {tests/file.py::test_name}"]),
+    "a plot": ("::plot[C]{¦toyplot id=c1}\n\n:ref[fig:c1]", ["unknown plot 'toyplot'; did you mean 'toy-plot'?"]),
     "a value's name": ("It is :value[solvers.metrics.¦rsm(1)].", ["solvers.metrics has no 'rsm'; did you mean 'rms'?"]),
     "a value that fails": ('It is :value[¦solvers.core.validate.number("a", "x")].', ["ValueError: "]),
     "a readout": (
         "::figure[C]{toy id=c2}\n\nIt is :readout[c2 ¦press].",
-        ["no readout 'press'; did you mean 'presses'?"],
+        ["unknown readout 'press'; did you mean 'presses'?"],
     ),
-    "a term": ("A :term[gate]{¦gat}.", ["no term 'gat' in the glossary; did you mean 'gate'?"]),
-    "a level left out": ("## One\n\n¦#### Two", ["a heading of level 4 after one of level 2: a level is skipped"]),
-    "a heading without a blank": ("¦##Three", ["a heading has a blank after its ##"]),
-    "an image that is not there": ("![A line](¦lin.svg)", ["no image content/lin.svg; did you mean 'line.svg'?"]),
-    "an image without words": ("![](¦line.svg)", ["needs alternative text"]),
-    "a page": ("[that](¦secnd.html)", ["no page 'secnd.html'; did you mean 'second.html'?"]),
-    "an anchor": ("## There\n\n[that](¦#ther)", ["no anchor 'ther' on second.html; did you mean 'there'?"]),
-    "a footnote": ("A note.¦[^c3]", ["no footnote [^c3]"]),
-    "a language": ("¦```pyhton\nx\n```", ["no language 'pyhton'; did you mean 'python'?"]),
+    "a term": ("A :term[gate]{¦gat}.", ["unknown glossary term 'gat'; did you mean 'gate'?"]),
+    "a level left out": ("## One\n\n¦#### Two", ["skipped heading level: level 4 after level 2"]),
+    "a heading without a blank": ("¦##Three", ["missing space after ##"]),
+    "an image that is not there": (
+        "![A line](¦lin.svg)",
+        ["image not found: content/lin.svg; did you mean 'line.svg'?"],
+    ),
+    "an image without words": ("![](¦line.svg)", ["missing alternative text"]),
+    "a page": ("[that](¦secnd.html)", ["unknown page 'secnd.html'; did you mean 'second.html'?"]),
+    "an anchor": ("## There\n\n[that](¦#ther)", ["unknown anchor 'ther' on second.html; did you mean 'there'?"]),
+    "a footnote": ("A note.¦[^c3]", ["unknown footnote [^c3]"]),
+    "a language": ("¦```pyhton\nx\n```", ["unknown language 'pyhton'; did you mean 'python'?"]),
     "code never closed": (
         "¦```python\nx = 1\n\n::figure[C]{toy id=c4}\n\n:ref[fig:c4]",
-        ["opens a code block that never ends"],
+        ["unclosed code block"],
     ),
     "code whose end is left out": (
         "¦```python\nx = a[$1]\n# d :ref[no]\n\n::figure[C]{toy id=d4}\n\n```python\ny\n```\n\n:ref[fig:d4] [@¦no]",
-        ["'```python' opens a code block that never ends: a line of ``` alone ends it, and line ", "no reference 'no'"],
+        ["unclosed code block '```python': end it with a line of ``` alone; line ", "unknown reference 'no'"],
     ),
     "code whose end has words": (
         "¦```python\nx\n``` python\n\n::figure[C]{toy id=d5}\n\n```python\ny\n```\n\n:ref[fig:d5]",
-        ["'``` python', is none"],
+        ["'``` python', does not end it"],
     ),
     "code in a list never closed": (
         "- a\n\n  ¦```python\n  x\n\n::figure[C]{toy id=d6}\n\n:ref[fig:d6]",
-        ["'```python' opens a code block that never ends"],
+        ["unclosed code block '```python'"],
     ),
     "a merge": (
         "¦<<<<<<< HEAD\nOurs [@one2001].\n=======\nTheirs [@no].\n>>>>>>> branch\n",
-        ["two versions stand here, up to line"],
+        ["unresolved merge conflict, up to line"],
     ),
 }
 
@@ -129,40 +150,49 @@ FENCES = {
 
 # A chapter's file, and the message for each mark; the rest of the file is still read.
 FILES = {
-    "20-colon.md": ("---\ntitle: Pairs¦: known\nslug: colon\n---\n", ["holds a colon and a blank stands in quotes"]),
+    "20-colon.md": ("---\ntitle: Pairs¦: known\nslug: colon\n---\n", ["quote text that contains it"]),
     "21-quote.md": (
         '---\ntitle: ¦"Pairs\nslug: quote\nsummary: S\n---\n',
-        ["the quote that begins here is never closed"],
+        ["unclosed quote"],
     ),
-    "22-tab.md": ("---\ntitle: T\n¦\tslug: tab\nsummary: S\n---\n", ["a tab: indent with spaces"]),
-    "23-indent.md": ("---\ntitle: T\n slug¦: indent\nsummary: S\n---\n", ["begins in the column of its neighbours"]),
-    "24-key.md": ("---\ntitle: T\nslug: key\n¦sumary: S\n---\n", ["no key 'sumary'; did you mean 'summary'?"]),
-    "25-number.md": ("---\ntitle: T\nslug: number\nsummary: S\n¦rung: 1\n---\n", ['in quotes it is one: rung: "1"']),
-    "26-rung.md": ('---\ntitle: T\nslug: rung\nsummary: S\n¦rung: "7"\n---\n', ["no rung '7' in content/site.yaml"]),
-    "27-open.md": ("¦---\ntitle: T\nslug: open\nsummary: S\n\nSee :ref[start].\n", ["is never closed by a line ---"]),
-    "28-bare.md": ("¦Text.\n", ["front matter is missing"]),
-    "29-empty.md": ("¦", ["the file is empty"]),
+    "22-tab.md": ("---\ntitle: T\n¦\tslug: tab\nsummary: S\n---\n", ["tab character: indent with spaces"]),
+    "23-indent.md": ("---\ntitle: T\n slug¦: indent\nsummary: S\n---\n", ["align names with their neighbours"]),
+    "24-key.md": ("---\ntitle: T\nslug: key\n¦sumary: S\n---\n", ["unknown key 'sumary'; did you mean 'summary'?"]),
+    "25-number.md": ("---\ntitle: T\nslug: number\nsummary: S\n¦rung: 1\n---\n", ['quote it: rung: "1"']),
+    "26-rung.md": (
+        '---\ntitle: T\nslug: rung\nsummary: S\n¦rung: "7"\n---\n',
+        ["unknown rung '7', not in content/site.yaml"],
+    ),
+    "27-open.md": (
+        "¦---\ntitle: T\nslug: open\nsummary: S\n\nSee :ref[start].\n",
+        ["unclosed front matter: end it with a line of ---"],
+    ),
+    "28-bare.md": ("¦Text.\n", ["missing front matter"]),
+    "29-empty.md": ("¦", ["empty file"]),
     "30-slug.md": ("---\ntitle: T\n¦slug: second\nsummary: S\n---\n", ["is taken by content/01-second.md"]),
     "30b-emblem.md": (
         "---\ntitle: T\nslug: emblem\nsummary: S\n¦emblem: neares\n---\n",
-        ["no dial 'neares'; did you mean 'nearest'?"],
+        ["unknown dial 'neares'; did you mean 'nearest'?"],
     ),
-    "31-latin.md": ("---\ntitle: T\nslug: latin\nsummary: S\n---\n\nA caf¦é.\n", ["not UTF-8 from here on"]),
-    "32-utf16.md": ("¦---\ntitle: T\nslug: utf16\nsummary: S\n---\n", ["UTF-16, and UTF-8 is expected"]),
-    "33-windows.md": ("---\ntitle: T\nslug: windows\nsummary: S\n---\n\n[@¦no]\n", ["no reference 'no'"]),
-    "34-tab-list.md": ("---\ntitle: T\nredirects:\n¦\t- old-list\nsummary: S\n---\n", ["a tab: indent with"]),
-    "35-tab-dash.md": ("---\ntitle: T\nslides:\n  -¦\ttitle: A\n---\n", ["a tab: indent with spaces"]),
+    "31-latin.md": ("---\ntitle: T\nslug: latin\nsummary: S\n---\n\nA caf¦é.\n", ["invalid UTF-8 from here on"]),
+    "32-utf16.md": ("¦---\ntitle: T\nslug: utf16\nsummary: S\n---\n", ["expected UTF-8, got UTF-16"]),
+    "33-windows.md": ("---\ntitle: T\nslug: windows\nsummary: S\n---\n\n[@¦no]\n", ["unknown reference 'no'"]),
+    "34-tab-list.md": ("---\ntitle: T\nredirects:\n¦\t- old-list\nsummary: S\n---\n", ["tab character: indent with"]),
+    "35-tab-dash.md": ("---\ntitle: T\nslides:\n  -¦\ttitle: A\n---\n", ["tab character: indent with spaces"]),
     "36-quote-later.md": (
         '---\ntitle: ¦"Pairs\nslug: later\nsummary: "S"\n---\n',
-        ["the quote that begins here is never closed"],
+        ["unclosed quote"],
     ),
     "37-quote-slides.md": (
         "---\ntitle: T\nslides:\n  - title: A\n    text: ¦'B\n    notes: C\n  - title: 'D'\n    text: E\n---\n",
-        ["the quote that begins here is never closed"],
+        ["unclosed quote"],
     ),
-    "38-apostrophe.md": ("---\ntitle: 'It¦'s T'\nslug: its\nsummary: S\n---\n", ["with a ' in it has double quotes"]),
-    "39-escape.md": ('---\ntitle: "The ¦\\R"\nslug: escape\nsummary: S\n---\n', ["in double quotes a \\ begins an"]),
-    "unnumbered.md": ("---\ntitle: T\nsummary: S\n---\n", ["a chapter's file is called like 01-kabsch.md"]),
+    "38-apostrophe.md": (
+        "---\ntitle: 'It¦'s T'\nslug: its\nsummary: S\n---\n",
+        ["use double quotes for text with a '"],
+    ),
+    "39-escape.md": ('---\ntitle: "The ¦\\R"\nslug: escape\nsummary: S\n---\n', ["unknown escape: use single quotes"]),
+    "unnumbered.md": ("---\ntitle: T\nsummary: S\n---\n", ["expected a file name like 01-kabsch.md"]),
 }
 SAVED = {
     "31-latin.md": lambda text: text.encode("latin-1"),
@@ -210,7 +240,7 @@ def test_a_mistake_in_the_text(desk: Project, name: str) -> None:
 @pytest.mark.parametrize("name", FENCES)
 def test_a_fence_that_is_left_over_is_told_once(desk: Project, name: str) -> None:
     desk.write("content/01-second.md", FRONT + FENCES[name].replace("¦", "") + "\n")
-    agree(desk.problems(), [("01-second.md:6:1", "opens a code block that never ends")])
+    agree(desk.problems(), [("01-second.md:6:1", "unclosed code block")])
 
 
 def test_code_may_hold_shorter_and_other_fences(desk: Project) -> None:
@@ -266,7 +296,7 @@ def test_what_a_faulty_list_would_have_named_is_no_mistake(desk: Project, name: 
     path = desk.root / "content" / name
     text = path.read_text("utf-8")
     desk.write(f"content/{name}", text.replace(": ", ': "', 1) if '"' not in text.split("\n")[0] else "a: [")
-    assert [problem.split(": ")[1] for problem in desk.problems()] == ["not YAML"]
+    assert [problem.split(": ")[1] for problem in desk.problems()] == ["invalid YAML"]
 
 
 LISTS = {
@@ -288,6 +318,6 @@ LISTS = {
 
 @pytest.mark.parametrize("name", LISTS)
 def test_quotes_and_tabs_of_the_lists_are_told_where_they_are(desk: Project, name: str) -> None:
-    for text, message in zip(LISTS[name], ("the quote that begins here", "a tab: indent with"), strict=True):
+    for text, message in zip(LISTS[name], ("unclosed quote", "tab character: indent with"), strict=True):
         desk.write(f"content/{name}", text.replace("¦", ""))
         agree(desk.problems(), [(f"{name}:{places(text, 1)[0]}", message)])

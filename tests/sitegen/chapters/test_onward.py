@@ -14,19 +14,19 @@ NEXT = "next:\n  - to: start#deep\n    says: If <this> & that.\n  - to: start\n 
 
 # The text under next:, and the message for the place marked by ¦.
 WRONG = {
-    "a chapter": ("  - to: ¦strat\n    says: S\n", "no chapter 'strat'; did you mean 'start'?"),
-    "an anchor": ("  - to: ¦start#dep\n    says: S\n", "no anchor 'dep' on index.html; did you mean 'deep'?"),
-    "a figure": ("  - to: ¦fig:dmo\n    says: S\n", "no figure 'dmo'"),
-    "no reason": ("  - ¦to: start\n", "says is missing: a text"),
-    "no place": ("  - ¦says: S\n", "to is missing: a text"),
-    "a key": ("  - to: start\n    ¦say: S\n    says: S\n", "no key 'say'; did you mean 'says'?"),
-    "twice": ("  - to: start\n    says: S\n  - to: ¦start\n    says: S\n", "'start' appears twice"),
+    "a chapter": ("  - to: ¦strat\n    says: S\n", "unknown chapter 'strat'; did you mean 'start'?"),
+    "an anchor": ("  - to: ¦start#dep\n    says: S\n", "unknown anchor 'dep' on index.html; did you mean 'deep'?"),
+    "a figure": ("  - to: ¦fig:dmo\n    says: S\n", "unknown figure 'dmo'"),
+    "no reason": ("  - ¦to: start\n", "missing says: expected text"),
+    "no place": ("  - ¦says: S\n", "missing to: expected text"),
+    "a key": ("  - to: start\n    ¦say: S\n    says: S\n", "unknown key 'say'; did you mean 'says'?"),
+    "twice": ("  - to: start\n    says: S\n  - to: ¦start\n    says: S\n", "duplicate 'start'"),
     "four": (
         "".join(f"  - {'¦' * (k == 3)}to: {to}\n    says: S\n" for k, to in enumerate(["start", "start#deep",
         "second", "second#two"])),
-        "3 places at most",
+        "at most 3 entries",
     ),
-    "words in the place of a list": (" ¦start", "a list of places, each with to and says"),
+    "words in the place of a list": (" ¦start", "expected a list of entries with to and says"),
 }  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def test_a_chapter_without_any_has_no_section(desk: Project) -> None:
     desk.build()
     assert "onward" not in desk.page("second.html")
     desk.write("content/01-second.md", f"{FRONT}---\n\n[there](#where-next)\n")
-    assert "no anchor 'where-next' on second.html" in "\n".join(desk.problems())
+    assert "unknown anchor 'where-next' on second.html" in "\n".join(desk.problems())
 
 
 @pytest.mark.parametrize("name", WRONG)

@@ -51,14 +51,14 @@ def test_two_pictures_share_no_id(project: Project) -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("::picture[C]{¦ty}", "no widget 'ty'"),
-        ("::picture[C]{¦id=a}", "a picture names its widget first"),
-        ("¦::picture[C]{toy panels=man}", "no panel 'man'; did you mean 'main'?"),
+        ("::picture[C]{¦ty}", "unknown widget 'ty'"),
+        ("::picture[C]{¦id=a}", "missing widget for the picture, as in {"),
+        ("¦::picture[C]{toy panels=man}", "unknown panel 'man'; did you mean 'main'?"),
         ("::picture[C]{toy press=¦og}", "toy has no button 'og' to press"),
         ("::picture[C]{toy ¦controls=noise}", "toy has no control 'controls'"),
         ("::picture[C]{toy preset=¦none}", "toy has no preset 'none'"),
-        ('::picture[C]{toy expect="¦presses > 1"}', "promised presses > 1; it is 0"),
-        ("::picture[It ¦fails]{toy}", "'fails' promises what nothing tests"),
+        ('::picture[C]{toy expect="¦presses > 1"}', "promised presses > 1, but it is 0"),
+        ("::picture[It ¦fails]{toy}", "untested promise 'fails'"),
         ("¦::picture[]{toy}", "::picture has no text"),
     ],
 )

@@ -68,16 +68,16 @@ def test_what_decides_is_on_the_tape(project: Project) -> None:
 def test_of_panels_the_one_is_right_whose_drawing_says_so(project: Project) -> None:
     ask = "::predict[Which one?]{demo press=go panels=main says=right}"
     project.chapter(f"\n{FIGURE}\n\n{ask}\n")
-    assert project.problems() == ["content/01-second.md:10:1: with this run of figure 'demo' no answer is right"]
+    assert project.problems() == ["content/01-second.md:10:1: this run of figure 'demo' makes no answer right"]
     drawn_with(project, Label((0.0, 0.0), "right", "truth"))
-    assert project.problems() == ["content/01-second.md:10:1: with this run of figure 'demo' every answer is right"]
+    assert project.problems() == ["content/01-second.md:10:1: this run of figure 'demo' makes every answer right"]
 
 
 def test_a_ghost_is_of_a_source(project: Project) -> None:
     ask = "::predict[Where to?]{demo press=go within=0.5}"
     project.chapter(f"\n{FIGURE}\n\n{ask}\n")
     (problem,) = project.problems()
-    assert problem == "content/01-second.md:10:1: toy draws no group 'source' in a panel 'main'"
+    assert problem == "content/01-second.md:10:1: toy draws no group 'source' in panel 'main'"
     drawn_with(project, Group("source", ()))
     _, answers, section = asked(project, ask)
     assert answers == []
@@ -88,28 +88,28 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: two or"),
-        ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: two or"),
+        ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: give at least two"),
+        ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: give at least two"),
         (
             '¦::predict[Q | a | b]{demo press=go expect="presses < 9 | presses > 0"}',
-            "with this run of figure 'demo' every answer is right",
+            "this run of figure 'demo' makes every answer right",
         ),
         (
             '¦::predict[Q | a | b]{demo press=go expect="presses < 1 | presses > 1"}',
-            "with this run of figure 'demo' no answer is right",
+            "this run of figure 'demo' makes no answer right",
         ),
-        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦pressed > 1"}', "no readout 'pressed'; did you mean"),
-        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦so it is"}', "'so it is': an expectation is NAME < 1.5"),
+        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦pressed > 1"}', "unknown readout 'pressed'; did you mean"),
+        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦so it is"}', "'so it is': expected NAME < 1.5"),
         ('::predict[Q | a | b]{demo press=¦og expect="presses < 1 | presses > 1"}', "toy has no button 'og' to press"),
-        ("¦::predict[Q | a | b]{demo press=go}", "a prediction says what decides it: expect="),
-        ("¦::predict[Q]{demo press=go panels=main}", "a prediction says what decides it: expect="),
-        ("::predict[¦Q | a | b]{demo press=go within=0.5}", "answers after a bar are for expect="),
-        ("::predict[Q]{demo press=go within=¦near}", "'near' is not a distance in u"),
-        ("::predict[Q]{demo press=go within=¦-1}", "'-1' is not a distance in u"),
-        ("¦::predict[Q]{demo press=go panels=man says=right}", "no panel 'man'; did you mean 'main'?"),
-        ("::predict[Q]{¦demon press=go within=1}", "no figure 'demon' in this chapter; did you mean 'demo'?"),
+        ("¦::predict[Q | a | b]{demo press=go}", "a prediction needs expect="),
+        ("¦::predict[Q]{demo press=go panels=main}", "a prediction needs expect="),
+        ("::predict[¦Q | a | b]{demo press=go within=0.5}", "answers after a | need expect="),
+        ("::predict[Q]{demo press=go within=¦near}", "within: expected a positive distance in u, got 'near'"),
+        ("::predict[Q]{demo press=go within=¦-1}", "within: expected a positive distance in u, got '-1'"),
+        ("¦::predict[Q]{demo press=go panels=man says=right}", "unknown panel 'man'; did you mean 'main'?"),
+        ("::predict[Q]{¦demon press=go within=1}", "unknown figure 'demon' in this chapter; did you mean 'demo'?"),
         ("¦::predict[]{demo press=go within=1}", "::predict has no text"),
-        (f"{ASK}\n\n¦{ASK}", "a figure asks once, and 'demo' does already"),
+        (f"{ASK}\n\n¦{ASK}", "duplicate prediction: figure 'demo' already has one"),
     ],
 )
 def test_what_is_wrong_with_a_question(project: Project, line: str, said: str) -> None:

@@ -59,19 +59,19 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
 @pytest.mark.parametrize(
     ("expected", "said"),
     [
-        ("¦presses < 2", "promised presses < 2; it is 2"),
-        ("¦presses > 2", "promised presses > 2; it is 2"),
-        ("¦noise is 0.3", "promised noise is 0.3; it is 0.25"),
-        ("¦presses falls", "promised presses falls; it goes from 0 to 2"),
-        ("¦noise rises", "promised noise rises; it goes from 0.50 to 0.25"),
-        ("¦noise stays", "promised noise stays; it goes from 0.50 to 0.25"),
-        ("presses > 1; ¦noise > 1", "promised noise > 1; it is 0.25"),
-        ("¦nose < 1", "no readout 'nose'; did you mean 'noise'?"),
-        ("¦presses <= 1", "promised presses <= 1; it is 2"),
-        ("¦presses >= 2.5", "promised presses >= 2.5; it is 2"),
-        ("presses > 1; ¦noise =< 1", "'noise =< 1': an expectation is NAME < 1.5 (or <=, >, >=), NAME is WORDS"),
-        ("¦noise < 1/2", "'noise < 1/2': an expectation is"),
-        ("presses > 1;¦", "'': an expectation is"),
+        ("¦presses < 2", "promised presses < 2, but it is 2"),
+        ("¦presses > 2", "promised presses > 2, but it is 2"),
+        ("¦noise is 0.3", "promised noise is 0.3, but it is 0.25"),
+        ("¦presses falls", "promised presses falls, but it goes from 0 to 2"),
+        ("¦noise rises", "promised noise rises, but it goes from 0.50 to 0.25"),
+        ("¦noise stays", "promised noise stays, but it goes from 0.50 to 0.25"),
+        ("presses > 1; ¦noise > 1", "promised noise > 1, but it is 0.25"),
+        ("¦nose < 1", "unknown readout 'nose'; did you mean 'noise'?"),
+        ("¦presses <= 1", "promised presses <= 1, but it is 2"),
+        ("¦presses >= 2.5", "promised presses >= 2.5, but it is 2"),
+        ("presses > 1; ¦noise =< 1", "'noise =< 1': expected NAME < 1.5 (or <=, >, >=), NAME is WORDS"),
+        ("¦noise < 1/2", "'noise < 1/2': expected"),
+        ("presses > 1;¦", "'': expected"),
     ],
 )
 def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: str) -> None:
@@ -96,12 +96,12 @@ def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> No
     ("written", "said"),
     [
         (":promise[A]{demo ¦prss=go expect=x}", "no control 'prss'; did you mean 'press'?"),
-        (":promise[A]{¦dmo expect=x}", "no figure 'dmo' in this chapter; did you mean 'demo'?"),
-        (":promise[A]{¦expect=x}", "a figure's id is expected first"),
-        ("¦:promise[A]{demo press=go}", "a promise says what holds"),
-        ("::try[A]{demo ¦then=go}", "then= is what is pressed before expect= holds"),
+        (":promise[A]{¦dmo expect=x}", "unknown figure 'dmo' in this chapter; did you mean 'demo'?"),
+        (":promise[A]{¦expect=x}", "missing figure id, as in {"),
+        ("¦:promise[A]{demo press=go}", "a promise needs expect="),
+        ("::try[A]{demo ¦then=go}", "then= without expect="),
         ('::try[A]{demo then=¦goo expect="presses > 0"}', "no button 'goo' to press; did you mean 'go'?"),
-        ('::try[A]{demo ¦then=go*2000 press=go expect="presses > 0"}', "a log holds at most 2000 actions"),
+        ('::try[A]{demo ¦then=go*2000 press=go expect="presses > 0"}', "too many actions: a log holds at most 2000"),
         ('::try[A]{demo ¦expct="presses > 0"}', "no control 'expct'; did you mean 'expect'?"),
     ],
 )
@@ -123,7 +123,10 @@ def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project)
         f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
     )
     messages = [problem.split(": ", 1)[1] for problem in desk.problems()]
-    assert messages == ["no widget 'tyo'; did you mean 'toy'?", "no figure 'other' in this chapter; there are demo"]
+    assert messages == [
+        "unknown widget 'tyo'; did you mean 'toy'?",
+        "unknown figure 'other' in this chapter; known: demo",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -153,7 +156,7 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
     if holds:
         desk.build()
     else:
-        assert desk.problems() == [f"content/01-second.md:10:35: promised {expected}; it is {value}"]
+        assert desk.problems() == [f"content/01-second.md:10:35: promised {expected}, but it is {value}"]
 
 
 @pytest.mark.parametrize(
@@ -186,7 +189,7 @@ def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: 
 def test_a_button_that_promises_expects_something(desk: Project) -> None:
     ((at, says),) = told(desk, "\n::figure[C]{toy id=demo}\n\n::try[And it rises.]{demo press=go}\n")
     assert at.startswith("rises.]")
-    assert says == "'rises' promises what nothing tests: :promise[…]{press=finish expect=\"rms < 0.1\"}"
+    assert says == "untested promise 'rises': use :promise[…]{press=finish expect=\"rms < 0.1\"}"
 
 
 def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None:
@@ -208,8 +211,8 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
     places = []
     for problem in desk.problems():
         _, line, column, says = problem.split(":", 3)
-        places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(" promises")[0]))
-    assert places == [("breaks", " 'breaks'"), ("recovers", " 'recovers'")]
+        places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(": use")[0]))
+    assert places == [("breaks", " untested promise 'breaks'"), ("recovers", " untested promise 'recovers'")]
 
 
 def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
@@ -217,7 +220,7 @@ def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
     claim = ":claim[Notice that it rises]{tests/test_claimed.py::test_it_holds}"
     ((at, says),) = told(desk, f"\n::plot[{claim}, and falls.]{{toy-plot id=dots}}\n")
     assert at.startswith("falls.]")
-    assert says.startswith("'falls' promises what nothing tests: :claim[")
+    assert says.startswith("untested promise 'falls': use :claim[")
     desk.chapter(f"\n::plot[{claim}.]{{toy-plot id=dots}}\n")
     desk.build()
     assert "it rises" in desk.page("second.html")

@@ -10,79 +10,79 @@ from tests.sitegen.conftest import START, Project
 
 # The body of a chapter, from its line 7 on, and the build's messages.
 SLIPS = {
-    "words after a block's name": (":::evidence more\nA\n:::\n", ["7:1: nothing may follow :::evidence on its line"]),
-    "a title for a block": (":::answer[Yes]\nA\n:::\n", ["7:1: nothing may follow :::answer on its line"]),
+    "words after a block's name": (":::evidence more\nA\n:::\n", ["7:1: unexpected text after :::evidence"]),
+    "a title for a block": (":::answer[Yes]\nA\n:::\n", ["7:1: unexpected text after :::answer"]),
     "a heading with a blank that does not break": (
         "##\u00a0Head\n",
-        ["7:1: a non-breaking blank follows ##, and a heading needs a plain one"],
+        ["7:1: non-breaking space after ##: use a plain one"],
     ),
-    "a comment": ("A <!-- todo --> b\n", ["7:3: <!--: HTML is not read here, and would be printed"]),
+    "a comment": ("A <!-- todo --> b\n", ["7:3: <!--: HTML is not supported and would be printed as is"]),
     "what a PDF leaves": (
         "A\nb c\x02d\x1b \ufeffe\n",
-        ["8:4: a character that cannot be seen, U+0002: delete it; 2 more below"],
+        ["8:4: invisible character U+0002: delete it; 2 more below"],
     ),
     "a tag": (
         "A <b>c</b>\n",
-        [f"7:{n}: {tag}: HTML is not read here, and would be printed" for n, tag in ((3, "<b>"), (7, "</b>"))],
+        [f"7:{n}: {tag}: HTML is not supported and would be printed as is" for n, tag in ((3, "<b>"), (7, "</b>"))],
     ),
-    "a blank in an address": ("A [b](c d.html) e\n", ["7:5: a blank in an address is written %20"]),
-    "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: a formula is written between dollars: $a$"]),
-    "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: an equation is written between two lines of $$"]),
+    "a blank in an address": ("A [b](c d.html) e\n", ["7:5: space in a link address: write %20"]),
+    "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: write formulas between dollars: $a$"]),
+    "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: write equations between two lines of $$"]),
     "a note in its place": (
         "A^[b] ^[c]\n",
-        ["7:7: a footnote is a mark, [^name], and a line that begins with [^name]:"],
+        ["7:7: write footnotes as a mark, [^name], and a line that starts with [^name]:"],
     ),
     "a table of one line": (
         "| a | b |\n| 1 | 2 |\n",
-        ["7:1: a table's second line is | --- | --- |, with as many cells as its first"],
+        ["7:1: missing | --- | --- | after the table's first row, with as many cells"],
     ),
     "a cell too many": (
         "| a | b |\n| - | - |\n| 1 | 2 | 3 |\n",
-        ["9:1: this row has 3 cells, and the table 2 columns"],
+        ["9:1: row of 3 cells in a table of 2 columns"],
     ),
-    "a capital": ("::Aside[C]\n", ["7:1: a directive is written ::aside[text]{…}"]),
-    "a blank after the colons": (":: aside[C]\n", ["7:1: a directive is written ::aside[text]{…}"]),
-    "parentheses": ("A :ref(second)\n", ["7:3: a directive is written :ref[text]{…}"]),
-    "an anchor without its sign": ("## Head {part}\n", ["7:9: an anchor is written {#name}, and ends the heading"]),
-    "an anchor and a full stop": ("## Head {#part}.\n", ["7:9: an anchor is written {#name}, and ends the heading"]),
+    "a capital": ("::Aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
+    "a blank after the colons": (":: aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
+    "parentheses": ("A :ref(second)\n", ["7:3: expected :ref[text]{…}"]),
+    "an anchor without its sign": ("## Head {part}\n", ["7:9: expected {#name} at the end of the heading"]),
+    "an anchor and a full stop": ("## Head {#part}.\n", ["7:9: expected {#name} at the end of the heading"]),
     "a reference in a heading": (
         "## See :ref[second] {#a}\n",
         ["7:8: a heading cannot contain references, citations or footnotes"],
     ),
-    "a heading of nothing": ("## {#a}\n", ["7:1: a heading has no text"]),
+    "a heading of nothing": ("## {#a}\n", ["7:1: empty heading"]),
     "a link to nothing": (
         "A [b]() c [d](https://)\n",
-        [f"7:{n}: the link has no address: [words](address)" for n in (7, 15)],
+        [f"7:{n}: missing link address: [words](address)" for n in (7, 15)],
     ),
-    "a link of nothing": ("A [](second.html)\n", ["7:6: the link has no words: [words](address)"]),
+    "a link of nothing": ("A [](second.html)\n", ["7:6: missing link text: [words](address)"]),
     "a file of the author's own": (
         "A [b](file:///C:/b.csv)\n",
-        ["7:5: no link may lead to such an address"],
+        ["7:5: links to data:, file: or scripts are not allowed"],
     ),
     "a link's address that stands nowhere": (
         "A [b][c] and [d][e] and [f][]\n\n[e]: second.html\n",
         [
-            f"7:{n}: no line '[{name}]: address' says where this leads; [words](address) needs none"
+            f"7:{n}: missing '[{name}]: address' for this link; or write [words](address)"
             for n, name in ((3, "c"), (25, "f"))
         ],
     ),
     "a link's address that stands twice": (
         "A [b][c]\n\n[c]: second.html\n[c]: #a\n\n## Head {#a}\n",
-        ["10:1: [c] has another address in line 9"],
+        ["10:1: duplicate [c], with another address on line 9"],
     ),
     "bold text that never ends": (
         "Some **bold** text, **then *more*\nand &amp; **so on\n",
         [
-            f"{place}: ** begins or ends no bold text: its other half is missing, or a blank stands inside it"
+            f"{place}: unmatched **: the other half is missing, or a space stands inside the bold text"
             for place in ("7:21", "8:11")
         ],
     ),
     "code that never ends": (
         "Call `a` and ``b`\n",
-        ["7:14: `` begins code that no `` ends in its paragraph; the sign itself is written \\`"],
+        ["7:14: unclosed `` in this paragraph; write \\` for a literal backtick"],
     ),
-    "a block of nothing": ("A\n\n:::answer\n\n:::\n", ["9:1: :::answer is empty"]),
-    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link cannot contain another: put it beside"]),
+    "a block of nothing": ("A\n\n:::answer\n\n:::\n", ["9:1: empty :::answer"]),
+    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link cannot contain another: move it out"]),
 }  # fmt: skip
 
 FINE = (
@@ -128,8 +128,8 @@ def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project:
     body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
     project.write("content/00-start.md", START.partition("Read")[0] + body)
     messages = [line.partition("content/00-start.md:")[2] for line in project.problems()]
-    assert "7:10: a claim cannot contain another: put it beside" in messages
-    assert any("an image's alternative text is plain: no directives or citations" in line for line in messages)
+    assert "7:10: a claim cannot contain another: move it out" in messages
+    assert any("alternative text must be plain: no directives or citations" in line for line in messages)
 
 
 def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
@@ -137,7 +137,7 @@ def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
     (project.root / "content/.#00-start.md").symlink_to("someone@host.1")
     project.build()
     (project.root / "content/30-gone.md").symlink_to("nowhere")
-    assert project.problems() == ["content/30-gone.md:0:0: is a folder, or a link that leads nowhere"]
+    assert project.problems() == ["content/30-gone.md:0:0: expected a file, got a folder or a broken link"]
 
 
 @pytest.mark.parametrize("name", ["glossary", "references"])
@@ -146,4 +146,4 @@ def test_a_file_that_is_gone_is_named_once(project: Project, name: str) -> None:
     uses = ":term[a] and :term[b]" if name == "glossary" else "[@one2000] and [@two2001]"
     project.write("content/00-start.md", START.partition("Read")[0] + uses + ".\n")
     project.write("content/01-second.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n\nText.\n")
-    assert project.problems() == [f"content/{name}.yaml:0:0: is missing or empty, and is needed"]
+    assert project.problems() == [f"content/{name}.yaml:0:0: required file is missing or empty"]

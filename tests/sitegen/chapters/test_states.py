@@ -20,9 +20,9 @@ WRONG = {
     "a value": ("fig:demo]{noise=¦3}", "noise: 3 lies outside 0 … 1"),
     "a button": ("fig:demo]{press=¦gone}", "toy has no button 'gone' to press; did you mean 'go'?"),
     "a button in quotes": ('fig:demo]{press="go,¦gone"}', "toy has no button 'gone' to press; did you mean 'go'?"),
-    "a bare word": ("fig:demo]{¦noisy}", "expected name=value, not 'noisy'"),
-    "a chapter": ("second]{¦noise=1}", "a state is that of a figure: :ref[fig:id]{press=finish}"),
-    "a figure that is none": ("¦fig:dmo]{noise=1}", "no figure 'dmo'; did you mean 'demo'?"),
+    "a bare word": ("fig:demo]{¦noisy}", "expected name=value, got 'noisy'"),
+    "a chapter": ("second]{¦noise=1}", "only a figure has a state: :ref[fig:id]{press=finish}"),
+    "a figure that is none": ("¦fig:dmo]{noise=1}", "unknown figure 'dmo'; did you mean 'demo'?"),
 }
 
 

@@ -82,7 +82,7 @@ def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None
     first, _ = surveyed(chapter)
     without, problems = surveyed(chapter, widgets=False)
     again, _ = surveyed(chapter)
-    assert [problem.message for problem in problems.found] == ["no widget 'toy'; there are none"] * 2
+    assert [problem.message for problem in problems.found] == ["unknown widget 'toy'; none are defined"] * 2
     assert without.tokens.figures == {}
     assert without.tokens.buttons == {}
     assert without.promises == []
@@ -97,7 +97,7 @@ def test_two_equal_lines_are_two_tokens() -> None:
     assert first is not None
     assert second is not None
     assert first.place.line < second.place.line
-    assert ["appears twice" in problem.message for problem in problems.found] == [True]
+    assert ["duplicate" in problem.message for problem in problems.found] == [True]
 
 
 @pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])
@@ -114,7 +114,7 @@ def test_what_a_token_stands_for_is_asked_by_its_kind() -> None:
     assert located(token, NoteMark).thing == NoteMark("n")
     assert located(token, object).place.column == 5
     for kind in (Directive, Anchor):
-        with pytest.raises(TypeError, match=f"'footnote_ref' stands for no {kind.__name__}"):
+        with pytest.raises(TypeError, match=f"'footnote_ref' does not stand for a {kind.__name__}"):
             located(token, kind)
 
 

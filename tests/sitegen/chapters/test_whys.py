@@ -23,12 +23,12 @@ def test_silent():
     """It changes nothing."""
 '''
 MISTAKES = {  # ¦ comes before the place that is named
-    f":claim[C]{{{CAUSE} kind=¦whi}}": "no kind of claim 'whi'; did you mean 'why'?",
-    f":claim[C]{{{CAUSE} ¦kin=why}}": "a claim has no attribute 'kin'; did you mean 'kind'?",
-    f":claim[C]{{{CAUSE} ¦why}}": "expected name=value, not 'why'; did you mean kind=why?",
-    ":claim[C]{¦kind=why}": "a claim names its test: {tests/file.py::test_name}",
+    f":claim[C]{{{CAUSE} kind=¦whi}}": "unknown kind of claim 'whi'; did you mean 'why'?",
+    f":claim[C]{{{CAUSE} ¦kin=why}}": "unknown claim attribute 'kin'; did you mean 'kind'?",
+    f":claim[C]{{{CAUSE} ¦why}}": "expected name=value, got 'why'; did you mean kind=why?",
+    ":claim[C]{¦kind=why}": "missing test, as in {tests/file.py::test_name}",
     ":claim[C]{¦tests/test_caused.py::test_silent kind=why}": "tests/test_caused.py::test_silent changes no factor: "
-    "a claim of kind why has a test that takes the fixture `why`",
+    "a kind=why claim needs a test with the fixture `why`",
 }
 
 
@@ -73,7 +73,7 @@ def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(caused: Project) -
     claims.write_results(caused.root, {CAUSE: "passed"})
     (problem,) = caused.problems()
     assert problem.startswith("content/01-second.md:7:43: ")
-    assert "left no outcomes in tests/results.json" in problem
+    assert "recorded no outcomes in tests/results.json" in problem
     claims.write_results(caused.root, {CAUSE: "failed"})
     caused.build()
 
@@ -82,8 +82,8 @@ def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(caused: Project) -
     ("outcomes", "says"),
     [
         ({"0.6 u": "3 of 25"}, "an outcome as it is and one with the factor changed"),
-        ({"0.6 u": "3 of 25", "none": "3 of 25"}, "with every setting '3 of 25', so it is not the cause"),
-        ({"0.6 u": "3 of 25", "none": " "}, "settings and outcomes are texts"),
+        ({"0.6 u": "3 of 25", "none": "3 of 25"}, "every setting gives '3 of 25', so it is not the cause"),
+        ({"0.6 u": "3 of 25", "none": " "}, "settings and outcomes must be text"),
     ],
 )
 def test_what_shows_no_cause_is_refused(outcomes: dict[str, str], says: str) -> None:

@@ -10,17 +10,17 @@ from tests.sitegen.conftest import SITE, Project
 @pytest.mark.parametrize(
     ("front", "says"),
     [
-        ("title: yes\nsummary: S", '2:1: title: a text is expected, not yes; in quotes it is one: title: "yes"'),
+        ("title: yes\nsummary: S", '2:1: title: expected text, got yes; quote it: title: "yes"'),
         (
             "title: 2026-01-01\nsummary: S",
-            '2:1: title: a text is expected, not 2026-01-01; in quotes it is one: title: "2026-01-01"',
+            '2:1: title: expected text, got 2026-01-01; quote it: title: "2026-01-01"',
         ),
-        ("title: T\nsummary:", "3:1: summary: a text is expected, and nothing stands here"),
-        ("title T\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
-        ("title:T\n\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
-        ("title: a: b\nslug: t", "2:9: not YAML: a text that holds a colon and a blank stands in quotes"),
-        ("title: T\nsummary: Step #2 of 3", "3:15: YAML reads a # after a blank as the start of a comment"),
-        ("title: T #2\nsummary: S", "2:10: YAML reads a # after a blank as the start of a comment"),
+        ("title: T\nsummary:", "3:1: summary: expected text, got nothing"),
+        ("title T\nslug: t\nsummary: S", "2:1: invalid YAML: expected 'name: value'"),
+        ("title:T\n\nslug: t\nsummary: S", "2:1: invalid YAML: expected 'name: value'"),
+        ("title: a: b\nslug: t", "2:9: invalid YAML: unexpected ': ': quote text that contains it"),
+        ("title: T\nsummary: Step #2 of 3", "3:15: YAML reads a # after a space as the start of a comment"),
+        ("title: T #2\nsummary: S", "2:10: YAML reads a # after a space as the start of a comment"),
     ],
 )
 def test_front_matter_is_told_as_it_was_written(project: Project, front: str, says: str) -> None:
@@ -48,9 +48,9 @@ def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
     [
         (
             "report: not a url {nope}",
-            "report: an address that begins with https:// or mailto: is expected, not 'not a url {nope}'",
+            "report: expected an address starting with https:// or mailto:, got 'not a url {nope}'",
         ),
-        ("macros: {'R': '\\mathbb{R}'}", "a macro is written '\\name': LaTeX"),
+        ("macros: {'R': '\\mathbb{R}'}", "expected '\\name': LaTeX for a macro"),
     ],
 )
 def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str) -> None:
@@ -68,4 +68,4 @@ def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str
 def test_settings_that_are_missing_are_told_once(project: Project) -> None:
     (project.root / "content/site.yaml").unlink()
     messages = [line for line in project.problems() if line.startswith("content/site.yaml")]
-    assert messages == ["content/site.yaml:0:0: the site's settings are missing"]
+    assert messages == ["content/site.yaml:0:0: missing site settings: create this file"]

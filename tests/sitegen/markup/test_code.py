@@ -36,5 +36,5 @@ def test_words_are_coloured_by_what_they_are() -> None:
 
 
 def test_an_unknown_language_is_told_with_the_nearest() -> None:
-    with pytest.raises(ValueError, match=r"no language 'pyhton'; did you mean 'python'\?"):
+    with pytest.raises(ValueError, match=r"unknown language 'pyhton'; did you mean 'python'\?"):
         highlighted("print()", "pyhton")

@@ -30,12 +30,12 @@ def test_a_drawing_has_the_size_of_its_view(tmp_path: Path, text: str, size: tup
     ("text", "says"),
     [
         ("<svg", "not SVG: "),
-        ('<html viewBox="0 0 3 2"/>', "not SVG: its root is <html>"),
+        ('<html viewBox="0 0 3 2"/>', "not SVG: the root element is <html>"),
         (f'<svg xmlns="{SVG}"/>', "needs a viewBox"),
         (f'<svg xmlns="{SVG}" viewBox="0 0 1e999 3"/>', "needs a viewBox"),
         (f'<svg xmlns="{SVG}" viewBox="0 0 nan 3"/>', "needs a viewBox"),
-        (f'<svg xmlns="{SVG}" viewBox="0 0 0 3"/>', "needs a width and a height, and has 0 × 3"),
-        (f'<svg xmlns="{SVG}" viewBox="0 0 -4 3"/>', "needs a width and a height, and has -4 × 3"),
+        (f'<svg xmlns="{SVG}" viewBox="0 0 0 3"/>', "expected an SVG image with width and height, got 0 × 3"),
+        (f'<svg xmlns="{SVG}" viewBox="0 0 -4 3"/>', "expected an SVG image with width and height, got -4 × 3"),
     ],
 )
 def test_a_drawing_of_no_size_is_refused(tmp_path: Path, text: str, says: str) -> None:

@@ -25,31 +25,31 @@ $$ (energy)
 """
 # The slides of a chapter, from its line 7 on, and the build's messages.
 BROKEN = {
-    "no list": ("slides: one\n", ["6:1: slides: a list of slides is expected, not 'one'"]),
-    "no mapping": ("slides:\n  - one\n", ["7:5: a mapping of names to values is expected"]),
+    "no list": ("slides: one\n", ["6:1: slides: expected a list of slides, got 'one'"]),
+    "no mapping": ("slides:\n  - one\n", ["7:5: expected a mapping of names to values"]),
     "unknown key": (
         "slides:\n  - title: T\n    txt: A\n",
         [
-            "7:5: a slide shows something: text, an equation, a figure or a plot",
-            "8:5: no key 'txt'; did you mean 'text'?",
+            "7:5: empty slide: add text, an equation, a figure or a plot",
+            "8:5: unknown key 'txt'; did you mean 'text'?",
         ],
     ),
-    "no title": ("slides:\n  - text: A\n", ["7:5: title is missing: a text"]),
+    "no title": ("slides:\n  - text: A\n", ["7:5: missing title: expected text"]),
     "title of another kind": (
         "slides:\n  - title: 3\n    text: A\n",
-        ["7:5: title: a text is expected, not 3; in quotes it is one: title: \"3\""],
+        ["7:5: title: expected text, got 3; quote it: title: \"3\""],
     ),
     "unknown figure": (
         "slides:\n  - title: T\n    figure: dmo\n",
-        ["8:5: no figure 'dmo' in this chapter; did you mean 'demo'?"],
+        ["8:5: unknown figure 'dmo' in this chapter; did you mean 'demo'?"],
     ),
     "unknown plot": (
         "slides:\n  - title: T\n    plot: dot\n",
-        ["8:5: no plot 'dot' in this chapter; did you mean 'dots'?"],
+        ["8:5: unknown plot 'dot' in this chapter; did you mean 'dots'?"],
     ),
     "unknown equation": (
         "slides:\n  - title: T\n    equation: enrgy\n",
-        ["8:5: no equation 'enrgy' in this chapter; did you mean 'energy'?"],
+        ["8:5: unknown equation 'enrgy' in this chapter; did you mean 'energy'?"],
     ),
     "a figure and a plot": (
         "slides:\n  - title: T\n    figure: demo\n    plot: dots\n",
@@ -57,7 +57,7 @@ BROKEN = {
     ),
     "set without a figure": (
         "slides:\n  - title: T\n    text: A\n    set: noise=0.2\n",
-        ["9:5: set: the slide names no figure"],
+        ["9:5: set: the slide has no figure; add figure: id"],
     ),
     "set to nothing it has": (
         "slides:\n  - title: T\n    figure: demo\n    set: nose=0.2 press=go,goo\n",
@@ -76,28 +76,31 @@ BROKEN = {
     ),
     "unknown readout and panel": (
         "slides:\n  - title: T\n    figure: demo\n    readouts: [press]\n    panels: [mains]\n",
-        ["9:16: no readout 'press'; did you mean 'presses'?", "10:14: no panel 'mains'; did you mean 'main'?"],
+        [
+            "9:16: unknown readout 'press'; did you mean 'presses'?",
+            "10:14: unknown panel 'mains'; did you mean 'main'?",
+        ],
     ),
     "the same figure twice": (
         "slides:\n  - {title: T, figure: demo}\n  - {title: U, figure: demo}\n",
-        ["8:16: the figure 'demo' is on an earlier slide: change it with a ::try line"],
+        ["8:16: figure 'demo' is already on an earlier slide: change it with a ::try line"],
     ),
     "another slide's button": (
         "slides:\n  - title: T\n    figure: demo\n    text: |\n      ::try[Go.]{other}\n",
-        ["10:7: a slide's button sets the slide's own figure"],
+        ["10:7: a slide's button can set only the slide's own figure"],
     ),
     "a figure in the text": (
         "slides:\n  - title: T\n    text: |\n      A.\n\n      ::figure[C]{toy}\n",
-        ["11:7: a slide names a figure of its chapter: figure: id"],
+        ["11:7: a figure belongs in the chapter; a slide shows it with figure: id"],
     ),
     "a claim, a note, a heading": (
         "slides:\n  - title: T\n    text: |\n      ## B\n\n      :claim[A]{x::y} and[^n]\n",
-        ["9:1: a slide has one heading, its title", "11:7: claims belong in the chapter, with their tests",
+        ["9:1: a slide's only heading is its title", "11:7: claims belong in the chapter, with their tests",
          "11:26: side notes belong in the chapter"],
     ),
     "a button among the notes": (
         "slides:\n  - title: T\n    figure: demo\n    notes: |\n      ::try[Go.]{demo}\n",
-        ["10:7: a button belongs in the slide's text"],
+        ["10:7: buttons belong in the slide's text"],
     ),
     "a bad formula, far inside": (
         "slides:\n  - title: T\n    text: |\n      One line,\n      and $\\frc{1}$ here.\n",
@@ -105,11 +108,14 @@ BROKEN = {
     ),
     "a reference that is none": (
         "slides:\n  - title: 'A :ref[fig:demi] T'\n    text: |\n      By :ref[eq:energi].\n",
-        ["7:20: no figure 'demi'; did you mean 'demo'?", "9:15: no equation 'energi'; did you mean 'energy'?"],
+        [
+            "7:20: unknown figure 'demi'; did you mean 'demo'?",
+            "9:15: unknown equation 'energi'; did you mean 'energy'?",
+        ],
     ),
     "a readout that is none": (
         "slides:\n  - title: T\n    text: A :readout[demo pres] b\n",
-        ["8:27: no readout 'pres'; did you mean 'presses'?"],
+        ["8:27: unknown readout 'pres'; did you mean 'presses'?"],
     ),
 }  # fmt: skip
 
@@ -131,8 +137,8 @@ def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None
     front = f'title: {"a title " * 12}\nslug: second\nquestion: {"is it a question " * 10}\nsummary: S'
     project.chapter("Text.\n", f"{front}\nslides:\n  - title: A\n    text: B")
     assert project.problems() == [
-        "content/01-second.md:2:1: title: 95 characters, and the title slide has room for 90",
-        "content/01-second.md:4:1: question: 169 characters, and the title slide has room for 160",
+        "content/01-second.md:2:1: title: 95 characters, but the title slide fits 90",
+        "content/01-second.md:4:1: question: 169 characters, but the title slide fits 160",
     ]
     project.chapter("Text.\n", front)
     project.build()
@@ -221,7 +227,7 @@ def test_a_deck_takes_no_chapters_name(project: Project) -> None:
     project.chapter("A.\n", f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slides}')
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
     project.write("content/02-taken.md", "---\ntitle: U\nslug: slides-second\nsummary: S\n---\n\nText.\n")
-    wanted = "content/02-taken.md:3:1: the page name 'slides-second' is taken by the slides of content/01-second.md"
+    wanted = "content/02-taken.md:3:1: page name 'slides-second' is taken by the slides of content/01-second.md"
     assert project.problems() == [wanted]
 
 

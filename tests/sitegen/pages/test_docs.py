@@ -86,22 +86,23 @@ def test_mistakes_in_the_docs_are_told_where_they_are(project: Project) -> None:
     """A broken link and front matter that only chapters may have; all other mistakes are those of chapters."""
     with_docs(project, one=ONE.replace("index.md", "indx.md").replace("hidden]", "hiden]"))
     assert project.problems() == [
-        "content/docs/one.md:10:25: no page 'indx.md'; did you mean 'index.html'?",
-        "content/docs/one.md:10:76: no chapter 'docs-hiden'; did you mean 'docs-hidden'? "
+        "content/docs/one.md:10:25: unknown page 'indx.md'; did you mean 'index.html'?",
+        "content/docs/one.md:10:76: unknown chapter 'docs-hiden'; did you mean 'docs-hidden'? "
         "(figures are fig:id, equations eq:label)",
     ]
     with_docs(project, one=ONE.replace("redirects:", "rung: '1'\nredirects:"))
     (text,) = project.problems()
-    assert text.startswith("content/docs/one.md:5:1: no key 'rung'")
+    assert text.startswith("content/docs/one.md:5:1: unknown key 'rung'")
 
 
 def test_every_page_of_the_docs_is_led_to(project: Project) -> None:
     with_docs(project, index=INDEX.replace("- [One](one.md#part)\n", ""))
-    assert project.problems() == ["content/docs/index.md:2:1: no link leads to content/docs/one.md"]
+    assert project.problems() == ["content/docs/index.md:2:1: missing link to content/docs/one.md"]
     with_docs(project)
     (project.root / "content/docs/index.md").unlink()
     project.write("content/docs/one.md", ONE.replace("[the index](index.md)", "it"))
-    assert project.problems() == ["content/docs/index.md:0:0: is missing: it must link to the other pages of the docs"]
+    said = "missing docs index: it must link to every other page of the docs"
+    assert project.problems() == [f"content/docs/index.md:0:0: {said}"]
 
 
 def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:
@@ -109,6 +110,6 @@ def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:
     project.write("content/02-third.md", "---\ntitle: T\nslug: docs-one\nsummary: S\n---\n\nText.\n")
     project.write("content/docs/one.md", ONE.replace("old-one", "second"))
     faults = project.problems()
-    assert any("Odd name.md:0:0: a page of the docs is called like authoring.md" in line for line in faults)
-    assert "content/02-third.md:3:1: the page name 'docs-one' is taken by content/docs/one.md" in faults
-    assert any("redirect from 'second': that name is taken by content/01-second.md" in line for line in faults)
+    assert any("Odd name.md:0:0: expected a file name like authoring.md" in line for line in faults)
+    assert "content/02-third.md:3:1: page name 'docs-one' is taken by content/docs/one.md" in faults
+    assert any("redirect from 'second': page name is taken by content/01-second.md" in line for line in faults)

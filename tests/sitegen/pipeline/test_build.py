@@ -165,9 +165,9 @@ def test_a_reference_to_another_chapter_s_figure_leads_there(project: Project) -
     assert '<a class="ref" href="second.html#fig-demo">Figure 1.1</a>' in project.page("index.html")
     assert '<a class="ref" href="second.html#eq-energy">(1.1)</a>' in project.page("index.html")
     project.write("content/02-third.md", "---\ntitle: T\nslug: third\nsummary: S\n---\n::figure[C]{toy id=demo}\n")
-    where = "stands in content/01-second.md and content/02-third.md"
-    instead = "rename one, or link by [words](second.html#fig-demo)"
-    assert project.problems() == [f"content/00-start.md:9:10: figure 'demo' {where}: {instead}"]
+    where = "content/01-second.md and content/02-third.md"
+    instead = "rename one, or link with [words](second.html#fig-demo)"
+    assert project.problems() == [f"content/00-start.md:9:10: ambiguous figure 'demo', in {where}: {instead}"]
     project.write("content/00-start.md", START + "\nSee [words](second.html#fig-demo).\n")
     project.build()
 
@@ -281,7 +281,7 @@ def test_files_of_any_editor(project: Project) -> None:
     assert project.page("second.html") == before
     path.write_bytes(path.read_bytes().replace(b"[@one2001]", b"[@no]"))
     last = len(source.splitlines())
-    assert project.problems()[0].startswith(f"content/01-second.md:{last}:24: no reference 'no'")
+    assert project.problems()[0].startswith(f"content/01-second.md:{last}:24: unknown reference 'no'")
 
 
 def test_a_link_may_lead_to_a_state_of_a_figure(project: Project) -> None:

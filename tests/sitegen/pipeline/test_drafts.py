@@ -54,14 +54,14 @@ def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, name
     project.write("content/00-start.md", START.partition("Read")[0])
     (text,) = project.problems()
     assert text.startswith("content/01-second.md:8:")
-    assert text.endswith(f": {names} is a draft: content/02-draft.md is published once its line 'draft: true' is gone")
+    assert text.endswith(f": {names} is a draft: remove 'draft: true' from content/02-draft.md to publish it")
     project.build(drafts=True)
 
 
 def test_a_term_that_a_draft_explains_is_told_as_such(project: Project) -> None:
     project.write("content/02-draft.md", DRAFT)
     project.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where it is.\n  chapter: third\n")
-    says = "'third' is a draft: content/02-draft.md is published once its line 'draft: true' is gone"
+    says = "'third' is a draft: remove 'draft: true' from content/02-draft.md to publish it"
     assert project.problems() == [f"content/glossary.yaml:4:3: {says}"]
     project.build(drafts=True)
 
