@@ -122,7 +122,7 @@ def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -
         if kind == "style" or kind == "metadata":
             continue
         if kind in ("image", "linearGradient", "pattern"):
-            raise ValueError(f"a plot holds no {kind}: draw areas and lines")
+            raise ValueError(f"unsupported element {kind} in a plot: draw areas and lines instead")
         attributes = _attributes(each, names)
         if kind in DRAWN:
             unseen = attributes.get("fill") == "none" and "s-" not in attributes.get("class", "")
@@ -181,11 +181,11 @@ def _declared(name: str, value: str, result: dict[str, str], classes: list[str])
         elif value in _ROLE:
             classes.append(f"{name[0]}-{_ROLE[value]}")
         else:
-            raise ValueError(f"the colour {value} is none of the site's: take one of matplotlib_svg.COLOURS")
+            raise ValueError(f"unknown colour {value}: use one of matplotlib_svg.COLOURS")
     elif name in PLAIN:
         result[name] = NUMBER.sub(lambda match: _short(match[0]), value.removesuffix("px"))
     elif name not in LEFT_OUT:
-        raise ValueError(f"what becomes of the style {name!r} in a page?")
+        raise ValueError(f"unsupported style {name!r} in a plot")
 
 
 def _path(value: str) -> str:

@@ -47,7 +47,7 @@ class FigureFault(Exception):
         place = self.place or placed or Place("widgets/figures")
         presses = ",".join(entry[1] for entry in self.record.get("log", ()))
         state = f"preset {self.record.get('preset')}" + (f" press={presses}" if presses else "")
-        by = "no chapter places it" if placed is None else f"{placed.path}:{placed.line} places it"
+        by = "not placed in any chapter" if placed is None else f"placed at {placed.path}:{placed.line}"
         # A message that differs only in numbers has been reported for another state.
         here = [each for each in problems.found if (each.path, each.line) == (place.path, place.line)]
         messages = [NUMBER.sub("0", each.message) for each in here]
@@ -98,12 +98,12 @@ def _watched(widget: Widget) -> Widget:
     def motion(before: Any, after: Any) -> tuple[Animation, ...]:
         animations = motions(ran("motion", before, after))
         unknown = (m.panel for m in animations if m.panel not in panels)
-        held("motion", tuple(f"no panel {name!r}{hint(name, panels)}" for name in unknown))
+        held("motion", tuple(f"unknown panel {name!r}{hint(name, panels)}" for name in unknown))
         return animations
 
     def python(state: Any) -> str:
         text = ran("python", state)
-        held("python", () if isinstance(text, str) else (f"text is expected, not {text!r:.60}",))
+        held("python", () if isinstance(text, str) else (f"expected text, got {text!r:.60}",))
         return str(text)
 
     return replace(
@@ -137,7 +137,7 @@ def watched_job(widget: Widget, job: Job) -> Job:
 def _result(result: Result | None) -> Iterator[str]:
     for row in result.rows if result else ():
         if row.role not in ROLES:
-            yield f"row {row.name!r}: no role {row.role!r}{hint(row.role, ROLES)}"
+            yield f"row {row.name!r}: unknown role {row.role!r}{hint(row.role, ROLES)}"
     for panel in result.panels if result else ():
         yield from _marks(panel.marks, f"panel {panel.name!r}")
 
@@ -145,7 +145,7 @@ def _result(result: Result | None) -> Iterator[str]:
 def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
     """Yield the faults of a picture: the field, and what was expected."""
     if not isinstance(picture, Picture):
-        yield f"a Picture is expected, not {picture!r:.60}"
+        yield f"expected a Picture, got {picture!r:.60}"
         return
     yield from _texts(picture, "picture", "description", "note")
     names = [panel.name for panel in picture.panels]
@@ -153,9 +153,9 @@ def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
         where = f"panel {panel.name!r}"
         yield from _texts(panel, where, "name", "label", "caption")
         if names.count(panel.name) > 1:
-            yield f"{where}: several panels are called so"
+            yield f"{where}: duplicate panel name"
         if not np.isfinite([panel.view.x0, panel.view.x1, panel.view.y0, panel.view.y1]).all():
-            yield f"{where}: its view is not a window of finite numbers, but {panel.view!r:.80}"
+            yield f"{where}: view: expected finite numbers, got {panel.view!r:.80}"
         yield from _marks(panel.marks, where)
     for readout in picture.readouts:
         yield from _readout(readout)
@@ -163,11 +163,11 @@ def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
         yield from _handle(widget, handle, names)
     buttons = [button.name for button in widget.buttons]
     for name in sorted(set(picture.disabled) - set(buttons)):
-        yield f"disabled: no button {name!r}{hint(str(name), buttons)}"
+        yield f"disabled: unknown button {name!r}{hint(str(name), buttons)}"
     for what in ("clicks", "hovers"):
         for name in getattr(widget, what):
             if name not in names:
-                yield f"{what}: no panel {name!r}{hint(name, names)}"
+                yield f"{what}: unknown panel {name!r}{hint(name, names)}"
 
 
 def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
@@ -177,15 +177,15 @@ def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
             yield from _marks(mark.marks, f"{here} (Group {mark.name!r})")
             continue
         if not isinstance(mark, get_args(Mark)):
-            yield f"{here}: a mark of widgets.drawing.picture is expected, not {mark!r:.60}"
+            yield f"{here}: expected a mark of widgets.drawing.picture, got {mark!r:.60}"
             continue
         here = f"{here} ({type(mark).__name__})"
         role = getattr(mark, "role", "ink")
         if role not in ROLES:
-            yield f"{here}: no role {role!r}{hint(str(role), ROLES)}"
+            yield f"{here}: unknown role {role!r}{hint(str(role), ROLES)}"
         for name, choices in (("shape", SHAPES), ("anchor", ANCHORS)):
             if getattr(mark, name, choices[0]) not in choices:
-                yield f"{here}: no {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), choices)}"
+                yield f"{here}: unknown {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), choices)}"
         if hasattr(mark, "text"):
             yield from _texts(mark, here, "text")
         for name in (name for name in PAIRS if hasattr(mark, name)):
@@ -197,20 +197,20 @@ def _places(values: Any, where: str) -> Iterator[str]:
     try:
         rows = np.asarray(values, dtype=float).reshape(-1, 2)
     except (TypeError, ValueError):
-        yield f"{where}: rows of two numbers are expected, not {values!r:.60}"
+        yield f"{where}: expected rows of two numbers, got {values!r:.60}"
         return
     missing = np.flatnonzero(np.isnan(rows).any(axis=1))
     if len(missing):
         x, y = rows[missing[0]]
         more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
-        yield f"{where}: row {missing[0]} is ({x:g}, {y:g}){more}; numbers are expected: leave out what is nowhere"
+        yield f"{where}: expected numbers, got ({x:g}, {y:g}) in row {missing[0]}{more}: omit points without a place"
 
 
 def _texts(thing: Any, where: str, *names: str) -> Iterator[str]:
     for name in names:
         value = getattr(thing, name)
         if not isinstance(value, str):
-            yield f"{where}: its {name} is {value!r:.40}; text is expected"
+            yield f"{where}: {name}: expected text, got {value!r:.40}"
 
 
 def _readout(readout: Readout) -> Iterator[str]:
@@ -218,9 +218,9 @@ def _readout(readout: Readout) -> Iterator[str]:
     yield from _texts(readout, where, "name", "label", "unit")
     if not isinstance(readout.value, str):
         as_text = "number(value)" if isinstance(readout.value, (int, float)) else "str(value)"
-        yield f"{where}: its value is {readout.value!r:.40}; text is expected, as {as_text} makes it"
+        yield f"{where}: value: expected text, got {readout.value!r:.40}: use {as_text}"
     if readout.role is not None and readout.role not in ROLES:
-        yield f"{where}: no role {readout.role!r}{hint(str(readout.role), ROLES)}"
+        yield f"{where}: unknown role {readout.role!r}{hint(str(readout.role), ROLES)}"
 
 
 def _handle(widget: Widget, handle: Handle, panels: list[str]) -> Iterator[str]:
@@ -229,12 +229,12 @@ def _handle(widget: Widget, handle: Handle, panels: list[str]) -> Iterator[str]:
     if handle.sets:
         sliders = [name for name, spec in specs(widget.controls).items() if spec.kind == "slider"]
         if handle.sets not in sliders:
-            yield f"{where}: sets no slider {handle.sets!r}{hint(handle.sets, sliders)}"
+            yield f"{where}: sets: unknown slider {handle.sets!r}{hint(handle.sets, sliders)}"
     elif handle.name not in widget.handles:
-        yield f"{where}: not among the WIDGET's handles{hint(handle.name, widget.handles)}"
+        yield f"{where}: missing from the WIDGET's handles{hint(handle.name, widget.handles)}"
     for name in (handle.panel, *handle.also):
         if name not in panels:
-            yield f"{where}: no panel {name!r}{hint(name, panels)}"
+            yield f"{where}: unknown panel {name!r}{hint(name, panels)}"
     yield from _places(handle.xy, f"{where}: xy")
     for key, xy in handle.keys.items():
         yield from _places(xy, f"{where}: keys {key!r}")

@@ -36,7 +36,7 @@ def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget
             problems.unread.add(module_file(name))
             continue
         if widget.name != name:
-            says = f"{widget.name!r} is given, and {name!r} is expected, as its module is called"
+            says = f"expected {name!r}, the name of its module, got {widget.name!r}"
             problems.add(place_of(widget, name, "name"), f"figure {name}, name: {says}")
             widget = dataclasses.replace(widget, name=name)
         faults = list(widget_faults(widget))
@@ -60,12 +60,12 @@ def _imported(widgets: Mapping[str, Widget], name: str, problems: Problems) -> W
         place = line_of(error.__traceback__) or Place(module_file(name))
         message = str(error)
         if isinstance(error, AttributeError) and error.name == "WIDGET":
-            place, message = Place(module_file(name), 1, 1), "it has no WIDGET = Widget(…)"
+            place, message = Place(module_file(name), 1, 1), "missing WIDGET = Widget(…)"
         problems.add(place, f"figure {name} cannot be imported: {type(error).__name__}: {message}")
     else:
         if isinstance(widget, Widget):
             return widget
-        problems.add(Place(module_file(name), 1, 1), f"figure {name}: its WIDGET is no Widget, but {widget!r:.60}")
+        problems.add(Place(module_file(name), 1, 1), f"figure {name}: WIDGET: expected a Widget, got {widget!r:.60}")
     return None
 
 
@@ -79,22 +79,22 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     if faulty:
         return
     if "default" not in widget.presets:
-        yield "presets", "", f"there is no 'default'{hint('default', widget.presets)}"
+        yield "presets", "", f"missing 'default'{hint('default', widget.presets)}"
     for name in widget.presets:
         if fault := _refusal(lambda name=name: preset(widget, name)):
             yield "presets", name, fault
     presses = [button.name for button in widget.buttons if button.does == "press"]
     for button in widget.buttons:
         if button.does == "run" and button.repeats not in presses:
-            says = f"it repeats {button.repeats!r}, which is not a button to press{hint(button.repeats, presses)}"
+            says = f"repeats: unknown button to press {button.repeats!r}{hint(button.repeats, presses)}"
             yield "buttons", button.name, says
     for key in widget.legend:
         if key.role not in ROLES:
-            yield "legend", key.label, f"no role {key.role!r}{hint(key.role, ROLES)}"
+            yield "legend", key.label, f"unknown role {key.role!r}{hint(key.role, ROLES)}"
         choice, *options = key.under or ("",)
         for option in options:
             if fault := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
-                yield "legend", key.label, f"it is drawn under {fault}"
+                yield "legend", key.label, f"under: {fault}"
     for i, (changes, pressed) in enumerate(widget.tape):
         log = [["press", press] for press in pressed]
         plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}
@@ -104,26 +104,26 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
 
 def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
     if not dataclasses.is_dataclass(controls) or not isinstance(controls, type):
-        yield "controls", "", f"a frozen dataclass is expected, not {controls!r:.60}"
+        yield "controls", "", f"expected a frozen dataclass, got {controls!r:.60}"
         return
     by_name = {field.name: field for field in dataclasses.fields(controls)}
     without = [name for name, field in by_name.items() if not isinstance(field.metadata.get("spec"), Spec)]
     for name in without:
-        yield "controls", name, "slider(…), choice(…) or toggle(…) is expected"
+        yield "controls", name, "expected slider(…), choice(…) or toggle(…)"
     if without:
         return
     for name, field in by_name.items():
         if fault := _refusal(lambda name=name, field=field: validated(controls, {name: field.default})):
-            yield "controls", name, f"its default is refused: {fault.removeprefix(f'{name}: ')}"
+            yield "controls", name, f"invalid default: {fault.removeprefix(f'{name}: ')}"
         for option, brought in field.metadata["spec"].sets.items():
             if option not in field.metadata["spec"].options:
-                yield "controls", name, f"sets: no option {option!r}{hint(option, field.metadata['spec'].options)}"
+                yield "controls", name, f"sets: unknown option {option!r}{hint(option, field.metadata['spec'].options)}"
             if fault := _refusal(lambda brought=brought: validated(controls, brought)):
                 yield "controls", name, f"option {option!r} sets {fault}"
         by, labels = field.metadata["spec"].named or ("", {})
         for option in labels:
             if fault := _refusal(lambda by=by, option=option: validated(controls, {by: option})):
-                yield "controls", name, f"its label is named by {fault}"
+                yield "controls", name, f"its label depends on {fault}"
 
 
 def _refusal(attempt: Any) -> str:

@@ -13,5 +13,5 @@ def at(values: Collection[Any], value: Any, what: str) -> int:
     if value in values:
         return list(values).index(value)
     if isinstance(value, str):
-        raise ValueError(f"{what}: no {value!r}{hint(value, values)}")
-    raise ValueError(f"{what}: {value!r} is none of {', '.join(f'{each:g}' for each in values)}")
+        raise ValueError(f"{what}: unknown {value!r}{hint(value, values)}")
+    raise ValueError(f"{what}: expected one of {', '.join(f'{each:g}' for each in values)}; got {value!r}")

@@ -15,11 +15,11 @@ def read(name: str) -> dict[str, Any]:
     """Read one file of the sweep. Raises ValueError if it or a contestant is missing."""
     path = ROOT / "content" / "data" / "sweep" / f"{name}.json"
     if not path.is_file():
-        raise ValueError(f"no {path.relative_to(ROOT)}: `python3 build.py sweep --only {name}` makes it")
+        raise ValueError(f"missing {path.relative_to(ROOT)}: run `python3 build.py sweep --only {name}`")
     data: dict[str, Any] = json.loads(path.read_text("utf-8"))
     missing = [label for method, label in LABELS.items() if method not in data["contestants"]]
     if missing:
-        raise ValueError(f"{path.relative_to(ROOT)} lacks {', '.join(missing)}: `python3 build.py sweep` adds them")
+        raise ValueError(f"{path.relative_to(ROOT)} lacks {', '.join(missing)}: run `python3 build.py sweep`")
     return data
 
 

@@ -35,7 +35,7 @@ def compute() -> Result:
     """Read the training's log."""
     path = ROOT / "solvers" / "methods" / "flow" / "trained" / "log.json"
     if not path.is_file():
-        raise ValueError(f"no {path.relative_to(ROOT)}: `python3 build.py train` makes it")
+        raise ValueError(f"missing {path.relative_to(ROOT)}: run `python3 build.py train`")
     lines = json.loads(path.read_text("utf-8"))["held_out"]
     kinds = tuple(dict.fromkeys(line["kind"] for line in lines))
     variants = tuple(dict.fromkeys(line["variant"] for line in lines))

@@ -87,64 +87,64 @@ MISTAKES = {
     "nan in a mark": (
         POINTS,
         'Points([[0.1, 0.5], [float("nan"), 0.5]], "source")',
-        "draw: panel 'main', mark 1 (Points): xy: row 1 is (nan, 0.5); numbers are expected: leave out what is nowhere",
+        "draw: panel 'main', mark 1 (Points): xy: expected numbers, got (nan, 0.5) in row 1: omit points without",
     ),
     "nan in a group": (
         POINTS,
         'Group("all", (Points([[0.1, float("nan")]], "source"),))',
-        "draw: panel 'main', mark 1 (Group 'all'), mark 1 (Points): xy: row 0 is (0.1, nan); numbers are expected",
+        "draw: panel 'main', mark 1 (Group 'all'), mark 1 (Points): xy: expected numbers, got (0.1, nan) in row 0",
     ),
     "a mark of no pairs": (
         POINTS,
         'Points([[0.1, 0.5, 0.2]], "source")',
-        "draw: panel 'main', mark 1 (Points): xy: rows of two numbers are expected, not [[0.1, 0.5, 0.2]]",
+        "draw: panel 'main', mark 1 (Points): xy: expected rows of two numbers, got [[0.1, 0.5, 0.2]]",
     ),
     "an unknown role": (
         POINTS,
         'Points([[0.1, 0.5]], "sorce")',
-        "draw: panel 'main', mark 1 (Points): no role 'sorce'; did you mean 'source'?",
+        "draw: panel 'main', mark 1 (Points): unknown role 'sorce'; did you mean 'source'?",
     ),
     "an unknown shape": (
         POINTS,
         'Points([[0.1, 0.5]], "source", "squire")',
-        "draw: panel 'main', mark 1 (Points): no shape 'squire'; did you mean 'square'?",
+        "draw: panel 'main', mark 1 (Points): unknown shape 'squire'; did you mean 'square'?",
     ),
     "a label of a number": (
         POINTS,
         "Label([0.1, 0.5], 3)",
-        "draw: panel 'main', mark 1 (Label): its text is 3; text is expected",
+        "draw: panel 'main', mark 1 (Label): text: expected text, got 3",
     ),
     "a mark that is none": (
         POINTS,
         '"o"',
-        "draw: panel 'main', mark 1: a mark of widgets.drawing.picture is expected, not 'o'",
+        "draw: panel 'main', mark 1: expected a mark of widgets.drawing.picture, got 'o'",
     ),
     "a numeric readout": (
         READOUT,
         'controls.noise, "u"',
-        "draw: readout 'noise': its value is 0.1; text is expected, as number(value) makes it",
+        "draw: readout 'noise': value: expected text, got 0.1: use number(value)",
     ),
     "a readout's role": (
         READOUT,
         f'{READOUT}, "targt"',
-        "draw: readout 'noise': no role 'targt'; did you mean 'target'?",
+        "draw: readout 'noise': unknown role 'targt'; did you mean 'target'?",
     ),
     "a handle's name": (
         'readouts, "A point."',
         'readouts, "A point.", (Handle("grip", "Grip", (0.0, 0.0), "0", {}),)',
-        "draw: handle 'grip': not among the WIDGET's handles; there are none",
+        "draw: handle 'grip': missing from the WIDGET's handles; none are defined",
     ),
     "what a handle sets": (
         'readouts, "A point."',
         'readouts, "A point.", (Handle("grip", "Grip", (0.0, 0.0), "0", {}, sets="noize"),)',
-        "draw: handle 'grip': sets no slider 'noize'; did you mean 'noise'?",
+        "draw: handle 'grip': sets: unknown slider 'noize'; did you mean 'noise'?",
     ),
     "what is disabled": (
         'readouts, "A point."',
         'readouts, "A point.", disabled=frozenset({"gone"})',
-        "draw: disabled: no button 'gone'; did you mean 'go'?",
+        "draw: disabled: unknown button 'gone'; did you mean 'go'?",
     ),
-    "no picture": ("return Picture(", "Picture(", "draw: a Picture is expected, not None"),
+    "no picture": ("return Picture(", "Picture(", "draw: expected a Picture, got None"),
     "drawing that fails": (
         "    panels = (",
         "    presses = ¦[][presses]\n    panels = (",
@@ -153,31 +153,31 @@ MISTAKES = {
     "a start that fails": ("    return controls, 0", "    return ¦controls.noize, 0", "start: AttributeError: "),
     "an action that fails": ("    return state[0], state[1] + 1", "    return ¦state[2]", "act: IndexError: "),
     "python that fails": ('    return "print(1)"', '    ¦raise KeyError("x")', "python: KeyError: 'x'"),
-    "python that is no text": ('return "print(1)"', "return 1", "python: text is expected, not 1"),
+    "python that is no text": ('return "print(1)"', "return 1", "python: expected text, got 1"),
     "a motion of no panel": (
         "    return None",
         '    return Motion("all", 0.0, (0.0, 0.0), (0.0, 0.0), "mian")',
-        "motion: no panel 'mian'; did you mean 'main'?",
+        "motion: unknown panel 'mian'; did you mean 'main'?",
     ),
     "its name": (
         'name="NAME"',
         'name=¦"nmae"',
-        "name: 'nmae' is given, and 'NAME' is expected, as its module is called",
+        "name: expected 'NAME', the name of its module, got 'nmae'",
     ),
     "a default out of range": (
         "noise: float = slider(0.1",
         "¦noise: float = slider(1.1",
-        "controls 'noise': its default is refused: 1.1 lies outside 0 … 1",
+        "controls 'noise': invalid default: 1.1 lies outside 0 … 1",
     ),
     "a default that is no option": (
         'scene: str = choice("clean"',
         '¦scene: str = choice("clear"',
-        "controls 'scene': its default is refused: no option 'clear'; did you mean 'clean'?",
+        "controls 'scene': invalid default: no option 'clear'; did you mean 'clean'?",
     ),
     "a control without a field": (
         'noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u")',
         "¦noise: float = 0.1",
-        "controls 'noise': slider(…), choice(…) or toggle(…) is expected",
+        "controls 'noise': expected slider(…), choice(…) or toggle(…)",
     ),
     "what an option sets": (
         SCENE,
@@ -187,12 +187,12 @@ MISTAKES = {
     "what names a slider": (
         'noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u")',
         '¦noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u", named=("scene", {"niosy": "Noise σ"}))',
-        "controls 'noise': its label is named by scene: no option 'niosy'; did you mean 'noisy'?",
+        "controls 'noise': its label depends on scene: no option 'niosy'; did you mean 'noisy'?",
     ),
     "what brings a mark of the legend": (
         'Key("source", "a point")',
         'Key("source", ¦"a point", under=("scene", "niosy"))',
-        "legend 'a point': it is drawn under scene: no option 'niosy'; did you mean 'noisy'?",
+        "legend 'a point': under: scene: no option 'niosy'; did you mean 'noisy'?",
     ),
     "an option of an unused preset": (
         '"noisy": {"scene": "noisy"}',
@@ -207,7 +207,7 @@ MISTAKES = {
     "the legend's role": (
         'Key("source", "a point")',
         'Key("sorce", ¦"a point")',
-        "legend 'a point': no role 'sorce'; did you mean 'source'?",
+        "legend 'a point': unknown role 'sorce'; did you mean 'source'?",
     ),
     "a button of the tape": (
         '(({"scene": "clean"}, ("go",)),)',
@@ -217,7 +217,7 @@ MISTAKES = {
     "what runs": (
         'Button("run", "Run", "run", repeats="go")',
         'Button(¦"run", "Run", "run", repeats="gone")',
-        "buttons 'run': it repeats 'gone', which is not a button to press; did you mean 'go'?",
+        "buttons 'run': repeats: unknown button to press 'gone'; did you mean 'go'?",
     ),
     "a line that is no Python": (
         "    return controls, 0",
@@ -234,7 +234,7 @@ MISTAKES = {
         "LIMIT = ¦1 / 0\nWIDGET = ",
         " cannot be imported: ZeroDivisionError: division by zero",
     ),
-    "no widget": ("WIDGET = ", "WIGDET = ", " cannot be imported: AttributeError: it has no WIDGET = Widget(…)"),
+    "no widget": ("WIDGET = ", "WIGDET = ", " cannot be imported: AttributeError: missing WIDGET = Widget(…)"),
 }
 
 PLACED = """\
@@ -280,12 +280,12 @@ def test_a_mistake_in_a_figure(project: Project, module: Callable[[str, str], No
     module(name, source)
     project.chapter(PLACED.replace("NAME", name) + "\nAnd [@on2001].\n")
     other, *result = project.problems()
-    assert other.startswith("content/01-second.md:13:7: no reference 'on2001'")
+    assert other.startswith("content/01-second.md:13:7: unknown reference 'on2001'")
     assert len(result) == 1, "\n".join(result)
     words = text.replace("NAME", name)
     assert result[0].startswith(f"{place}: figure {name}{'' if words[0] == ' ' else ', '}{words}"), result[0]
     if words.split(":")[0] in ("draw", "start", "act", "python", "motion"):
-        assert "content/01-second.md:7 places it)" in result[0]
+        assert "placed at content/01-second.md:7)" in result[0]
 
 
 def test_a_sound_figure_has_no_faults(project: Project, module: Callable[[str, str], None]) -> None:
@@ -303,12 +303,12 @@ def test_a_strict_build_draws_what_no_chapter_shows(project: Project, module: Ca
     module("case-unplaced", source)
     project.chapter("Text.\n")
     project.build()
-    message = "figure case-unplaced, draw: panel 'main', mark 1 (Points): no role 'sorce'; did you mean 'source'?"
+    message = "figure case-unplaced, draw: panel 'main', mark 1 (Points): unknown role 'sorce'; did you mean 'source'?"
     place = f"widgets/figures/case_unplaced.py:{line}:1"
-    assert project.problems(strict=True) == [f"{place}: {message} (preset noisy press=go; no chapter places it)"]
+    assert project.problems(strict=True) == [f"{place}: {message} (preset noisy press=go; not placed in any chapter)"]
     project.chapter(PLACED.replace("NAME", "case-unplaced"))
     assert project.problems(strict=True) == [
-        f"{place}: {message} (preset noisy press=go; content/01-second.md:7 places it)"
+        f"{place}: {message} (preset noisy press=go; placed at content/01-second.md:7)"
     ]
 
 
@@ -332,7 +332,7 @@ def test_a_slide_of_a_figure_that_fails_is_no_traceback(project: Project, module
     slide = "slides:\n  - title: A\n    figure: demo\n    set: noise=0.8"
     project.chapter(PLACED.replace("NAME", "case-slide"), f"title: T\nslug: second\nsummary: S\n{slide}")
     (result,) = project.problems()
-    assert "figure case-slide, draw: panel 'main', mark 1 (Points): xy: row 0 is (nan, 0.5)" in result
+    assert "figure case-slide, draw: panel 'main', mark 1 (Points): xy: expected numbers, got (nan, 0.5)" in result
 
 
 def test_the_figures_of_the_site_are_sound() -> None:
