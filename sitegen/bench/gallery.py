@@ -198,7 +198,7 @@ def written(page: str, data: Mapping[str, Any]) -> str:
         before, begins, rest = page.partition(begin)
         _, ends, after = rest.partition(end)
         if not begins or not ends:
-            raise ValueError(f"{PAGE}: no marks for {name}: {begin} … {end}")
+            raise ValueError(f"{PAGE}: missing marks for {name}: {begin} … {end}")
         page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
     return page
 

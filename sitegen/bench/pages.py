@@ -77,7 +77,7 @@ def until(page: Page, condition: str) -> None:
     late = f"performance.now() > began + {PATIENCE_MS}"
     look = f"const look = () => {condition} ? done(true) : {late} ? done(false) : requestAnimationFrame(look); look();"
     if not page.evaluate(f"new Promise(done => {{ const began = performance.now(); {look} }})"):
-        raise TimeoutError(f"{page.url}: {condition} did not come true")
+        raise TimeoutError(f"{page.url}: {condition} never became true")
 
 
 def live(page: Page) -> None:

@@ -146,7 +146,7 @@ def _between_marks(path: Path, text: str) -> str:
     before, begins, rest = path.read_text("utf-8").partition(MARKS[0])
     _, ends, after = rest.partition(MARKS[1])
     if not begins or not ends:
-        raise ValueError(f"{path.name}: the marks of the bench's table are not there: {' … '.join(MARKS)}")
+        raise ValueError(f"{path.name}: missing marks of the bench's table: {' … '.join(MARKS)}")
     return f"{before}{begins}\n\n{text}\n\n{ends}{after}"
 
 
@@ -182,7 +182,7 @@ def _held(line: Line) -> str:
 def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
     matches = [row for row in rows if row.what.startswith(line.rows)]
     if not matches:
-        raise ValueError(f"no measurement for {line.what!r}: no row begins with {' or '.join(line.rows)}")
+        raise ValueError(f"missing measurement for {line.what!r}: no row starts with {' or '.join(line.rows)}")
     worst = max(matches, key=_strain)
     verdict = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
     aim = "" if worst.aim is None else f"{'≤ ' * bool(worst.aim)}{number(worst.aim)} {worst.unit}".strip()

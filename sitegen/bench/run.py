@@ -51,11 +51,11 @@ def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str],
     """
     available = groups()
     if keeps and only:
-        print("bench: --keep writes the whole table, so it cannot be combined with --only", file=sys.stderr)
+        print("bench: --keep cannot be combined with --only: it writes the whole table", file=sys.stderr)
         return 2
     unknown = [name for name in only if name not in available]
     if unknown:
-        print(f"bench: no group {', '.join(unknown)}; there are {', '.join(available)}", file=sys.stderr)
+        print(f"bench: unknown group {', '.join(unknown)}; known: {', '.join(available)}", file=sys.stderr)
         return 2
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)

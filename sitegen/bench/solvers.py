@@ -209,7 +209,7 @@ def optional(name: str) -> Any | None:
     try:
         return importlib.import_module(name)
     except ImportError:
-        print(f"bench: {name} is not installed; `pip install --group peers` brings it", file=sys.stderr)
+        print(f"bench: {name} is not installed: run `pip install --group peers`", file=sys.stderr)
         return None
 
 

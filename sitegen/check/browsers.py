@@ -50,7 +50,7 @@ def run_fault(command: list[str]) -> str:
     except (OSError, subprocess.TimeoutExpired) as error:
         return str(error)
     output = (result.stdout + result.stderr).strip().splitlines()
-    return "" if result.returncode == 0 else f"ended with code {result.returncode}: {' | '.join(output[-3:])}"
+    return "" if result.returncode == 0 else f"exited with code {result.returncode}: {' | '.join(output[-3:])}"
 
 
 def chromium_fault(path: Path) -> str:
@@ -151,7 +151,7 @@ def found(name: str, browser_path: Path | None = None) -> Path:
     """
     engine = ENGINES.get(name)
     if not engine:
-        raise BrowserMissing(f"no engine {name!r}; there are {', '.join(ENGINES)}")
+        raise BrowserMissing(f"unknown engine {name!r}; known: {', '.join(ENGINES)}")
     by_variable = [
         (f"{each}={os.environ[each]}", Path(os.environ[each])) for each in engine.named if os.environ.get(each)
     ]

@@ -53,12 +53,12 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
         print(f"{problem} (note)", file=sys.stderr)
     for problem in (*sweep.wrong, *plots.wrong):
         print(problem, file=sys.stderr)
-    again = "made again" if sweep.ran else "repeated on this machine with the same code"
-    print(f"the sweep: {sweep.proved} runs {again} end as its files say", flush=True)
-    print(f"long plots: one part of each of {plots.proved} gives what its file says", flush=True)
+    again = "repeated now" if sweep.ran else "repeated earlier with the same code"
+    print(f"sweep: {sweep.proved} runs {again} match its files", flush=True)
+    print(f"long plots: one part of each of {plots.proved} matches its file", flush=True)
     if behind := claims.behind(root):
         message = f"{len(behind)} claims are shown as not yet run on this code"
-        print(f"{claims.RESULTS}: {message}; a full test run writes it anew (note)", file=sys.stderr)
+        print(f"{claims.RESULTS}: {message}; a full test run updates it (note)", file=sys.stderr)
     return 1 if sweep.wrong or plots.wrong else 0
 
 

@@ -68,12 +68,12 @@ def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """No id occurs twice, and every attribute that refers to an id of the page finds it."""
     for name, elements in page.ids.items():
         for element in elements[1:]:
-            yield at(page, element, f"the id {name!r} is used again; first in line {elements[0].line}")
+            yield at(page, element, f"duplicate id {name!r} (first on line {elements[0].line})")
     for element in page.elements:
         for attribute in POINTING:
             for name in element.get(attribute).split():
                 if name not in page.ids:
-                    yield at(page, element, f"{attribute}: no id {name!r} on this page{hint(name, page.ids)}")
+                    yield at(page, element, f"{attribute}: unknown id {name!r} on this page{hint(name, page.ids)}")
 
 
 def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
@@ -81,7 +81,7 @@ def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem
     for element in page.elements:
         for address in element.loads:
             if is_foreign(address):
-                yield at(page, element, f"{address}: a page loads nothing from another origin")
+                yield at(page, element, f"{address}: pages must not load from another origin")
         here = [*element.loads, *element.links]
         here += [element.get("data-tape")] if element.get("data-tape") else []
         if element.name == "body" and element.get("data-runtime"):
@@ -101,11 +101,11 @@ def address_fault(address: str, page: Page, pages: dict[str, Page]) -> str:
         return ""
     file, fragment = target
     if not address:
-        return "an empty address"
+        return "empty address"
     if file.startswith(("/", "..")):
-        return "leads out of the site: addresses are relative, since the site may lie in any folder"
+        return "leads out of the site: use a relative address, since the site may be in any folder"
     if not (page.site / file).is_file():
-        return f"there is no {file}{hint(file, pages)}"
+        return f"missing file {file}{hint(file, pages)}"
     anchor = fragment.partition("?")[0]  # after the question mark comes a figure's state
     if anchor and anchor != "top" and file in pages and anchor not in pages[file].ids:
         return f"{file} has no anchor {anchor!r}{hint(anchor, pages[file].ids)}"
@@ -123,18 +123,18 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     for element, text in page.inline:
         allowed = all(source_of(text) in policy.get("content") for policy in policies)
         if not allowed and (element.name == "style" or element.get("type") not in DATA_SCRIPTS):
-            yield at(page, element, f"an inline <{element.name}>: the policy blocks it")
+            yield at(page, element, f"inline <{element.name}>: the policy blocks it")
     for element in page.elements:
         for name in element.attributes:
             if name == "style" or name.startswith("on"):
-                yield at(page, element, f"the attribute {name!r} on <{element.name}>: the policy blocks it")
+                yield at(page, element, f"attribute {name!r} on <{element.name}>: the policy blocks it")
 
 
 def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """Images say what they show, or that they are decorative (alt="")."""
     for element in page.elements:
         if element.name == "img" and "alt" not in element.attributes:
-            yield at(page, element, f"{element.get('src')}: an image without alt")
+            yield at(page, element, f"{element.get('src')}: image without alt")
         if element.get("role") == "img" and not (element.get("aria-label") or element.get("aria-labelledby")):
             yield at(page, element, f"<{element.name} role=img> without aria-label or aria-labelledby")
 
@@ -145,7 +145,7 @@ def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
         named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
         hidden = element.get("aria-hidden") == "true" or (element.name == "a" and "href" not in element.attributes)
         if not named and not hidden:
-            yield at(page, element, f"an empty <{element.name}>")
+            yield at(page, element, f"empty <{element.name}>")
 
 
 def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
@@ -155,9 +155,9 @@ def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Prob
     for element in headings:
         level = int(element.name[1])
         if level == 1 and before:
-            yield at(page, element, "a second <h1>")
+            yield at(page, element, "duplicate <h1>")
         elif level > before + 1:
-            yield at(page, element, f"<h{level}> where <h{before + 1}> is the next level")
+            yield at(page, element, f"expected at most <h{before + 1}>, got <h{level}>")
         before = level
 
 
@@ -194,12 +194,12 @@ def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
                 address, place = url.address, (f"{SHOWN}/{name}", url.line, url.column)
                 target = None if is_foreign(address) else inside(address, name)
                 if is_foreign(address):
-                    yield Problem(*place, f"{address}: a page loads nothing from another origin")
+                    yield Problem(*place, f"{address}: pages must not load from another origin")
                 elif target and not (site / target[0]).is_file():
-                    yield Problem(*place, f"{address}: there is no {target[0]}")
+                    yield Problem(*place, f"{address}: missing file {target[0]}")
         else:
             for match in SCRIPT_ADDRESS.finditer(text):
-                message = f"{match.group()[1:]}: a script names another origin"
+                message = f"{match.group()[1:]}: scripts must not name another origin"
                 yield _in_text(name, text, match.start(), message)
 
 
@@ -213,11 +213,11 @@ def names_are_ascii(site: Path, pages: dict[str, Page]) -> Iterator[Problem]:
     for path in sorted(site.rglob("*")):
         name = path.relative_to(site).as_posix()
         if not re.fullmatch(r"[A-Za-z0-9._/+-]+", name):
-            yield Problem(f"{SHOWN}/{name}", 0, 0, "a file name beyond ASCII letters, digits and .-_+")
+            yield Problem(f"{SHOWN}/{name}", 0, 0, "file name not of ASCII letters, digits and .-_+ alone")
     for page in pages.values():
         for name, elements in page.ids.items():
             if not name.isascii() or not name or " " in name:
-                yield at(page, elements[0], f"the id {name!r} is not plain ASCII")
+                yield at(page, elements[0], f"id {name!r} is not plain ASCII")
 
 
 def is_light(pages: dict[str, Page]) -> Iterator[Problem]:

@@ -51,7 +51,7 @@ def start_display() -> tuple[subprocess.Popen[bytes], str]:
     fails."""
     xvfb = shutil.which("Xvfb")
     if not xvfb:
-        raise RuntimeError("WebKit needs Xvfb, a display, which is not on the PATH")
+        raise RuntimeError("WebKit needs a display: Xvfb is not on the PATH")
     ours, theirs = os.pipe()
     command = [xvfb, "-displayfd", str(theirs), "-screen", "0", SCREEN, "-nolisten", "tcp"]
     running = subprocess.Popen(command, pass_fds=[theirs], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -59,7 +59,7 @@ def start_display() -> tuple[subprocess.Popen[bytes], str]:
     with open(ours, encoding="ascii") as pipe:
         number = pipe.readline().strip()
     if not number:
-        raise RuntimeError(f"Xvfb ended with code {running.wait(STARTS)}")
+        raise RuntimeError(f"Xvfb exited with code {running.wait(STARTS)}")
     return running, number
 
 

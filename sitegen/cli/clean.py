@@ -34,9 +34,9 @@ def clean(root: Path, *, everything: bool = False) -> int:
         override = os.environ.get("LADDER_CACHE")
         cache = None if override else user_cache(root)
         if override:  # the user's own folder may hold other things
-            print(f"{override} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
+            print(f"kept {override}, which LADDER_CACHE names", file=sys.stderr)
         elif cache is None:
-            print("without a working .venv the user's cache cannot be located; it stays", file=sys.stderr)
+            print("kept the user's cache: it cannot be located without a working .venv", file=sys.stderr)
             code = 1
         else:
             paths.append(cache)

@@ -81,7 +81,7 @@ def _create(root: Path) -> None:
         if importlib.util.find_spec(module) is None:
             version = f"{sys.version_info.major}.{sys.version_info.minor}"
             raise SetupError(
-                f"this Python ({sys.executable}) lacks {module}, which creates the project's .venv.\n"
+                f"this Python ({sys.executable}) lacks {module}, which is needed to create .venv.\n"
                 f"On Debian or Ubuntu: apt-get install python3-venv   (or python{version}-venv). Then run this again."
             )
     _say("setting up .venv (only once): creating it")

@@ -40,7 +40,7 @@ def _port(text: str) -> int:
     """A port number; 0 stands for any free one."""
     if text.isdecimal() and int(text) < 1 << 16:
         return int(text)
-    raise argparse.ArgumentTypeError(f"a port is a number from 0 to 65535, not {text!r}")
+    raise argparse.ArgumentTypeError(f"expected a port from 0 to 65535, got {text!r}")
 
 
 def _serve_options(parser: argparse.ArgumentParser) -> None:
@@ -75,7 +75,7 @@ def _test_options(parser: argparse.ArgumentParser) -> None:
         default="",
         const="HEAD",
         metavar="COMMIT",
-        help="only the tests of what changed since a commit (default: %(const)s), on pages whose chapters changed",
+        help="only tests affected by changes since a commit (default: %(const)s), on pages whose chapters changed",
     )
     parser.add_argument(
         "--hostile",
@@ -127,13 +127,13 @@ def _publish_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force",
         action="store_true",
-        help="also into a destination with other files, replacing those of the same name",
+        help="publish even among other files, replacing those of the same name",
     )
 
 
 def _package_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--tests", action="store_true", help="also run the solvers' tests with each, which takes minutes"
+        "--tests", action="store_true", help="also run the solvers' tests with each numpy, which takes minutes"
     )
 
 
@@ -274,18 +274,18 @@ def parse(words: Sequence[str]) -> Arguments:
         from difflib import get_close_matches
 
         close = get_close_matches(first, COMMANDS, n=1)
-        advice = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
-        parser.exit(2, f"build.py: no command {first!r}; {advice}\n")
+        advice = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(COMMANDS)}"
+        parser.exit(2, f"build.py: unknown command {first!r}; {advice}\n")
     args, further = parser.parse_known_args(words)
     args.command = args.command or "build"
     args.further = [word for word in further if word != "--"]
     if further and not COMMANDS[args.command].passes_on:
-        parser.error(f"{args.command} does not know {' '.join(further)}")
+        parser.error(f"{args.command}: unknown arguments {' '.join(further)}")
     own: argparse.ArgumentParser = subparsers.choices[args.command]
     for one, others in COMMANDS[args.command].unused.items():
         for other in others:
             if all(getattr(args, name) not in (own.get_default(name), []) for name in (one, other)):
-                own.error(f"{_shown(one, args)} does not go with {_shown(other, args)}")
+                own.error(f"{_shown(one, args)} cannot be combined with {_shown(other, args)}")
     return args
 
 

@@ -44,11 +44,11 @@ def new_command(root: Path, kind: str, name: str, title: str) -> int:
         print(f"new {kind}: {error.filename}: {error.strerror}; nothing was created", file=sys.stderr)
         return 1
     for path in paths:
-        print(f"made {path.relative_to(root).as_posix()}")
+        print(f"created {path.relative_to(root).as_posix()}")
     if kind == "chapter":
         print("It is a draft: `python3 build.py serve` shows it; remove `draft: true` to publish it.")
     else:
-        print(f"A chapter includes it with ::figure[caption]{{{name}}}.")
+        print(f"To include it in a chapter: ::figure[caption]{{{name}}}")
         print(f"Its own tests and the tests for every figure: `python3 build.py test -k {chosen(name)}`")
     return 0
 
@@ -64,12 +64,12 @@ def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
     _sound(name)
     _titled(title)
     if found := MARKUP.search(title):
-        raise NameTaken(f"a title is plain text, and {found[0]!r} would be printed as it stands")
+        raise NameTaken(f"plain text only in a title; {found[0]!r} would be printed as is")
     there = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
     if name in there:
-        raise NameTaken(f"there is content/{there[name][0]}; choose another name")
+        raise NameTaken(f"content/{there[name][0]} already exists; choose another name")
     if name in OWN_PAGES or name == "index":
-        raise NameTaken(f"{name}.html is one of the site's own pages; choose another name")
+        raise NameTaken(f"{name}.html is a built-in page; choose another name")
     if owner := _pages(root).get(name):
         raise NameTaken(f"{name}.html is a page of {owner}; choose another name")
     number = 1 + max((int(match[1]) for match in there.values()), default=-1)
@@ -96,29 +96,30 @@ def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
     if keyword.iskeyword(module):
         raise NameTaken(f"{name!r} is a Python keyword, so no module can have this name; {LONGER}")
     if any(module in part for part in EVERY_TEST):
-        raise NameTaken(f"{name!r} is in every test's name, and `test -k {name}` would run them all; {LONGER}")
+        raise NameTaken(f"{name!r} occurs in every test's name, so `test -k {name}` would run them all; {LONGER}")
     pieces = {
         "figure.py.txt": f"widgets/figures/{module}.py",
         "test_figure.py.txt": f"tests/widgets/figures/test_{module}.py",
     }
     for path in (*pieces.values(), f"widgets/figures/{module}"):
         if (root / path).exists():
-            raise NameTaken(f"there is {path}; choose another name")
+            raise NameTaken(f"{path} already exists; choose another name")
     return _fill(root, name, title, pieces)
 
 
 def _sound(name: str) -> None:
     if not SLUG.fullmatch(name) or name[0].isdigit():
-        raise NameTaken(f"{name!r} cannot be a name: lower-case ASCII letters, digits and hyphens, a letter first")
+        rule = "use lower-case ASCII letters, digits and hyphens, starting with a letter"
+        raise NameTaken(f"invalid name {name!r}: {rule}")
     if yaml.safe_load(name) != name:
-        raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
+        raise NameTaken(f"{name!r} is read as {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
     if DEVICES.fullmatch(name):
-        raise NameTaken(f"{name!r} is a device name on Windows, where no file can have it; {LONGER}")
+        raise NameTaken(f"{name!r} is a reserved device name on Windows; {LONGER}")
 
 
 def _titled(title: str) -> None:
     if title and (title.isspace() or any(unicodedata.category(sign) in ("Cc", "Cs") for sign in title)):
-        raise NameTaken(f"--title {title!r}: expected a line of text in UTF-8, without control characters")
+        raise NameTaken(f"invalid --title {title!r}: expected a line of UTF-8 text without control characters")
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:

@@ -86,7 +86,7 @@ def ends(pythons: Sequence[Interpreter]) -> list[Interpreter]:
     """The oldest and the newest of the Pythons that can set up environments. Raises PackageError."""
     able = sorted(one for one in pythons if one.can_set_up)
     if not able:
-        raise PackageError("no Python on this machine has ensurepip: there is none to test the package with")
+        raise PackageError("cannot test the package: no Python on this machine has ensurepip")
     return [able[0], able[-1]] if len(able) > 1 else able
 
 
@@ -107,7 +107,7 @@ def among(output: str, least: str) -> list[str]:
     releases = [name for name in match[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if match else []
     recent = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
     if not recent:
-        raise PackageError(f"pip finds no numpy from {least} on:\n{output.strip()}")
+        raise PackageError(f"pip finds no numpy {least} or newer:\n{output.strip()}")
     return recent
 
 
@@ -160,5 +160,5 @@ def _said(command: Sequence[str], folder: Path | None = None) -> str:
     )
     if result.returncode != 0:
         words = " ".join(command)
-        raise PackageError(f"{words}\nended with code {result.returncode}:\n{(result.stdout + result.stderr).strip()}")
+        raise PackageError(f"{words}\nexited with code {result.returncode}:\n{(result.stdout + result.stderr).strip()}")
     return result.stdout

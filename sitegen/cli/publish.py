@@ -82,17 +82,17 @@ def destination(where: str) -> Path | Branch:
                 f"{where} is a URL, not a folder; to publish on a git branch, write git+{where}#{BRANCH}"
             )
         if not where:
-            raise PublishError("no folder is given; name one, or git+REPOSITORY#BRANCH")
+            raise PublishError("missing destination: name a folder, or git+REPOSITORY#BRANCH")
         return Path(where).resolve()
     remote, hash_, name = where.removeprefix("git+").rpartition("#")
     if not hash_:
         remote, name = name, BRANCH
     if not remote:
-        raise PublishError(f"{where} names no repository; write git+REPOSITORY#BRANCH, with a URL or a path")
+        raise PublishError(f"missing repository in {where}; write git+REPOSITORY#BRANCH, with a URL or a path")
     if remote.startswith("-") or HELPER.match(remote):
-        raise PublishError(f"{remote} is not a repository's URL or path (a URL begins with https:// or ssh://)")
+        raise PublishError(f"invalid repository {remote}: expected a path, or a URL starting with https:// or ssh://")
     if name.startswith("-") or not name or git(Path.cwd(), "check-ref-format", "--branch", name, fails=True) != name:
-        raise PublishError(f"{name!r} cannot be a branch's name; write git+{remote}#{BRANCH}")
+        raise PublishError(f"invalid branch name {name!r}; write git+{remote}#{BRANCH}")
     return Branch(str(Path(remote).resolve()) if Path(remote).exists() else remote, name)
 
 
@@ -109,7 +109,7 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
     elsewhere and `force` is not set.
     """
     if folder == site or site in folder.parents or folder in site.parents:
-        raise PublishError(f"{folder} is the built site, is inside it or contains it: name another folder")
+        raise PublishError(f"{folder} is, contains or lies in the built site: choose another folder")
     if folder.exists() and not folder.is_dir():
         raise PublishError(f"{folder} is not a folder")
     _own(folder, str(folder), force)
@@ -141,7 +141,7 @@ def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
     before, names = _listed(folder), files_of(site)
     for name in names:
         if not _inside(folder, name):
-            raise PublishError(f"{label}: {Path(name).parent} leads out of it through a link; remove the link first")
+            raise PublishError(f"{label}: {Path(name).parent} leads outside through a link: remove the link first")
         if not force and name not in before and os.path.lexists(folder / name) and not _same(site, folder, name):
             raise PublishError(
                 f"{label}: {name} comes from elsewhere, and the site has a file of that name; "

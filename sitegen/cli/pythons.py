@@ -83,8 +83,8 @@ def test_pythons(root: Path) -> int:
     print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has already tested")
     for one in pythons:
         if one.version[:2] != own and not one.can_set_up:
-            print(f"{one.path} is Python {one.name} without ensurepip: it cannot make a .venv, and is left out")
-    print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'no other'}", flush=True)
+            print(f"skipped {one.path}, Python {one.name}: without ensurepip it cannot create a .venv")
+    print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'none'}", flush=True)
     failures = [one for one in others if not works(root, one)]
     for one in others:
         print(f"Python {one.name}: {'FAILED (see above)' if one in failures else 'builds the site, solver tests pass'}")
@@ -128,5 +128,5 @@ def _run(command: Sequence[str], folder: Path, env: Mapping[str, str], one: Inte
     print(f"== Python {one.name}: {words}", flush=True)
     began = time.monotonic()
     code = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, check=False).returncode
-    print(f"== Python {one.name}: {words} ended with code {code} after {time.monotonic() - began:.0f} s", flush=True)
+    print(f"== Python {one.name}: {words} exited with code {code} after {time.monotonic() - began:.0f} s", flush=True)
     return code == 0

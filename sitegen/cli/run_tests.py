@@ -170,7 +170,7 @@ def test_changed(root: Path, commit: str, browser_path: Path | None, further: Se
         print(error, file=sys.stderr)
         return 2
     if not names:
-        print(f"nothing differs from {commit}")
+        print(f"no changes since {commit}")
         return 0
     if choice.everything:
         return test(root, [], browser_path, further)

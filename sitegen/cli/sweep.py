@@ -22,11 +22,12 @@ def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], metho
     sweeps, plots, contestants = [each.name for each in SWEEPS], list(long_plots()), [c.method for c in racing()]
     wrong = sorted({*only} - {*sweeps, *plots} | {*methods} - {*contestants})
     if wrong:
-        print(f"sweep: no {', '.join(wrong)}; there are {', '.join([*sweeps, *plots, *contestants])}", file=sys.stderr)
+        known = ", ".join([*sweeps, *plots, *contestants])
+        print(f"sweep: unknown {', '.join(wrong)}; known: {known}", file=sys.stderr)
         return 2
     alone = [name for name in plots if name in only and methods]
     if alone:
-        print(f"sweep: --methods does not go with {', '.join(alone)}: a plot is run whole", file=sys.stderr)
+        print(f"sweep: --methods cannot be combined with {', '.join(alone)}: a plot runs whole", file=sys.stderr)
         return 2
     if scheduler and importlib.util.find_spec("distributed") is None:
         print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)

@@ -45,7 +45,7 @@ def run_commands(text: str, program: Path, folder: Path, *, draws: bool) -> int:
     for words in [["--version"], ["methods"], *calls]:
         result = subprocess.run([program, *words], cwd=folder, capture_output=True, encoding="utf-8", check=False)
         command = " ".join(words)
-        assert result.returncode == 0, f"{COMMAND} {command} ended with code {result.returncode}:\n{result.stderr}"
+        assert result.returncode == 0, f"{COMMAND} {command} exited with code {result.returncode}:\n{result.stderr}"
         assert result.stdout.strip(), f"{COMMAND} {command} prints nothing"
         for flag, name in itertools.pairwise(words):
             if flag == "--out":
@@ -75,7 +75,7 @@ def main(readme: str, folder: str) -> None:
     first = time.perf_counter() - began
     assert Path(solvers.__file__).is_relative_to(sys.prefix), f"{solvers.__file__} is not the installed package"
     others = [name for name in ("widgets", "sitegen", "tests", "build") if importlib.util.find_spec(name)]
-    assert not others, f"beside the package there is {', '.join(others)}"
+    assert not others, f"installed beside the package: {', '.join(others)}"
 
     text = Path(readme).read_text("utf-8")
     draws = importlib.util.find_spec("matplotlib") is not None

@@ -114,7 +114,7 @@ _FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, b
 def _only_file(folder: Path, source: Source) -> Path:
     files = [p for p in folder.iterdir() if p.is_file()]
     if len(files) != 1:
-        raise OutsideError(f"one archive of {source.spec} was expected, {len(files)} came")
+        raise OutsideError(f"expected one archive of {source.spec}, got {len(files)}")
     return files[0]
 
 
@@ -137,7 +137,7 @@ def _download(command: Sequence[str], here: Path, source: Source, progress: Prog
                 process.wait()
     if process.returncode != 0:
         output = log.read_text("utf-8", errors="replace").strip().splitlines()
-        raise OutsideError(f"its client ended with code {process.returncode}: " + " | ".join(output[-3:]))
+        raise OutsideError(f"its client exited with code {process.returncode}: " + " | ".join(output[-3:]))
     progress(source.spec, source.archive_size, source.archive_size)
 
 

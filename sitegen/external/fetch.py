@@ -43,7 +43,7 @@ def gather(
     bundles = read_manifest(manifest)
     unknown = sorted(set(names := list(names)) - set(bundles))
     if unknown:
-        raise OutsideError(f"{manifest.name} names no bundle {', '.join(unknown)}; it has {', '.join(bundles)}")
+        raise OutsideError(f"unknown bundle {', '.join(unknown)} in {manifest.name}; known: {', '.join(bundles)}")
     paths: dict[str, Path] = {}
     failures: list[str] = []
     for bundle in bundles.values():
@@ -103,7 +103,7 @@ def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[s
             continue
         for file in list(missing):
             data = contents.get(file.name)
-            fault = f"it has no {file.name}" if data is None else file.fault(data)
+            fault = f"missing {file.name}" if data is None else file.fault(data)
             if data is None or fault:
                 attempts.append(f"{source.name} ({source.spec}): {fault}")
             else:
@@ -113,7 +113,7 @@ def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[s
                     attempts.append(f"the cache: {error.filename}: {error.strerror}")
                     break
                 missing.remove(file)
-    details = "".join(f"\n  {line}" for line in attempts or ["no source is named"])
+    details = "".join(f"\n  {line}" for line in attempts or ["no sources are listed"])
     return [f"{bundle.title} {bundle.version}: {file.name} could not be obtained{details}" for file in missing]
 
 

@@ -76,11 +76,11 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
             continue
         out, err = (stream.decode("utf-8", "replace") for stream in (result.stdout, result.stderr))
         if result.returncode != 0:
-            raise NodeError(f"{script.name} ended with code {result.returncode}:\n{_shown(err or out)}")
+            raise NodeError(f"{script.name} exited with code {result.returncode}:\n{_shown(err or out)}")
         try:
             return json.loads(out.splitlines()[-1])
         except (IndexError, ValueError) as error:
-            raise NodeError(f"{script.name} gave no JSON:\n{_shown(out + err)}") from error
+            raise NodeError(f"{script.name} returned invalid JSON:\n{_shown(out + err)}") from error
     raise NodeError(f"{script.name} did not answer within {timeout:g} s")
 
 

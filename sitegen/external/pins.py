@@ -48,7 +48,8 @@ class PinnedFile:
         digest = hashlib.sha256(data).hexdigest()
         if digest == self.sha256:
             return ""
-        return f"{self.name} has sha256 {digest[:16]}… and {len(data)} bytes, not {self.sha256[:16]}… and {self.size}"
+        wanted = f"sha256 {self.sha256[:16]}… and {self.size} bytes"
+        return f"{self.name}: expected {wanted}, got {digest[:16]}… and {len(data)} bytes"
 
     def read(self, stream: IO[bytes]) -> bytes:
         """Read the file from a stream, up to one byte more than expected: enough to see that it is not the file."""
@@ -103,13 +104,13 @@ def _inside(name: str) -> str:
     """A file's name, checked to stay inside its bundle's folder. Raises OutsideError."""
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts or "\\" in name:
-        raise OutsideError(f"{name}: a file's name leads nowhere out of its bundle's folder")
+        raise OutsideError(f"{name}: a file name must not lead outside its bundle's folder")
     return name
 
 
 def _read_source(name: str, entry: dict[str, str | int]) -> Source:
     kind = next(k for k in ("npm", "pip", "url", None) if k is None or k in entry)
     if kind is None:
-        raise OutsideError(f"source {name}: one of npm, pip or url is expected")
+        raise OutsideError(f"source {name}: expected one of npm, pip or url")
     extra = {key: str(entry[key]) for key in ("folder", "python", "platform") if key in entry}
     return Source(name, kind, str(entry[kind]), archive_size=int(entry.get("archive_size", 0)), **extra)

@@ -152,7 +152,7 @@ def test_a_library_that_is_absent_is_left_out_and_named(tmp_path: Path) -> None:
 
 
 def test_a_page_without_marks_is_an_error() -> None:
-    with pytest.raises(ValueError, match="no marks for pairs"):
+    with pytest.raises(ValueError, match="missing marks for pairs"):
         gallery.written("text", DATA)
 
 

@@ -88,7 +88,7 @@ def test_a_cold_start_tells_how_quick_the_machine_is(tmp_path: Path) -> None:
 
 
 def test_a_line_that_nothing_measured_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="no measurement for 'clean build"):
+    with pytest.raises(ValueError, match="missing measurement for 'clean build"):
         kept(tmp_path, [row for row in MEASURED if row.what != "clean build"])
 
 

@@ -83,7 +83,7 @@ def test_an_unknown_group_is_a_mistake_of_use() -> None:
     asks = f"{imports}; sys.exit(bench(Path('.'), Path('x'), None, ['drga']))"
     done = subprocess.run([sys.executable, "-c", asks], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "no group drga; there are paint, tape" in done.stderr
+    assert "unknown group drga; known: paint, tape" in done.stderr
 
 
 def test_a_browser_that_does_not_start_is_an_error_and_no_skip(tmp_path: Path) -> None:

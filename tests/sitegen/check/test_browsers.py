@@ -111,7 +111,7 @@ def test_one_that_refuses_or_ends_is_told(folder: Path, monkeypatch: pytest.Monk
 
 def test_without_a_display_that_is_what_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    assert webkit.fault(driver(folder)) == "WebKit needs Xvfb, a display, which is not on the PATH"
+    assert webkit.fault(driver(folder)) == "WebKit needs a display: Xvfb is not on the PATH"
 
 
 def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(

@@ -111,13 +111,13 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
     [
         (["--help"], 0, "serve"),
         (["serve", "--help"], 0, "--no-open"),
-        (["biuld"], 2, "no command 'biuld'; did you mean 'build'?"),
-        (["xyzzy"], 2, "no command 'xyzzy'; there are build, serve"),
-        (["serve", "--prot", "1"], 2, "serve does not know --prot 1"),
-        (["build", "everything"], 2, "build does not know everything"),
-        (["serve", "--port", "x"], 2, "a port is a number from 0 to 65535, not 'x'"),
-        (["serve", "--port", "70000"], 2, "a port is a number from 0 to 65535, not '70000'"),
-        (["serve", "--offline-check", "--port", "1"], 2, "--offline-check does not go with --port"),
+        (["biuld"], 2, "unknown command 'biuld'; did you mean 'build'?"),
+        (["xyzzy"], 2, "unknown command 'xyzzy'; known: build, serve"),
+        (["serve", "--prot", "1"], 2, "serve: unknown arguments --prot 1"),
+        (["build", "everything"], 2, "build: unknown arguments everything"),
+        (["serve", "--port", "x"], 2, "expected a port from 0 to 65535, got 'x'"),
+        (["serve", "--port", "70000"], 2, "expected a port from 0 to 65535, got '70000'"),
+        (["serve", "--offline-check", "--port", "1"], 2, "--offline-check cannot be combined with --port"),
     ],
 )
 def test_help_and_mistakes_are_answered_before_any_set_up(
@@ -133,16 +133,16 @@ def test_help_and_mistakes_are_answered_before_any_set_up(
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("serve --offline-check --host ::1", "--offline-check does not go with --host"),
-        ("serve --no-open --offline-check", "--offline-check does not go with --no-open"),
-        ("test --pythons -k kabsch", "--pythons does not go with -k kabsch"),
-        ("test --pythons --hostile", "--pythons does not go with --hostile"),
-        ("test --pythons --browser-path chrome", "--pythons does not go with --browser-path"),
-        ("test --engines firefox --changed", "--changed does not go with --engines"),
-        ("test --hostile --changed main", "--hostile does not go with --changed"),
-        ("bench --gallery python --only start", "--gallery does not go with --only"),
-        ("bench --gallery python --keep", "--gallery does not go with --keep"),
-        ("bench --gallery python --out a.json", "--gallery does not go with --out"),
+        ("serve --offline-check --host ::1", "--offline-check cannot be combined with --host"),
+        ("serve --no-open --offline-check", "--offline-check cannot be combined with --no-open"),
+        ("test --pythons -k kabsch", "--pythons cannot be combined with -k kabsch"),
+        ("test --pythons --hostile", "--pythons cannot be combined with --hostile"),
+        ("test --pythons --browser-path chrome", "--pythons cannot be combined with --browser-path"),
+        ("test --engines firefox --changed", "--changed cannot be combined with --engines"),
+        ("test --hostile --changed main", "--hostile cannot be combined with --changed"),
+        ("bench --gallery python --only start", "--gallery cannot be combined with --only"),
+        ("bench --gallery python --keep", "--gallery cannot be combined with --keep"),
+        ("bench --gallery python --out a.json", "--gallery cannot be combined with --out"),
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(

@@ -132,7 +132,7 @@ def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
 def test_what_is_no_name_is_refused(project: Project, name: str) -> None:
     for new in (new_chapter, new_figure):
-        with pytest.raises(NameTaken, match="cannot be a name"):
+        with pytest.raises(NameTaken, match="invalid name"):
             new(project.root, name)
 
 
@@ -149,13 +149,13 @@ def test_a_word_of_python_s_names_no_figure(project: Project, name: str, capsys:
 def test_a_word_of_yaml_s_names_nothing(project: Project, name: str) -> None:
     """It is used in the front matter, as the name of a page and of a slide's figure."""
     for new in (new_chapter, new_figure):
-        with pytest.raises(NameTaken, match=r"means .* in a chapter's front matter"):
+        with pytest.raises(NameTaken, match=r"is read as .* in a chapter's front matter"):
             new(project.root, name)
 
 
 def test_a_name_that_windows_or_every_test_has_is_refused(project: Project) -> None:
     for new in (new_chapter, new_figure):
-        with pytest.raises(NameTaken, match="a device name on Windows"):
+        with pytest.raises(NameTaken, match="a reserved device name on Windows"):
             new(project.root, "aux")
     for name in ("test", "py", "e", "figure", "widgets"):
         with pytest.raises(NameTaken, match=f"`test -k {name}` would run them all"):
@@ -201,13 +201,13 @@ def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
 
 def test_a_name_is_given_once(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     assert new_command(project.root, "chapter", "second", "") == 2
-    assert "there is content/01-second.md" in capsys.readouterr().err
+    assert "content/01-second.md already exists" in capsys.readouterr().err
     assert new_command(project.root, "chapter", "glossary", "") == 2
-    assert "one of the site's own pages" in capsys.readouterr().err
+    assert "is a built-in page" in capsys.readouterr().err
     assert new_command(project.root, "figure", "mine", "") == 0
-    assert "made widgets/figures/mine.py" in capsys.readouterr().out
+    assert "created widgets/figures/mine.py" in capsys.readouterr().out
     assert new_command(project.root, "figure", "mine", "") == 2
-    assert "there is widgets/figures/mine.py" in capsys.readouterr().err
+    assert "widgets/figures/mine.py already exists" in capsys.readouterr().err
     project.write("widgets/figures/broad/figure.py", "")
     assert new_command(project.root, "figure", "broad", "") == 2
-    assert "there is widgets/figures/broad;" in capsys.readouterr().err
+    assert "widgets/figures/broad already exists;" in capsys.readouterr().err

@@ -159,7 +159,7 @@ def test_a_readme_that_is_wrong_is_told(installed: Path, tmp_path: Path, monkeyp
         use_package.run_blocks("```python\nx = 1\n```\n")
     monkeypatch.setenv("PYTHONPATH", str(installed))
     fault = f"```sh\n{use_package.COMMAND} absent.csv scan-b.xyz\n```\n"
-    with pytest.raises(AssertionError, match="ended with code 2"):
+    with pytest.raises(AssertionError, match="exited with code 2"):
         use_package.run_commands(fault, installed / "bin" / use_package.COMMAND, tmp_path, draws=False)
 
 
@@ -224,7 +224,7 @@ def test_oldest_and_newest_are_tried() -> None:
 def test_releases_are_read_from_what_pip_lists() -> None:
     listed = "numpy (2.10.0)\nAvailable versions: 2.10.0, 2.9.1, 2.0.2, 2.0.0, 2.0.0rc1, 1.26.4\n  INSTALLED: 2.9.1"
     assert among(listed, "2.0") == ["2.0.0", "2.0.2", "2.9.1", "2.10.0"]
-    with pytest.raises(PackageError, match=r"no numpy from 3\.0 on"):
+    with pytest.raises(PackageError, match=r"no numpy 3\.0 or newer"):
         among(listed, "3.0")
 
 

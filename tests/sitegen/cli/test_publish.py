@@ -126,7 +126,7 @@ def test_no_planted_link_to_a_folder_is_followed(site: Path, tmp_path: Path, lea
     (host / "assets").symlink_to(leads if leads.startswith("..") else tmp_path / leads)
     write(site, {"index.html": "two"})
     for force in (False, True):
-        with pytest.raises(PublishError, match=r"host: assets leads out of it through a link; remove the link first"):
+        with pytest.raises(PublishError, match=r"host: assets leads outside through a link: remove the link first"):
             to_folder(site, host, force=force)
     assert (host / "index.html").read_text("utf-8") == "one"  # nothing at all was written
     shutil.rmtree(site / "assets")
@@ -144,7 +144,7 @@ def test_a_list_that_leads_out_of_the_folder_removes_nothing(site: Path, tmp_pat
 
 def test_no_site_is_put_into_itself(site: Path) -> None:
     for folder in (site, site / "assets", site.parent):
-        with pytest.raises(PublishError, match="name another folder"):
+        with pytest.raises(PublishError, match="choose another folder"):
             to_folder(site, folder)
     with pytest.raises(PublishError, match="is not a folder"):
         to_folder(site / "assets", site / "index.html")
@@ -196,7 +196,7 @@ def test_a_link_on_a_branch_is_not_followed(site: Path, project: Path, tmp_path:
     git(project, "add", "assets")
     git(project, *AUTHOR, "commit", "--quiet", "-m", "link")
     git(project, "branch", "--force", "main", "work")
-    with pytest.raises(PublishError, match="assets leads out of it through a link"):
+    with pytest.raises(PublishError, match="assets leads outside through a link"):
         to_branch(site, Branch(str(project), "main"), force=True)
     assert there(precious) == {"a.1.css": "p"}
 
@@ -218,20 +218,20 @@ def test_a_hook_s_repository_is_not_taken_for_the_branch_s(
 REFUSED = {
     "https://example.org/ladder.git": r"is a URL, not a folder; .* write git\+https://example.org/ladder.git#gh-pages",
     "git@example.org:me/ladder.git": r"write git\+git@example.org:me/ladder.git#gh-pages",
-    "": "no folder is given",
+    "": "missing destination",
     300 * "x": "File name too long",
-    "git+": r"git\+ names no repository; write git\+REPOSITORY#BRANCH",
-    "git+#gh-pages": "names no repository",
-    "git+repository#": "'' cannot be a branch's name",
-    "git+--upload-pack=touch ran;": "--upload-pack=.* is not a repository's URL or path",
-    "git+--receive-pack=touch ran#gh-pages": "is not a repository's URL or path",
-    "git+ext::sh -c 'touch ran'": "ext::.* is not a repository's URL or path",
-    "git+fd::7#gh-pages": "fd::7 is not a repository's URL or path",
-    "git+repository#--force": "'--force' cannot be a branch's name",
-    "git+repository#a..b": "'a..b' cannot be a branch's name",
-    "git+repository#a:refs/heads/main": "cannot be a branch's name",
-    "git+repository#@{-1}": "cannot be a branch's name",
-    "git+repository#HEAD": "cannot be a branch's name",
+    "git+": r"missing repository in git\+; write git\+REPOSITORY#BRANCH",
+    "git+#gh-pages": "missing repository",
+    "git+repository#": "invalid branch name ''",
+    "git+--upload-pack=touch ran;": "invalid repository --upload-pack=",
+    "git+--receive-pack=touch ran#gh-pages": "invalid repository",
+    "git+ext::sh -c 'touch ran'": "invalid repository ext::",
+    "git+fd::7#gh-pages": "invalid repository fd::7",
+    "git+repository#--force": "invalid branch name '--force'",
+    "git+repository#a..b": "invalid branch name 'a..b'",
+    "git+repository#a:refs/heads/main": "invalid branch name",
+    "git+repository#@{-1}": "invalid branch name",
+    "git+repository#HEAD": "invalid branch name",
 }
 
 

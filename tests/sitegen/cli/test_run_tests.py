@@ -186,7 +186,7 @@ def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
     """Nothing differs; no such commit; an option that pytest does not know."""
     nothing, unknown = ran(committed, "", "--max-fial=1", commit="HEAD")
     assert nothing[:2] == (0, [])
-    assert "nothing differs from HEAD" in nothing[2]
+    assert "no changes since HEAD" in nothing[2]
     assert unknown[:2] == (2, [])
     ((code, report, printed),) = ran(committed, "", commit="nowhere")
     assert (code, report) == (2, [])

@@ -13,14 +13,14 @@ from sitegen.cli import main, sweep
 def test_names_that_are_none_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sweep.sweep(tmp_path, 1, "", ["tabel"], ["icpp"]) == 2
     output = capsys.readouterr().err
-    assert "no icpp, tabel; there are table, basins, curves, coarse-to-fine, coverage, " in output
+    assert "unknown icpp, tabel; known: table, basins, curves, coarse-to-fine, coverage, " in output
     assert ", trial-budget, icp, " in output
     assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
 
 
 def test_a_plot_is_not_asked_for_by_methods(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sweep.sweep(tmp_path, 1, "", ["table", "four-reach"], ["icp"]) == 2
-    assert capsys.readouterr().err == "sweep: --methods does not go with four-reach: a plot is run whole\n"
+    assert capsys.readouterr().err == "sweep: --methods cannot be combined with four-reach: a plot runs whole\n"
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,8 @@ def test_when_no_source_has_it_the_message_names_the_file_and_all_sources(tmp_pa
         gather(["thing"], cache=tmp_path / "c", manifest=given)
     message = str(error.value)
     assert "A thing 1: a.txt could not be obtained" in message
-    assert f"bad ({web.origin}bad/): a.txt has sha256 {hashlib.sha256(WRONG).hexdigest()[:16]}" in message
+    assert f"bad ({web.origin}bad/): a.txt: expected sha256 {hashlib.sha256(RIGHT).hexdigest()[:16]}" in message
+    assert f"got {hashlib.sha256(WRONG).hexdigest()[:16]}" in message
     assert "none (" in message
     assert "404" in message
     assert not list((tmp_path / "c").rglob("*.txt"))
@@ -121,7 +122,7 @@ def test_a_spoilt_file_in_the_cache_is_loaded_anew(tmp_path: Path, web: Web) -> 
     assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
     web.files.clear()
     path.write_bytes(WRONG)
-    with pytest.raises(OutsideError, match=r"the cache: a\.txt has sha256"):
+    with pytest.raises(OutsideError, match=r"the cache: a\.txt: expected sha256"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
 
 
@@ -140,7 +141,7 @@ def test_a_host_that_says_nothing_is_left_for_the_next(
 def test_an_answer_without_end_is_cut_off(tmp_path: Path, web: Web) -> None:
     web.files["/a.txt"] = RIGHT + b"x" * 10_000_000
     given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
-    with pytest.raises(OutsideError, match=f"{len(RIGHT) + 1} bytes, not"):
+    with pytest.raises(OutsideError, match=f"got .* and {len(RIGHT) + 1} bytes"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
 
 
@@ -157,7 +158,7 @@ def test_a_file_out_of_a_wheel_through_pip(tmp_path: Path, monkeypatch: pytest.M
     given = manifest(tmp_path, '[source.pip]\npip = "thing==1.0"\nfolder = "thing/data"', '["pip"]')
     assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
     given = manifest(tmp_path, '[source.pip]\npip = "thing==2.0"\nfolder = "thing/data"', '["pip"]')
-    with pytest.raises(OutsideError, match=r"pip \(thing==2\.0\): its client ended with code 1"):
+    with pytest.raises(OutsideError, match=r"pip \(thing==2\.0\): its client exited with code 1"):
         gather(["thing"], cache=tmp_path / "other", manifest=given)
 
 
@@ -169,7 +170,7 @@ def test_a_file_out_of_a_package_through_npm(tmp_path: Path) -> None:
     given = manifest(tmp_path, f'[source.npm]\nnpm = "{package.as_posix()}"\nfolder = "package"', '["npm"]')
     assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
     given = manifest(tmp_path, f'[source.npm]\nnpm = "{package.as_posix()}"\nfolder = "other"', '["npm"]')
-    with pytest.raises(OutsideError, match=r"it has no a\.txt"):
+    with pytest.raises(OutsideError, match=r"missing a\.txt"):
         gather(["thing"], cache=tmp_path / "other", manifest=given)
 
 
@@ -178,9 +179,9 @@ def test_what_is_no_manifest_or_no_bundle_is_said(tmp_path: Path) -> None:
     with pytest.raises(OutsideError, match=r"a\.toml: KeyError: 'version'"):
         read_manifest(tmp_path / "a.toml")
     (tmp_path / "b.toml").write_text("[source.x]\nftp = 'x'\n[bundle]\n", "utf-8")
-    with pytest.raises(OutsideError, match="source x: one of npm, pip or url"):
+    with pytest.raises(OutsideError, match="source x: expected one of npm, pip or url"):
         read_manifest(tmp_path / "b.toml")
-    with pytest.raises(OutsideError, match="names no bundle nonsense; it has numpy, pyodide"):
+    with pytest.raises(OutsideError, match=r"unknown bundle nonsense in .*; known: numpy, pyodide"):
         gather(["nonsense"], cache=tmp_path)
 
 
@@ -237,7 +238,7 @@ def test_a_member_is_read_no_further_than_its_pinned_size(
         tracemalloc.start()
 
     monkeypatch.setattr(clients, "_download", watched)
-    with pytest.raises(OutsideError, match=f"a.txt has sha256 .* and {len(RIGHT) + 1} bytes, not"):
+    with pytest.raises(OutsideError, match=f"a.txt: expected sha256 .*, got .* and {len(RIGHT) + 1} bytes"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -265,13 +266,13 @@ def test_a_link_in_a_package_is_not_followed(tmp_path: Path, monkeypatch: pytest
     link = tarfile.TarInfo("in/a.txt")
     link.type, link.linkname = tarfile.SYMTYPE, "b.txt"
     given = given_by("npm", tmp_path, monkeypatch, members={"in/b.txt": RIGHT}, more=link)
-    with pytest.raises(OutsideError, match=r"it has no a\.txt"):
+    with pytest.raises(OutsideError, match=r"missing a\.txt"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
 
 
 @pytest.mark.parametrize("name", ["../a.txt", "/a.txt", "b/../../a.txt", "..\\\\a.txt"])
 def test_a_manifest_names_files_of_its_own_folder_alone(tmp_path: Path, name: str) -> None:
-    with pytest.raises(OutsideError, match="leads nowhere out of its bundle's folder"):
+    with pytest.raises(OutsideError, match="must not lead outside its bundle's folder"):
         read_manifest(manifest(tmp_path, '[source.web]\nurl = "http://127.0.0.1/"', '["web"]', name))
 
 

@@ -66,9 +66,9 @@ def test_one_that_always_hangs_is_an_error_in_the_end(waited: Waited) -> None:
     ("body", "words"),
     [
         ('throw new Error("no such thing");', "no such thing"),
-        ("process.exit(3);", "ended with code 3"),
-        ('console.log("{");', "gave no JSON"),
-        ("", "gave no JSON"),
+        ("process.exit(3);", "exited with code 3"),
+        ('console.log("{");', "returned invalid JSON"),
+        ("", "returned invalid JSON"),
     ],
 )
 def test_a_failure_tells_why(tmp_path: Path, body: str, words: str) -> None:
