@@ -130,7 +130,7 @@ def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> di
             if name in assets.pictures:
                 found[name] = assets.pictures[name].removeprefix("assets/")
                 continue
-            said = f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}"
+            said = f"unknown picture {name!r}, not in templates/assets{hint(name, assets.pictures)}"
             problems.add(Place(path, url.line, url.column), said)
     return found
 

@@ -52,7 +52,7 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
         if name in files or name in skipped or name.partition(".")[0] not in packages:
             continue
         if path is None:
-            raise LookupError(f"no module {name} under {root}")
+            raise LookupError(f"missing module {name} under {root}")
         files[name] = path
         waiting += imports(path.read_text("utf-8"), root)
     return dict(sorted(files.items()))

@@ -48,7 +48,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
     codes = {contestant.method: code_of(contestant, root) for contestant in racing()}
     for sweep in sweeps:
         name = f"{FOLDER}/{sweep.name}.json"
-        again = f"`python3 build.py sweep --only {sweep.name}` updates it"
+        again = f"run `python3 build.py sweep --only {sweep.name}`"
         path = root / name
         data: Any = json.loads(path.read_text("utf-8")) if path.is_file() else {"numpy": "", "contestants": {}}
         old = []

@@ -39,7 +39,7 @@ BOUND = 0.15
 NEAR_THRESHOLD = {("flow-from-source", "placed"): 0.35}
 KEPT = Path(weights.FOLDER)
 NAMES = ("flow", "flow-from-source")
-NEEDED = "the training needs PyTorch: .venv/bin/pip install torch==2.13.0"
+NEEDED = "training needs PyTorch: run .venv/bin/pip install torch==2.13.0"
 
 
 def batch(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -161,7 +161,7 @@ def differences(before: list[dict[str, Any]], again: list[dict[str, Any]]) -> li
     """Messages for the lines of two held-out studies whose counts differ by more than their bound."""
     by_line = {(line["variant"], line["kind"]): line for line in before}
     return [
-        f"{new['variant']}, {new['kind']}: {count} {old[count]} of {old['count']}, and now {new[count]}"
+        f"{new['variant']}, {new['kind']}: {count} was {old[count]} of {old['count']}, now {new[count]}"
         for new in again
         for old in [by_line[new["variant"], new["kind"]]]
         for count in ("turned", "placed")

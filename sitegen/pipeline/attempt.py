@@ -91,7 +91,7 @@ def build_command(root: Path) -> int:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome)
     if outcome.good:
-        print("site/index.html is the first page; `python3 build.py serve` shows it")
+        print("open site/index.html, or run `python3 build.py serve`")
     return 0 if outcome.good else 1
 
 
@@ -102,5 +102,5 @@ def tell(outcome: Outcome) -> None:
     if outcome.good:
         print(f"built {outcome.pages} pages in {outcome.seconds:.1f} s", flush=True)
     else:
-        count = f"{len(outcome.problems)} to mend; " if outcome.problems else ""
-        print(f"the build failed: {count}what was published before stays", file=sys.stderr, flush=True)
+        count = f"{len(outcome.problems)} to fix; " if outcome.problems else ""
+        print(f"the build failed: {count}the previous site is kept", file=sys.stderr, flush=True)

@@ -112,7 +112,7 @@ def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
     prune(context.cache)
     warnings = [*problems.warnings, *(problems.notes if context.strict else [])]
     if full := unwritable(context.cache):
-        says = f"nothing can be kept in this cache: {full}; every build makes it all anew"
+        says = f"this cache cannot be written: {full}; every build starts from scratch"
         warnings.append(Problem(str(context.cache), 0, 0, says))
     return Report(
         tuple(sorted(name for name in files if name.endswith(".html"))),
@@ -220,7 +220,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
     bodies, docs = written[:count], written[count:]
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in manuscript.references}
     for reference in unused(manuscript.references, (key for key, by in cited.items() if by)):
-        problems.note(reference.place, f"{reference.key} is cited by no chapter")
+        problems.note(reference.place, f"unused reference {reference.key}")
     if problems.found or (context.strict and problems.warnings):
         raise BuildFailed([*problems.found, *(problems.warnings if context.strict else [])])
 

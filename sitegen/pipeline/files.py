@@ -95,7 +95,7 @@ def _assets(
     parts, memory, cache = context.parts, context.memory, context.cache
     fontset = _fonts(context, insides, scripts)
     if fontset and fontset.missing:
-        problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
+        problems.note(Place("content"), f"missing from all typefaces: {' '.join(fontset.missing)}")
     pictures = _pictures(context, content, fontset) if fontset else {}
     assets = read_assets(
         context.root,

@@ -21,7 +21,7 @@ def clear(dest: Path) -> None:
     """Check that `dest` can be replaced: raises BuildFailed if it is a file or a link, which a build would displace."""
     what = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
     if what:
-        message = f"this is {what}, not a folder; a build would put a folder in its place: move or rename it first"
+        message = f"expected a folder to build in, got {what}: move or rename it first"
         raise BuildFailed([Problem(dest.name, 0, 0, message)])
 
 

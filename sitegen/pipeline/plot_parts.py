@@ -66,7 +66,7 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
         assert plot.parts is not None
         file, found = f"{FOLDER}/{name}.json", plot.parts.kept()
         if found is None:
-            again = f"`python3 build.py sweep --only {name}` updates it"
+            again = f"run `python3 build.py sweep --only {name}`"
             stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy, or damaged; {again}"))
             continue
         asked, make = sample(found), plot.parts.run

@@ -80,7 +80,7 @@ def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:
     """The text with the first of each pair in `lines` replaced by the second, and `end` appended."""
     for line, instead in lines:
         if text.count(line) != 1:
-            raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
+            raise ValueError(f"{name}: expected this line once, got it {text.count(line)} times: {line.strip()}")
         text = text.replace(line, instead)
     return text + end
 

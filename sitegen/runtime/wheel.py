@@ -82,7 +82,7 @@ def _built(files: Mapping[str, bytes]) -> bytes:
         wheels = sorted(out.glob("*.whl"))
         if result.returncode != 0 or len(wheels) != 1:
             output = (result.stdout + result.stderr).strip()
-            raise WheelError(f"the build ended with code {result.returncode}:\n{output}")
+            raise WheelError(f"the build exited with code {result.returncode}:\n{output}")
         return wheels[0].name.encode() + b"\n" + wheels[0].read_bytes()
 
 

@@ -228,7 +228,7 @@ def listening(dest: Path, host: str, port: int, live: Live) -> LiveServer:
             return LiveServer(dest, (host, candidate), live)
         except (OSError, OverflowError) as error:
             last = error
-    raise OSError(f"nothing can be served on {host}, ports {port} to {port + PORTS - 1}: {last}")
+    raise OSError(f"cannot serve on {host}, ports {port} to {port + PORTS - 1}: {last}")
 
 
 def can_open() -> bool:
@@ -247,7 +247,7 @@ def serve(root: Path, host: str, port: int, *, opens: bool = True) -> int:
         return 1
     try:
         site.rebuild()
-        print(f"{site.server.origin}/ shows the site and follows every edit; Ctrl-C ends it", flush=True)
+        print(f"{site.server.origin}/ shows the site and follows every edit; Ctrl-C stops it", flush=True)
         if opens and can_open():
             webbrowser.open(f"{site.server.origin}/")
         site.watch()

@@ -49,7 +49,7 @@ class Process:
         try:
             answer = json.loads(self._from.readline())
         except ValueError:
-            why = f"the build ended with code {self._child.wait()}; the terminal says why"
+            why = f"the build exited with code {self._child.wait()}; see the terminal"
             return Outcome(trouble=why), []
         return Outcome.parsed(answer), answer["modules"]
 

@@ -121,7 +121,7 @@ class StaticHandler(BaseHTTPRequestHandler):
             return False
         self.server.expect(self.connection, math.inf)
         if self.server.local and named(self.headers.get("Host", "")) not in LOOPBACK:
-            self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "This server is for this machine alone")
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "This server answers this machine only")
             return False
         return True
 

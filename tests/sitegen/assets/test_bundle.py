@@ -68,7 +68,9 @@ def test_a_picture_that_is_not_there_is_told_with_the_nearest_name(quiet: Projec
     edit(quiet, f"{CSS}/print.css", "@media", "p { background: url('arow.svg'); }\n@media")
     (problem,) = quiet.problems()
     assert re.fullmatch(
-        rf"{CSS}/print\.css:\d+:22: no picture 'arow\.svg' in templates/assets; did you mean 'arrow\.svg'\?", problem
+        rf"{CSS}/print\.css:\d+:22: unknown picture 'arow\.svg', not in templates/assets; "
+        r"did you mean 'arrow\.svg'\?",
+        problem,
     )
     edit(quiet, f"{CSS}/print.css", "arow.svg", "arrow.svg")
     quiet.build()

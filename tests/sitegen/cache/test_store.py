@@ -198,8 +198,8 @@ def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
     report = project.build(pack=True)
     assert contents(project.site) == right
     (message,) = [str(problem) for problem in report.warnings]
-    assert message == f"{project.cache}:0:0: nothing can be kept in this cache: No space left on device; " + (
-        "every build makes it all anew"
+    assert message == f"{project.cache}:0:0: this cache cannot be written: No space left on device; " + (
+        "every build starts from scratch"
     )
     monkeypatch.undo()
     project.build(pack=True)

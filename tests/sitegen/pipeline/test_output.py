@@ -15,7 +15,7 @@ def test_a_file_of_the_site_s_name_stays(project: Project, monkeypatch: pytest.M
     project.site.write_text("notes", "utf-8")
     before = sorted(project.root.iterdir())
     monkeypatch.setattr("sitegen.pipeline.build.read_chapters", lambda *_: pytest.fail("the content was read first"))
-    with pytest.raises(BuildFailed, match=r"^site:0:0: this is a file, not a folder; .* move or rename it first$"):
+    with pytest.raises(BuildFailed, match=r"^site:0:0: expected a folder to build in, got a file: move or rename it first$"):
         project.build()
     assert project.site.read_text("utf-8") == "notes"
     assert sorted(project.root.iterdir()) == before
@@ -26,7 +26,7 @@ def test_a_link_of_the_site_s_name_stays(project: Project, tmp_path: Path, leads
     """A build renames folders, which would move the link away."""
     (tmp_path / "elsewhere").mkdir()
     project.site.symlink_to(tmp_path / leads)
-    with pytest.raises(BuildFailed, match="this is a link, not a folder"):
+    with pytest.raises(BuildFailed, match="expected a folder to build in, got a link"):
         project.build()
     assert project.site.is_symlink()
     assert list((tmp_path / "elsewhere").iterdir()) == []

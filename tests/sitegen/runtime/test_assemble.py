@@ -181,7 +181,7 @@ def main(text):
 
 def test_a_line_to_be_changed_must_be_there_once() -> None:
     assert change("m.py", "a\nb\n", [("b", "c"), ("a", "e")], "d\n") == "e\nc\nd\n"
-    with pytest.raises(ValueError, match=r"m\.py: the line to be changed stands there 2 times"):
+    with pytest.raises(ValueError, match=r"m\.py: expected this line once, got it 2 times"):
         change("m.py", "b\nb\n", [("b", "c")], "")
 
 
