@@ -15,7 +15,8 @@ def test_a_file_of_the_site_s_name_stays(project: Project, monkeypatch: pytest.M
     project.site.write_text("notes", "utf-8")
     before = sorted(project.root.iterdir())
     monkeypatch.setattr("sitegen.pipeline.build.read_chapters", lambda *_: pytest.fail("the content was read first"))
-    with pytest.raises(BuildFailed, match=r"^site:0:0: expected a folder to build in, got a file: move or rename it first$"):
+    message = r"^site:0:0: expected a folder to build in, got a file: move or rename it first$"
+    with pytest.raises(BuildFailed, match=message):
         project.build()
     assert project.site.read_text("utf-8") == "notes"
     assert sorted(project.root.iterdir()) == before
