@@ -23,7 +23,7 @@ from solvers.core.method import Method, Problem, S
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
 from solvers.core.status import Status, mark
-from solvers.core.tree import changed, put, take
+from solvers.core.tree import changed, put, take, uneven
 
 T = TypeVar("T")
 _EACH = ("objective", "status", "reason")
@@ -155,8 +155,8 @@ def advance(batch: Batch[S]) -> Batch[S]:
     ------
     TypeError
         If the method's step has changed the dtype or the trailing shape of a field of
-        its state, or does not give one pose, objective, status and reason per problem: a
-        bug in the method.
+        its state, or does not give one pose, objective, status and reason per problem,
+        and one entry of every other array: a bug in the method.
 
     Examples
     --------
@@ -266,6 +266,9 @@ def _sized(method: Method[S], state: S, count: int) -> S:
     for name, shape in shapes:
         if shape != (count,):
             raise TypeError(f"method {method.name!r}: {name}: expected shape ({count},), one per problem, got {shape}")
+    if other := uneven(state, count):
+        name, shape = other
+        raise TypeError(f"method {method.name!r}: {name}: expected shape ({count}, ...), one per problem, got {shape}")
     return state
 
 

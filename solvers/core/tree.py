@@ -66,6 +66,15 @@ def distinct(values: AnyArray) -> AnyArray:
     return values[:1] if len(values) > 1 and values.strides[0] == 0 else values
 
 
+def uneven(state: object, count: int) -> tuple[str, tuple[int, ...]] | None:
+    """The name and the shape of an array field that does not hold one entry for each of `count` problems, if any."""
+    for name in _plan(type(state))[0]:  # type: ignore[arg-type]
+        value = state.__dict__[name]
+        if isinstance(value, np.ndarray) and value.shape[:1] != (count,):
+            return name, value.shape
+    return None
+
+
 def changed(state: T, **values: Any) -> T:
     """`dataclasses.replace` for a state, whose fields need no checks: it skips
     `__init__`, which costs more than the rest of a small step.

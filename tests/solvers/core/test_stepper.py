@@ -201,6 +201,8 @@ def test_only_what_still_runs_is_marked():
         ({"objective": 0.0}, r"method 'halving': objective: expected shape \(2,\), one per problem, got \(\)"),
         ({"pose": Pose.identity()}, r"method 'halving': pose: expected shape \(2,\), one per problem, got \(\)"),
         ({"status": np.zeros(3, dtype=np.int8)}, r"method 'halving': status: .* got \(3,\)"),
+        ({"nothing": np.zeros((3, 2))}, r"method 'halving': nothing: expected shape \(2, \.\.\.\), .* got \(3, 2\)"),
+        ({"nothing": np.zeros(())}, r"method 'halving': nothing: .* got \(\)"),
     ],
 )
 def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, named):
