@@ -197,9 +197,9 @@ def _lines(report: dict[str, Any], result: Result) -> str:
     # Far from the origin, as in a national grid, six digits of a matrix only resolve metres.
     far = max(np.abs(pose.t).max(), np.abs(result.states[0].problem.source).max()) >= 1e4
     digits = 15 if far else 6
-    shift = ", ".join(f"{v:.{digits}g}" for v in pose.t)
+    shift = ", ".join(f"{v + 0.0:.{digits}g}" for v in pose.t)  # + 0.0: no -0
     axis = " about its axis" if pose.dim == 3 else ""
-    rows = [" ".join(f"{v:>{digits + 7}.{digits}g}" for v in row) for row in pose.matrix]
+    rows = [" ".join(f"{v + 0.0:>{digits + 7}.{digits}g}" for v in row) for row in pose.matrix]
     within = f"{100 * share:.1f} % of the source within {report['reach']:.4g} u of the target"
     lines = [
         f"pose      rotation {report['angle_degrees']:.4f} deg{axis}, translation ({shift}) u,"

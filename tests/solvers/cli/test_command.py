@@ -279,6 +279,11 @@ def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
         assert ("pairs     row i of the source with row i of the target\n" in out) is result
 
 
+def test_a_cloud_on_itself_is_moved_by_no_negative_zero(files, capsys):
+    _, out, _ = said(capsys, files / "b.xyz", files / "b.xyz", "--max-steps", "0")
+    assert out.partition("\nmatrix")[2].split()[:6] == ["1", "0", "0", "0", "1", "0"]
+
+
 def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
     grid = np.array([465_000.0, 5_247_000.0])
     source, target = (room("clean", seed=40).source, TRUTH.apply(room("clean", seed=40).source))
