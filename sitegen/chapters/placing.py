@@ -174,7 +174,7 @@ def changed(
         elif attribute.name not in control_specs:
             near = hint(attribute.name, [*control_specs, "seed", "press", "drag", *more])
             if attribute.name in ("preset", "id"):
-                near = ": set it on the ::figure line; only controls, seed and actions go here"
+                near = ": set it on the ::figure line; only controls, seed, press and drag go here"
             problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
         else:
             value = attribute.value if control_specs[attribute.name].kind == "choice" else attribute.plain

@@ -53,7 +53,7 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
         print(f"{problem} (note)", file=sys.stderr)
     for problem in (*sweep.wrong, *plots.wrong):
         print(problem, file=sys.stderr)
-    again = "repeated now" if sweep.ran else "repeated earlier with the same code"
+    again = "repeated now" if sweep.ran else "repeated earlier on this machine with the same code"
     print(f"sweep: {sweep.proved} runs {again} match its files", flush=True)
     print(f"long plots: one part of each of {plots.proved} matches its file", flush=True)
     if behind := claims.behind(root):

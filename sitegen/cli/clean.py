@@ -34,7 +34,7 @@ def clean(root: Path, *, everything: bool = False) -> int:
         override = os.environ.get("LADDER_CACHE")
         cache = None if override else user_cache(root)
         if override:  # the user's own folder may hold other things
-            print(f"kept {override}, which LADDER_CACHE names", file=sys.stderr)
+            print(f"kept {override}, the folder named by LADDER_CACHE", file=sys.stderr)
         elif cache is None:
             print("kept the user's cache: it cannot be located without a working .venv", file=sys.stderr)
             code = 1

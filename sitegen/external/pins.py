@@ -48,8 +48,8 @@ class PinnedFile:
         digest = hashlib.sha256(data).hexdigest()
         if digest == self.sha256:
             return ""
-        wanted = f"sha256 {self.sha256[:16]}… and {self.size} bytes"
-        return f"{self.name}: expected {wanted}, got {digest[:16]}… and {len(data)} bytes"
+        got = f"{digest[:16]}… and {len(data)} bytes"
+        return f"{self.name}: expected sha256 {self.sha256[:16]}… and {self.size} bytes, got {got}"
 
     def read(self, stream: IO[bytes]) -> bytes:
         """Read the file from a stream, up to one byte more than expected: enough to see that it is not the file."""

@@ -16,7 +16,7 @@ from sitegen.markup.slips import plain
 REFERENCE = re.compile(r"(?<![\\\]\w])\[([^\[\]^@][^\[\]]*)\]\[((?![\^@])[^\[\]]*)\]")
 NOWHERE = re.compile(r"(?:https?:/*|mailto:)?")
 MARKS = (
-    (re.compile(r"\*\*"), "unmatched **: the other half is missing, or a space stands inside the bold text"),
+    (re.compile(r"\*\*"), "unmatched **: the other half is missing, or there are spaces just inside"),
     (re.compile(r"`+"), "unclosed {0} in this paragraph; write \\` for a literal backtick"),
 )
 

@@ -73,7 +73,7 @@ SLIPS = {
     "bold text that never ends": (
         "Some **bold** text, **then *more*\nand &amp; **so on\n",
         [
-            f"{place}: unmatched **: the other half is missing, or a space stands inside the bold text"
+            f"{place}: unmatched **: the other half is missing, or there are spaces just inside"
             for place in ("7:21", "8:11")
         ],
     ),

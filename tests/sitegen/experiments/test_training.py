@@ -32,7 +32,7 @@ def test_studies_that_differ_by_more_than_the_bound_are_told() -> None:
     kept = [{"variant": "flow", "kind": "k", "count": 200, "turned": 150, "placed": 140}]
     assert training.differences(kept, [{**kept[0], "turned": 121, "placed": 169}]) == []
     report = training.differences(kept, [{**kept[0], "turned": 119}])
-    assert report == ["flow, k: turned 150 of 200, and now 119"]
+    assert report == ["flow, k: turned was 150 of 200, now 119"]
 
 
 def test_the_second_training_that_was_noted_is_within_the_bounds() -> None:
