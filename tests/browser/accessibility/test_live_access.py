@@ -13,7 +13,7 @@ from tests.browser.accessibility.test_axe import violations
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure, experiments
 from tests.browser.figures.test_hover import place
-from tests.browser.layout import ALIVE, STOPS
+from tests.browser.layout import ALIVE, FRAMES, STOPS
 
 # Records every change of every live region: its time, and the region's text then.
 LISTEN = """() => {
@@ -136,6 +136,41 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
         before = knob.screenshot()
         knob.focus()
         assert knob.screenshot() != before, scheme
+
+
+def test_on_a_phone_no_stop_lies_under_the_picture_or_beyond_an_edge(reader: Callable[..., Reader]) -> None:
+    """The race's picture takes most of the window: sliders, headings of a table that scrolls, the crosshair of a chart
+    below it."""
+    page = reader(390, 844, reduced_motion="reduce").open("race.html")
+    figure = Figure(page, "fig-race").live().settled()
+    figure.root.locator("details.figure-rest > summary").click()
+    figure.button("run").focus()
+    hidden, stops = [], 0
+    for way in ("Tab", "Shift+Tab"):
+        page.keyboard.press(way)
+        while page.evaluate("document.activeElement.closest('#fig-race :is(.figure-body, .figure-rest)') !== null"):
+            page.evaluate(FRAMES)
+            hidden += page.evaluate(HIDDEN)
+            stops += 1
+            page.keyboard.press(way)
+    assert stops > 60
+    assert not hidden, "\n".join(hidden)
+
+
+# Of what has the focus, where it is not on the picture itself: what lies under that or beyond what scrolls. Of a
+# table a part is enough.
+HIDDEN = """() => {
+  const e = document.activeElement, stage = e.closest('.figure').querySelector('.figure-stage');
+  const name = e.outerHTML.slice(0, 60), rim = (e.closest('label') ?? e).getBoundingClientRect();
+  if (stage.contains(e) && !e.matches('.crosshair')) return [];
+  const box = e.parentElement.closest('.runs-scroll')?.getBoundingClientRect();
+  if (box && (rim.left < box.left - 1 || rim.right > box.right + 1)) return [`${name} beside its table`];
+  const chart = e.matches('.crosshair') && e.closest('.figure').querySelector(`[data-panel="${e.dataset.pick}"] > svg`);
+  const over = chart && chart.getBoundingClientRect(), middle = (rim.top + rim.bottom) / 2;
+  if (over && (middle < over.top || middle > over.bottom)) return [`${name} off its chart`];
+  const seen = Math.min(rim.bottom, innerHeight) - Math.max(rim.top, stage.getBoundingClientRect().bottom);
+  return seen < Math.min(120, 0.95 * rim.height) ? [`${name}: ${seen} of ${rim.height}`] : [];
+}"""
 
 
 def test_a_table_that_fades_shows_that_it_has_the_focus(reader: Callable[..., Reader]) -> None:

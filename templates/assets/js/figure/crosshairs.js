@@ -70,6 +70,10 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   put(at);
   seen();
   on(button, "keydown", key);
+  // The button is at home on the stage, which sticks on a phone: after the browser's own scrolling, to what it is over.
+  on(button, "focus", () => {
+    if (panel.closest(".figure-rest")) requestAnimationFrame(() => panel.scrollIntoView({ block: "nearest" }));
+  });
   figure.on("scaled", seen);
   return {
     get at() {

@@ -223,6 +223,15 @@ function job(figure, box) {
     python: () => hand("Python", found.python),
   };
 
+  /**
+   * Chromium leaves a heading of which an edge shows where it is.
+   * @param {FocusEvent} event
+   */
+  function reveal({ target }) {
+    if (!(target instanceof HTMLElement) || !target.matches(".sort:focus-visible")) return;
+    target.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+
   /** @param {MouseEvent} event */
   function press(event) {
     const node = around(event, "[data-do], [data-sort]");
@@ -235,6 +244,7 @@ function job(figure, box) {
 
   find(box, ".job-head").hidden = false; // before `show` replaces the placeholder
   on(box, "click", press);
+  on(box, "focusin", reveal);
   show();
 }
 

@@ -34,6 +34,7 @@ export function createOverlay(figure) {
       if (box) boxes.set(name, [box.left - from.left, box.top - from.top, box.width, box.height]);
     }
     for (const button of places.keys()) settle(button);
+    return from;
   }
 
   /** @param {HTMLElement} button */
@@ -48,7 +49,12 @@ export function createOverlay(figure) {
   [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
   measure();
   figure.on("scaled", measure); // no observer reports a slide's scale
-  const moved = () => (origin = null);
+  // While the stage sticks, panels outside it scroll past, and a control over one of them has to follow.
+  const moved = () => {
+    origin = null;
+    const place = places.get(/** @type {HTMLElement} */ (document.activeElement));
+    if (place && !stage.contains(drawing(root, place[0]))) measure();
+  };
   on(document, "scroll", moved, { capture: true, passive: true });
   on(document, "toggle", moved, { capture: true }); // something above may have unfolded
   on(globalThis, "resize", moved);
@@ -62,9 +68,9 @@ export function createOverlay(figure) {
      * @returns {Rect}
      */
     rect(panel) {
-      origin ??= layer.getBoundingClientRect();
+      const from = origin ?? measure();
       const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
-      return { left: origin.left + x, top: origin.top + y, width, height };
+      return { left: from.left + x, top: from.top + y, width, height };
     },
     /**
      * Centres a button at a position in percent of a panel.
