@@ -111,3 +111,12 @@ def test_wrong_pairs_that_count_are_seen_among_the_others(reader: Callable[..., 
     looks = [figure.root.locator(f".plot .ring.{role}").evaluate_all(DRAWN) for role in ("outlier", "truth", "target")]
     assert all(looks)
     assert len(set().union(*looks)) == len(looks), looks
+
+
+def test_the_three_residuals_keep_their_dots(reader: Callable[..., Reader]) -> None:
+    """Those before the readouts, which are the curves' colours."""
+    page = reader(forced_colors="active", reduced_motion="reduce").open("surfaces.html")
+    dots = page.locator('#fig-three .figure-desk .readout[class*=" "] dt')
+    colours = dots.evaluate_all("all => all.map(e => getComputedStyle(e, '::before').backgroundColor)")
+    assert len(colours) == 3
+    assert len({*colours}) == 3, colours
