@@ -1,8 +1,10 @@
-"""Typography that Markdown lacks: curly apostrophes, and punctuation that stays with its formula."""
+"""Typography that Markdown lacks: curly apostrophes, punctuation that stays with its formula, names that may wrap."""
 
 from __future__ import annotations
 
 import re
+
+from markupsafe import Markup, escape
 
 # Skips code in backticks and text in quotes.
 _APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z])|(?<=s)'(?![\w'])")
@@ -20,3 +22,8 @@ def held(html: str) -> str:
 def apostrophes(text: str) -> str:
     """The text with curly apostrophes. Quotes stay straight, since in docstrings they belong to Python values."""
     return _APOSTROPHE.sub(lambda match: "’" if match[0] == "'" else match[0], text)
+
+
+def breakable(name: str) -> Markup:
+    """A long name as HTML with places to wrap: after a slash, an underscore and a double colon."""
+    return Markup(re.sub(r"(::|[/_])(?=\w)", r"\1<wbr>", str(escape(name))))

@@ -18,7 +18,7 @@ from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
-from sitegen.markup.typography import apostrophes
+from sitegen.markup.typography import apostrophes, breakable
 from widgets.drawing.picture import ROLES, number
 from widgets.engine.contract import Button, Key, Lead, Widget
 from widgets.engine.controls import Spec, specs
@@ -183,7 +183,7 @@ def environment(root: Path, cache: Path) -> Environment:
         keep_trailing_newline=True,
     )
     templates.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
-    templates.filters["apostrophes"] = apostrophes
+    templates.filters |= {"apostrophes": apostrophes, "breakable": breakable}
     return templates
 
 

@@ -28,7 +28,10 @@ def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width
     field.press("ArrowDown")
     expect(options.nth(1)).to_have_attribute("aria-selected", "true")
     assert field.get_attribute("aria-activedescendant") == options.nth(1).get_attribute("id")
-    field.fill("<img src=x onerror=alert(1)> zzz")
+    field.fill("<img src=x onerror=alert(1)>")
+    expect(page.locator(".search-told")).not_to_contain_text("place")
+    assert page.locator(".search img").count() == 0
+    field.fill("qqqq zzzz")
     expect(page.locator(".search-told")).to_have_text("Nothing found")
     field.press("Escape")
     expect(field).to_be_hidden()
@@ -56,6 +59,17 @@ def test_a_reader_in_a_hurry_or_in_doubt_is_led_to_the_right_section(
     page.keyboard.press("/")
     page.get_by_role("combobox", name="Search all pages").fill(words)
     expect(page.locator(".search").get_by_role("option").first).to_have_attribute("href", address)
+
+
+def test_words_that_no_section_has_together_lead_to_the_closest(reader: Callable[..., Reader]) -> None:
+    """A whole question finds the sections that have most of it, and says that none has all."""
+    page = reader().open("index.html")
+    page.keyboard.press("/")
+    page.get_by_role("combobox", name="Search all pages").fill("the condition number of a trimmed hall")
+    told, options = page.locator(".search-told"), page.locator(".search").get_by_role("option")
+    expect(told).to_have_text("No section has all of these words; the closest")
+    expect(options.first).to_contain_text("condition number")
+    assert 1 < options.count() <= 8
 
 
 def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path) -> None:

@@ -1,13 +1,14 @@
-"""Apostrophes are curved; quotes, code and primes are left alone."""
+"""Apostrophes are curved; quotes, code and primes are left alone. Names may wrap between their words."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from markupsafe import escape
 
 from sitegen.html_reader import Tag, read
-from sitegen.markup.typography import apostrophes, held
+from sitegen.markup.typography import apostrophes, breakable, held
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
 
@@ -81,3 +82,10 @@ def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
         if page.found:
             results[path.name] = page.found
     assert results == {}
+
+
+def test_a_test_s_name_wraps_between_its_words_only() -> None:
+    name = "tests/claims/test_a.py::test_one[<b>-x_y]"
+    wrapped = breakable(name)
+    assert wrapped == "tests/<wbr>claims/<wbr>test_<wbr>a.py::<wbr>test_<wbr>one[&lt;b&gt;-x_<wbr>y]"
+    assert wrapped.replace("<wbr>", "") == escape(name)

@@ -213,7 +213,7 @@ interface Found {
 }
 interface Index {
   addAll(sections: object[]): void;
-  search(words: string): Found[];
+  search(words: string, options?: object): Found[];
 }
 
 declare global {

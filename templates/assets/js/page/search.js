@@ -5,6 +5,7 @@
 import { around, loadScript, make, on, text } from "../base/dom.js";
 
 const MOST = 20;
+const CLOSEST = 8; // sections that have some of the words only
 const BEFORE = 40; // characters of a snippet before the match
 const LENGTH = 150;
 const LONGEST = 200; // characters of a query,
@@ -35,6 +36,12 @@ const OPTIONS = {
     combineWith: "AND",
     tokenize: (/** @type {string} */ words) => [...new Set(tokens(words))].slice(0, WORDS),
   },
+};
+
+/** For a query whose words no section has together: any of its longer words. */
+const ANY = {
+  combineWith: "OR",
+  tokenize: (/** @type {string} */ words) => OPTIONS.searchOptions.tokenize(words).filter((word) => word.length > 2),
 };
 
 /** @type {Promise<Index> | null} */
@@ -141,14 +148,16 @@ function dialog() {
   /**
    * @param {Found[]} found
    * @param {string} words
+   * @param {boolean} all whether the sections have all of the words
    */
-  function show(found, words) {
+  function show(found, words, all) {
     list.replaceChildren(...found.slice(0, MOST).map(option));
     list.hidden = !found.length;
     field.setAttribute("aria-expanded", String(found.length > 0));
     choose(found.length ? 0 : -1);
     const count = found.length === 1 ? "1 place" : `${found.length} places`;
-    text(told, !words ? "" : found.length ? `${count}${found.length > MOST ? `; showing the first ${MOST}` : ""}` : "Nothing found");
+    const which = all ? count + (found.length > MOST ? `; showing the first ${MOST}` : "") : "No section has all of these words; the closest";
+    text(told, !words ? "" : found.length ? which : "Nothing found");
   }
 
   async function ask() {
@@ -156,7 +165,10 @@ function dialog() {
     const mine = ++asked;
     try {
       const library = await loaded();
-      if (mine === asked) show(words ? library.search(words) : [], words);
+      if (mine !== asked) return;
+      const found = words ? library.search(words) : [];
+      if (found.length || !words) show(found, words, true);
+      else show(library.search(words, ANY).slice(0, CLOSEST), words, false);
     } catch {
       if (mine === asked) text(told, "The search could not be loaded.");
     }
