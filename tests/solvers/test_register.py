@@ -127,8 +127,7 @@ def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
     ],
 )
 def test_a_number_counts_and_not_its_type(method, options):
-    """Integers may stand for fractions; numpy's small types, in which sums over points would overflow, for any
-    number."""
+    """Integers may stand for fractions, and numpy's small types, in which sums would overflow, for any number."""
     scene = room("noise", seed=40)
     plain = {name: value if isinstance(value, str) else float(value) for name, value in options.items()}
     plain |= {name: int(plain[name]) for name in ("most", "per_step") if name in plain}
