@@ -153,7 +153,7 @@ def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:
     (checkout / "content" / "page.md").write_text("nothing", "utf-8")
     with closing(Started(checkout, "serve", "--no-open", "--port", "0")) as started:
         assert started.process.stdout is not None
-        while "Ctrl-C ends it" not in (line := started.process.stdout.readline()):
+        while "Ctrl-C" not in (line := started.process.stdout.readline()):
             assert line, "it has ended"
         code, printed = started.interrupt(1)
         assert (code, printed.strip()) == (0, "stopped")

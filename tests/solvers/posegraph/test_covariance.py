@@ -37,7 +37,7 @@ def test_they_are_blocks_of_the_dense_inverse():
     assert (result[7] == 0.0).all()
 
 
-@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize("sparse", [False, pytest.param(True, marks=pytest.mark.native)])
 def test_where_every_node_is_fixed_all_covariances_are_zero(sparse: bool):
     if sparse:
         pytest.importorskip("scipy")

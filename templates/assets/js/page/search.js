@@ -41,6 +41,7 @@ const OPTIONS = {
 /** For a query whose words no section has together: any of its longer words. */
 const ANY = {
   combineWith: "OR",
+  boost: { heading: 2, page: 1 }, // one word in a heading weighs less than several in a text
   tokenize: (/** @type {string} */ words) => OPTIONS.searchOptions.tokenize(words).filter((word) => word.length > 2),
 };
 
