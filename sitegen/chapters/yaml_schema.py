@@ -176,8 +176,8 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
             problems.add(document.at(*at, name), f"{name}: {_unaccepted(fields[name], name, value, document, at)}")
         else:
             result[name] = value
-            if fields[name].plain and (found := MARKUP.search(value)):
-                says = f"{name}: plain text only; {found[0]!r} would be printed as is"
+            if fields[name].plain and (markup := MARKUP.search(value)):
+                says = f"{name}: plain text only; {markup[0]!r} would be printed as is"
                 problems.add(document.at(*at, name), says)
     for name, field in fields.items():
         if field.required and name not in mapping:

@@ -62,9 +62,9 @@ def chosen(name: str) -> str:
 def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
     """Write a chapter that comes after the last one. Raises NameTaken."""
     _sound(name)
-    _titled(title)
-    if found := MARKUP.search(title):
-        raise NameTaken(f"plain text only in a title; {found[0]!r} would be printed as is")
+    _check_title(title)
+    if markup := MARKUP.search(title):
+        raise NameTaken(f"plain text only in a title; {markup[0]!r} would be printed as is")
     there = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
     if name in there:
         raise NameTaken(f"content/{there[name][0]} already exists; choose another name")
@@ -78,12 +78,12 @@ def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
 
 def _pages(root: Path) -> dict[str, str]:
     """The file behind each page that chapters and docs have, or once had, by the page's name."""
-    unsaid = Problems()  # what is wrong in other chapters, a build tells
-    chapters, _ = read_chapters(root, read_site(root, unsaid), unsaid, drafts=True)
-    written = [*chapters, *read_docs(root, unsaid)]
+    ignored = Problems()  # a build reports the mistakes of other chapters
+    chapters, _ = read_chapters(root, read_site(root, ignored), ignored, drafts=True)
+    pages = [*chapters, *read_docs(root, ignored)]
     return {
         name.removesuffix(".html"): one.source.path
-        for one in written
+        for one in pages
         for name in (one.name, one.slug, one.deck, one.checks, *one.redirects)
     }
 
@@ -91,7 +91,7 @@ def _pages(root: Path) -> dict[str, str]:
 def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
     """Write a figure's module and its test. Raises NameTaken."""
     _sound(name)
-    _titled(title)
+    _check_title(title)
     module = name.replace("-", "_")
     if keyword.iskeyword(module):
         raise NameTaken(f"{name!r} is a Python keyword, so no module can have this name; {LONGER}")
@@ -117,8 +117,8 @@ def _sound(name: str) -> None:
         raise NameTaken(f"{name!r} is a reserved device name on Windows; {LONGER}")
 
 
-def _titled(title: str) -> None:
-    if title and (title.isspace() or any(unicodedata.category(sign) in ("Cc", "Cs") for sign in title)):
+def _check_title(title: str) -> None:
+    if title and (title.isspace() or any(unicodedata.category(character) in ("Cc", "Cs") for character in title)):
         raise NameTaken(f"invalid --title {title!r}: expected a line of UTF-8 text without control characters")
 
 

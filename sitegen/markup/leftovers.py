@@ -1,4 +1,4 @@
-"""What the parser left over of Markdown: marks without their other half, links without words or an address."""
+"""Markdown that the parser left as text: marks without their other half, links without words or an address."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MARKS = (
 )
 
 
-def leftovers(text: str, children: Sequence[Token], defined: Mapping[str, Any]) -> Iterator[tuple[int, str]]:
-    """Offsets in a paragraph's text, and what is wrong there. children: its tokens; defined: the addresses of links
-    that stand on lines of their own, by their names."""
+def leftovers(text: str, children: Sequence[Token], addresses: Mapping[str, Any]) -> Iterator[tuple[int, str]]:
+    """Yield the offset of each leftover in a paragraph's text, with a message. children: its tokens; addresses: the
+    file's link definitions by label."""
     for match in REFERENCE.finditer(plain(text)):
         name = match[2].strip() or match[1]
-        if normalizeReference(name) not in defined:
+        if normalizeReference(name) not in addresses:
             yield match.start(), f"missing '[{name}]: address' for this link; or write [words](address)"
     for i, token in enumerate(children):
         if token.type == "link_open":
@@ -36,14 +36,14 @@ def leftovers(text: str, children: Sequence[Token], defined: Mapping[str, Any]) 
                 yield offset, "missing link address: [words](address)"
             elif children[i + 1].type == "link_close":
                 yield offset, "missing link text: [words](address)"
-        elif token.type == "text":  # what a \ stands before is of another type
+        elif token.type == "text":  # escaped characters are tokens of another type
             for mark, says in MARKS:
-                if found := mark.search(token.content):
-                    yield _found(text, token.content[found.start() :]), says.format(found[0])
+                if half := mark.search(token.content):
+                    yield _offset(text, token.content[half.start() :]), says.format(half[0])
 
 
-def _found(text: str, piece: str) -> int:
-    """The offset of what a token says, of which an escape or an entity may be written otherwise."""
+def _offset(text: str, piece: str) -> int:
+    """The offset of a piece of a token in the source, where escapes and entities may spell it differently."""
     ends = [len(piece), *(match.start() for match in re.finditer(r"\W", piece))][:40]
     offsets = (text.find(piece[:end]) for end in [*sorted(ends, reverse=True), 1] if end)
     return next((offset for offset in offsets if offset >= 0), 0)

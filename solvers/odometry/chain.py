@@ -250,15 +250,15 @@ def scan_to_map(
         start = frame.inverse().compose(poses[-1]).compose(motion[k])
         row, there = np.array([k]), Pose.trusted(start.R[None], start.t[None])
         state = matched(scans, row, index, surface, there, options)
-        found = matches_of(row, np.array(recent[-1:]), state, options)
-        if not found.believed[0] and recent != [k - 1]:
+        match = matches_of(row, np.array(recent[-1:]), state, options)
+        if not match.believed[0] and recent != [k - 1]:
             # The map may lie behind for good, as after a gap: begin a new one if the scan fits the previous scan.
-            anew = match_pairs(scans, row, row - 1, motion[k : k + 1], options)
-            if anew.believed[0]:
-                found, recent, frame = anew, [k - 1], poses[-1]
+            previous = match_pairs(scans, row, row - 1, motion[k : k + 1], options)
+            if previous.believed[0]:
+                match, recent, frame = previous, [k - 1], poses[-1]
                 index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
-        believed[k], share[k], link_information[k] = found.believed[0], found.share[0], found.information[0]
-        there = frame.compose(found.pose[0] if believed[k] else start)
+        believed[k], share[k], link_information[k] = match.believed[0], match.share[0], match.information[0]
+        there = frame.compose(match.pose[0] if believed[k] else start)
         # Make R a rotation again: its rounding error would double with every keyframe that is inverted.
         poses.append(Pose.from_angle(there.angle, there.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):

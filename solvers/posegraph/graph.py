@@ -103,7 +103,7 @@ class GraphRun:
         """Whether it has stopped."""
         return self.status != Status.RUNNING
 
-    __repr__ = words.told
+    __repr__ = words.summary
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ class GraphResult:
         """The sum of χ² over all edges, without the kernel."""
         return float(self.chi2.sum())
 
-    __repr__ = words.told
+    __repr__ = words.summary
 
 
 def begin(

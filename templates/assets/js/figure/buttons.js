@@ -9,7 +9,7 @@ import * as records from "../base/record.js";
 import { END } from "./play.js";
 
 /**
- * A button is as wide while it says Pause as before: none beside it moves, nor to another line and with it the page.
+ * Keep a button's width while it says Pause, so that neither its neighbours nor the page move.
  * @param {HTMLElement} node
  * @param {boolean} running
  */

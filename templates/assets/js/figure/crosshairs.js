@@ -70,7 +70,7 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   put(at);
   seen();
   on(button, "keydown", key);
-  // The button is at home on the stage, which sticks on a phone: after the browser's own scrolling, to what it is over.
+  // The button belongs to the stage, which sticks on a phone: after the browser's own scrolling, bring its panel into view.
   on(button, "focus", () => {
     if (panel.closest(".figure-rest")) requestAnimationFrame(() => panel.scrollIntoView({ block: "nearest" }));
   });

@@ -224,7 +224,7 @@ function job(figure, box) {
   };
 
   /**
-   * Chromium leaves a heading of which an edge shows where it is.
+   * Chromium does not scroll to a heading that is partly visible.
    * @param {FocusEvent} event
    */
   function reveal({ target }) {
