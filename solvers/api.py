@@ -170,11 +170,11 @@ def _options(method: Method[Any], whole: Any, keywords: dict[str, Any]) -> Any:
             raise ValueError(f"{next(iter(keywords))}: give the options as one object or one by one, not both")
         own: Any = whole
         return replace(own, **_plain({name: getattr(own, name) for name in names}))
-    for ours, name in OTHER_NAMES.items():
-        if name in keywords and ours in names:
-            if ours in keywords:
-                raise ValueError(f"{name}: is another name of {ours}; give one of them")
-            keywords = {ours if key == name else key: value for key, value in keywords.items()}
+    for option, name in OTHER_NAMES.items():
+        if name in keywords and option in names:
+            if option in keywords:
+                raise ValueError(f"{name}: is another name of {option}; give one of them")
+            keywords = {option if key == name else key: value for key, value in keywords.items()}
     for name in keywords:
         if name not in names:
             raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, names)}")
@@ -190,11 +190,12 @@ def _plain(options: dict[str, Any]) -> dict[str, Any]:
 
 def _hint(wrong: str, method: Method[Any], options: list[str]) -> str:
     """The end of the message about an unknown option: the name probably meant, and what the method takes."""
-    takes = [*options, *(name for name, does in (("pairs", method.paired), ("weights", method.weighted)) if does)]
-    every = [*takes, "start", "seed", "max_steps"]
-    candidates = [name for name in _MEANT[wrong] if name in every] if wrong in _MEANT else [wrong]
-    near = validate.nearest(candidates[0], every) if candidates else ""
-    return f"{near}; it takes: {', '.join(takes)}"
+    inputs = (("pairs", method.paired), ("weights", method.weighted))
+    parameters = [*options, *(name for name, accepted in inputs if accepted)]
+    names = [*parameters, "start", "seed", "max_steps"]
+    candidates = [name for name in _MEANT[wrong] if name in names] if wrong in _MEANT else [wrong]
+    near = validate.nearest(candidates[0], names) if candidates else ""
+    return f"{near}; it takes: {', '.join(parameters)}"
 
 
 def _problem(
@@ -220,8 +221,8 @@ def _problem(
     w = validate.weights(weights, p.shape[-2], text=f"; a kernel is chosen by weight={weights!r}" if kernel else "")
     pose = validate.pose(start, d)
     if not method.scaled:
-        says = f"scale the source first: method {method.name!r} finds rigid motions and starts at scale 1"
-        pose = validate.unscaled(pose, "start", says)
+        advice = f"scale the source first: method {method.name!r} finds rigid motions and starts at scale 1"
+        pose = validate.unscaled(pose, "start", advice)
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
     )
@@ -257,8 +258,8 @@ def _is_list(clouds: Any, name: str) -> bool:
     axes = [ndim(c) for c in clouds]
     if 2 in axes and set(axes) != {2}:
         k = next(k for k, n in enumerate(axes) if n != 2)
-        got = "of unequal rows" if axes[k] < 0 else f"of shape {np.shape(clouds[k])}" if axes[k] else "no array"
-        raise ValueError(f"{name}: expected clouds of shape (m, d), but number {k} of the list is {got}")
+        description = "of unequal rows" if axes[k] < 0 else f"of shape {np.shape(clouds[k])}" if axes[k] else "no array"
+        raise ValueError(f"{name}: expected clouds of shape (m, d), but number {k} of the list is {description}")
     return set(axes) == {2}
 
 
@@ -271,21 +272,21 @@ def _one_by_one(
     n = len(next(iter(lists.values())))
     if "source" in lists:
         dims = one_by_one(n, lambda k: validate.cloud(source[k], "source").shape[-1])
-        other = next((k for k in range(n) if dims[k] != dims[0]), 0)
-        if other:
-            message = f"number 0 of the list has {dims[0]} and number {other} has {dims[other]}"
+        index = next((k for k in range(n) if dims[k] != dims[0]), 0)
+        if index:
+            message = f"number 0 of the list has {dims[0]} and number {index} has {dims[index]}"
             raise ValueError(f"source: expected clouds of one dimension, but {message}")
     # Every other input is shared by all clouds, or given once for each: as a list, or as
     # an array with one leading axis.
     axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
-    further = {name: ndim(x) - axes[name] for name, x in inputs.items() if name in axes and name not in lists}
-    further["start"] = len(start.batch) if isinstance(start, Pose) else 0
-    for name in further:
+    extra = {name: ndim(x) - axes[name] for name, x in inputs.items() if name in axes and name not in lists}
+    extra["start"] = len(start.batch) if isinstance(start, Pose) else 0
+    for name in extra:
         x = inputs[name]
-        rows = isinstance(x, list | tuple) and (further[name] < 0 or any(row is None for row in x))
-        if rows or further[name] == 1:
+        rows = isinstance(x, list | tuple) and (extra[name] < 0 or any(row is None for row in x))
+        if rows or extra[name] == 1:
             lists[name] = x
-        elif further[name] > 1:
+        elif extra[name] > 1:
             shape = x.batch if isinstance(x, Pose) else np.shape(x)
             raise ValueError(f"{name}: expected one for all {n} clouds or one for each, got the shape {shape}")
     for name, x in lists.items():

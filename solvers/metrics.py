@@ -183,7 +183,7 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     >>> residuals(Pose.identity(), [[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 0.0]])
     array([2., 0.])
     """
-    distance: FloatArray = np.linalg.norm(_left(pose, source, target), axis=-1)
+    distance: FloatArray = np.linalg.norm(_residuals(pose, source, target), axis=-1)
     return distance
 
 
@@ -228,13 +228,13 @@ def rms(
     >>> float(rms(Pose.identity(), p, q, weights=[0.0, 1.0]))
     0.0
     """
-    left = _left(pose, source, target)
-    w = validate.weights(weights, left.shape[-2])
-    validate.batch_shape(weights=w.shape[:-1], residuals=left.shape[:-2])
-    return _root_mean_square(left, w)
+    gaps = _residuals(pose, source, target)
+    w = validate.weights(weights, gaps.shape[-2])
+    validate.batch_shape(weights=w.shape[:-1], residuals=gaps.shape[:-2])
+    return _root_mean_square(gaps, w)
 
 
-def _left(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
+def _residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     """The vector from each target row to its moved source row, (..., n, d)."""
     d = of_kind(pose, Pose, "pose").dim
     p, q = validate.matched(source, target)

@@ -51,8 +51,8 @@ def function(name: str) -> Callable[..., Result]:
 
     def call(source: Any, target: Any, **options: Any) -> Result:
         if "method" in options:
-            other = f"register(source, target, {options['method']!r})"
-            raise TypeError(f"{name}() takes no method: it runs {method.name!r}; another is run by {other}")
+            alternative = f"register(source, target, {options['method']!r})"
+            raise TypeError(f"{name}() takes no method: it runs {method.name!r}; another is run by {alternative}")
         return register(source, target, method.name, **options)
 
     call.__name__ = call.__qualname__ = name
@@ -76,11 +76,11 @@ def parameters(method: str) -> list[inspect.Parameter]:
         In the order of the signature.
     """
     entry, common = METHODS[method], dict(inspect.signature(register).parameters)
-    own = [_option(one.name, one.default, one.type) for one in fields(entry.options)]
+    own = [_option(option.name, option.default, option.type) for option in fields(entry.options)]
     own += [_option(OTHER_NAMES[o.name], o.default, o.annotation) for o in own if o.name in OTHER_NAMES]
     left_out = {"method", "options", "keywords"}
-    left_out |= {name for name, takes in (("pairs", entry.paired), ("weights", entry.weighted)) if not takes}
-    rest = [one for name, one in common.items() if name not in left_out]
+    left_out |= {name for name, accepted in (("pairs", entry.paired), ("weights", entry.weighted)) if not accepted}
+    rest = [parameter for name, parameter in common.items() if name not in left_out]
     return [*rest[:2], *own, *rest[2:]]
 
 
@@ -92,8 +92,9 @@ def _words(method: str) -> str:
     """A numpydoc docstring, assembled from those of the method, its options and `register`."""
     entry = METHODS[method]
     texts = {**_parameters_of(register.__doc__), **_parameters_of(entry.options.__doc__)}
-    texts |= {other: f"{other} : float\n    The same as `{own}`." for own, other in OTHER_NAMES.items() if own in texts}
-    own_texts = [texts[one.name] for one in parameters(method) if one.name in texts]
+    aliases = {name: alias for name, alias in OTHER_NAMES.items() if name in texts}
+    texts |= {alias: f"{alias} : float\n    The same as `{name}`." for name, alias in aliases.items()}
+    own_texts = [texts[parameter.name] for parameter in parameters(method) if parameter.name in texts]
     summary = f"{entry.summary[:1].upper()}{entry.summary[1:]}."
     source = f"Source: {entry.source}. The same as `register(…, {method!r})`."
     returns = ["Returns", "-------", "Result", "    As from `register`."]

@@ -30,7 +30,7 @@ from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
 from solvers.numerics.fits import weighted_centroid, weighted_radius
 
-_Said = TypeVar("_Said")
+_Judgement = TypeVar("_Judgement")
 _AXES = {"source": 2, "target": 2, "weights": 1, "seed": 0}
 """The number of axes that each argument has for a single cloud."""
 SPACINGS = 3.0
@@ -103,8 +103,8 @@ def usual_reach(target: ArrayLike | Sequence[ArrayLike]) -> FloatArray:
     if unequal(target):
         return np.array(one_by_one(len(target), lambda k: usual_reach(target[k])))
     q = validate.cloud(cast(ArrayLike, target), "target")
-    each = [SPACINGS * downsample.spacing(one) or 1.0 for one in q.reshape(-1, *q.shape[-2:])]
-    return np.array(each).reshape(q.shape[:-2])[()]
+    reaches = [SPACINGS * downsample.spacing(cloud) or 1.0 for cloud in q.reshape(-1, *q.shape[-2:])]
+    return np.array(reaches).reshape(q.shape[:-2])[()]
 
 
 def evidence(
@@ -187,17 +187,17 @@ def evidence(
     )
 
 
-def _one_by_one(inputs: dict[str, Any], judge: Callable[..., _Said]) -> list[_Said]:
+def _one_by_one(inputs: dict[str, Any], judge: Callable[..., _Judgement]) -> list[_Judgement]:
     """Call `judge` for each cloud of a list, with its own or the shared value of each input, by name."""
     n = len(inputs["source"] if unequal(inputs["source"]) else inputs["target"])
-    axes = {name: _further(x, name) for name, x in inputs.items()}
+    axes = {name: _extra_axes(x, name) for name, x in inputs.items()}
     for name, x in inputs.items():
         if axes[name] not in (0, 1) or (axes[name] == 1 and len(x) != n):
             raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
     return one_by_one(n, lambda k: judge(**{name: x[k] if axes[name] else x for name, x in inputs.items()}))
 
 
-def _further(x: Any, name: str) -> int:
+def _extra_axes(x: Any, name: str) -> int:
     """The number of leading axes of an argument given with lists of clouds: 1 for an entry per cloud, 0 if shared."""
     if isinstance(x, Pose):
         return len(x.batch)
@@ -206,11 +206,11 @@ def _further(x: Any, name: str) -> int:
     return 0 if x is None and name == "weights" else array(x, name).ndim - _AXES[name]
 
 
-def _side_by_side(each: list[Evidence]) -> Evidence:
+def _side_by_side(parts: list[Evidence]) -> Evidence:
     return Evidence(
-        [one.explained for one in each], *(np.array([getattr(one, name) for one in each]) for name in
-                                           ("share", "rms", "weakest")),
-    )  # fmt: skip
+        [part.explained for part in parts],
+        *(np.array([getattr(part, name) for part in parts]) for name in ("share", "rms", "weakest")),
+    )
 
 
 def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
@@ -282,8 +282,8 @@ def halves(
     ends = []
     for part in (0, 1):
         half = None if w is None else w[..., part::2]
-        other = target if q is None else q[..., part::2, :]
-        result = register(p[..., part::2, :], other, method, start=pose, weights=half, **options)
+        fixed = target if q is None else q[..., part::2, :]
+        result = register(p[..., part::2, :], fixed, method, start=pose, weights=half, **options)
         ends.append(result.pose.apply(p))
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
     return apart[()]

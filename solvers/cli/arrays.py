@@ -42,7 +42,7 @@ def _from_archive(data: bytes) -> CloudText:
     names = [name for name in archive.namelist() if name.endswith(".npy")]
     name = "points.npy" if "points.npy" in names else names[0] if len(names) == 1 else ""
     if not name:
-        contents = ", ".join(told(each[:-4]) for each in names[:9]) or "none"
+        contents = ", ".join(told(entry[:-4]) for entry in names[:9]) or "none"
         raise ValueError(f"expected one array or one called points, got: {contents}")
     if archive.getinfo(name).compress_type not in PACKED:
         raise ValueError(f"{told(name)} has a compression that NumPy never writes; save it with numpy.savez_compressed")

@@ -79,16 +79,16 @@ def whole(text: str) -> int:
     return number
 
 
-def printed(told: Any) -> None:
+def printed(document: Any) -> None:
     """Print one JSON document; numbers that are not finite become null, since JSON cannot express them."""
-    print(json.dumps(_plain(told), indent=2, allow_nan=False))
+    print(json.dumps(_plain(document), indent=2, allow_nan=False))
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: _plain(each) for name, each in value.items()}
+        return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     if isinstance(value, np.generic | np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, float) and not np.isfinite(value):

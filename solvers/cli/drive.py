@@ -98,21 +98,21 @@ def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     report = _recording(args.file, recording)
     scans, wheels = prepare(recording, args.farthest), chained(recording.motion)
     chain, unmatched = _matched(recording, scans, args.to, matching)
-    print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
+    print(f"end       odometry {_pose_text(wheels[-1])}\n          matched  {_pose_text(chain.poses[-1])}")
     report |= {
         "length": _length(chain.poses), "not_matched": unmatched, "end_by_odometry": _by_name(wheels[-1]),
         "end_matched": _by_name(chain.poses[-1]),
     }  # fmt: skip
     loops = _loops(scans, chain, looking, matching, args.no_loops)
-    used, poses, settled = int(loops.believed.sum()), chain.poses, True
+    loop_count, poses, settled = int(loops.believed.sum()), chain.poses, True
     report["candidates"] = len(loops.believed)
     ways = {"By odometry": wheels, "By matched scans": chain.poses}
-    if used:
+    if loop_count:
         poses, settled, report["graph"] = _closed(chain, loops, args.kernel)
         ways = {"Before: by odometry": wheels, "After: loops closed": poses}
     for path in args.out:
         _write(path, _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recording.seconds, ways))
-    report |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in args.out]}
+    report |= {"loops": loop_count, "end": _by_name(poses[-1]), "written": [str(path) for path in args.out]}
     return 0 if settled and not len(unmatched) else UNTRUSTED, report
 
 
@@ -129,9 +129,9 @@ def _recording(file: str, recording: Drive) -> dict[str, Any]:
 
 def _matched(recording: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:
     """The chain of matched scans, and which of them found no match."""
-    way = scan_to_scan if to == "scan" else scan_to_map
+    matcher = scan_to_scan if to == "scan" else scan_to_map
     with Bar("matching") as bar:
-        chain = way(scans, recording.motion, matching, progress=bar)
+        chain = matcher(scans, recording.motion, matching, progress=bar)
     unmatched, steps = np.flatnonzero(~chain.believed), len(scans) - 1
     before = "scan before" if to == "scan" else "map"
     print(f"chain     {_length(chain.poses):.2f} m; {steps - len(unmatched)} of {steps} scans matched to the {before}")
@@ -156,12 +156,12 @@ def _closed(chain: Chain, loops: Matches, kernel: str) -> tuple[Pose, bool, dict
     """The poses of the pose graph, whether it came to rest, and a report on it."""
     with Bar("graph") as bar:
         result = close(chain, loops, kernel=kernel, progress=bar)
-    before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
+    before, after = (_gap_text(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
     rejected = int((result.weights[len(chain.believed) - 1 :] < 0.1).sum())
     print(f"loop gap  {before} before the graph, {after} after")
     outcome = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
     print(f"graph     {outcome}, {rejected} loops rejected")
-    print(f"          closed   {_said(result.poses[-1])}")
+    print(f"          closed   {_pose_text(result.poses[-1])}")
     report = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": rejected}
     return result.poses, bool(result.status), report
 
@@ -202,13 +202,13 @@ def _by_name(pose: Pose) -> dict[str, Any]:
     return {"translation": pose.t, "angle_degrees": np.degrees(pose.angle)}
 
 
-def _said(pose: Pose) -> str:
+def _pose_text(pose: Pose) -> str:
     x, y = pose.t
     return f"({x:.3f}, {y:.3f}) m, {np.degrees(pose.angle):.2f} deg"
 
 
-def _missed(both: tuple[FloatArray, FloatArray], among: BoolArray) -> str:
-    shift, turn = (np.median(part[among]) for part in both)
+def _gap_text(gaps: tuple[FloatArray, FloatArray], loops: BoolArray) -> str:
+    shift, turn = (np.median(part[loops]) for part in gaps)
     return f"{shift:.3f} m and {np.degrees(turn):.2f} deg (median)"
 
 
@@ -223,7 +223,7 @@ def _file(
         text = "seconds,x_m,y_m,phi_rad\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
         return text.encode()
     maps = {
-        name: (np.concatenate([way[k].apply(scans.cloud(k)) for k in range(len(scans))]), way.t)
-        for name, way in ways.items()
+        name: (np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))]), poses.t)
+        for name, poses in ways.items()
     }
     return drive_maps(maps, kind[1:])

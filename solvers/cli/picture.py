@@ -47,10 +47,10 @@ def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> 
 
     figure = Figure(figsize=(7.0 * len(maps), 7.5), layout="compressed")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
-    for k, (axes, (name, (points, way))) in enumerate(zip(panels, maps.items(), strict=True)):
+    for k, (axes, (name, (points, path))) in enumerate(zip(panels, maps.items(), strict=True)):
         echoes = thinned(points, MOST_ECHOES)
         axes.scatter(echoes[:, 0], echoes[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid=f"map-{k}")
-        axes.plot(way[:, 0], way[:, 1], c=SOURCE, lw=1.5, label="path", gid=f"way-{k}")
+        axes.plot(path[:, 0], path[:, 1], c=SOURCE, lw=1.5, label="path", gid=f"way-{k}")
         axes.set_title(name, loc="left", fontsize="medium")
         axes.set_aspect("equal", adjustable="box")
         axes.set_xlabel("x, m")

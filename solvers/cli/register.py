@@ -126,25 +126,25 @@ def _option(text: str) -> tuple[str, Any]:
     if len(value) > LONGEST:
         raise ValueError(f"--options: {name}: {len(value)} characters; expected {LONGEST} at most")
     try:
-        read = ast.literal_eval(value)
+        literal = ast.literal_eval(value)
     except (RecursionError, MemoryError):
         raise ValueError(f"--options: {name}: brackets are nested too deeply") from None
     except (ValueError, SyntaxError, TypeError):  # TypeError: a list, which cannot be hashed, in a set
-        read = value
-    if _too_large(read):
+        literal = value
+    if _too_large(literal):
         raise ValueError(f"--options: {name}: {len(value)} digits; expected a number below 1e308")
-    return name, read
+    return name, literal
 
 
 def _options(texts: Sequence[str], method: Method[Any]) -> Any:
     """The method's options as one object. Raises ValueError for what the method itself does not take."""
-    own = {one.name: one.name for one in fields(method.options)}
-    own |= {other: name for name, other in OTHER_NAMES.items() if name in own}
+    own = {option.name: option.name for option in fields(method.options)}
+    own |= {alias: name for name, alias in OTHER_NAMES.items() if name in own}
     values: dict[str, Any] = {}
     for name, value in map(_option, texts):
         if name not in own:
             near = validate.nearest(name, [*own, *BESIDE])
-            choices = ", ".join(one.name for one in fields(method.options)) or "none"
+            choices = ", ".join(option.name for option in fields(method.options)) or "none"
             raise ValueError(f"--options: {name}: no option of method {method.name!r}{near}; it has: {choices}")
         if own[name] in values:
             raise ValueError(f"--options: {own[name]} is given twice")

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 
-def amount(count: int, one: str, several: str = "") -> str:
-    """A count with its noun in the singular or plural; `several` is the plural if it is not `one` with an s."""
-    return f"{count:,} {one if count == 1 else several or f'{one}s'}"
+def amount(count: int, singular: str, plural: str = "") -> str:
+    """A count with its noun in the singular or plural; `plural` may be left out if it is the singular with an s."""
+    return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"

@@ -12,13 +12,13 @@ _FEW = 9  # a 3 × 3 matrix is still read at a glance
 
 def brief(record: Any) -> str:
     """`Name(field=value, …)` of a dataclass: small arrays in full, others by dtype and shape."""
-    values = ", ".join(f"{f.name}={_said(getattr(record, f.name))}" for f in fields(record))
+    values = ", ".join(f"{f.name}={_text(getattr(record, f.name))}" for f in fields(record))
     return f"{type(record).__name__}({values})"
 
 
-def _said(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, tuple | list) and value and all(isinstance(part, np.ndarray) for part in value):
-        return f"{len(value)} arrays" if len(value) > 1 else f"({_said(value[0])},)"
+        return f"{len(value)} arrays" if len(value) > 1 else f"({_text(value[0])},)"
     if isinstance(value, tuple) and len(value) > 1 and all(is_dataclass(part) for part in value):
         return f"{len(value)} records"
     if not isinstance(value, np.ndarray | np.generic):

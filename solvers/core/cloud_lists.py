@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-_Found = TypeVar("_Found")
+_Value = TypeVar("_Value")
 
 
-def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
+def one_by_one(count: int, solve: Callable[[int], _Value]) -> list[_Value]:
     """The results of `solve(k)` for every cloud k of a list; the message of a ValueError that it raises names k."""
     results = []
     for k in range(count):

@@ -28,12 +28,12 @@ _LONGEST = 60
 def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
     """Return `value` if it is of this class, else raise ValueError."""
     if not isinstance(value, kind):
-        expected, got = kind.__name__, type(value).__name__
-        part = _PARTS.get((expected, got))
-        way = f"; pass {part}" if part else _WAYS.get(expected, "")
+        expected, actual = kind.__name__, type(value).__name__
+        part = _PARTS.get((expected, actual))
+        hint = f"; pass {part}" if part else _WAYS.get(expected, "")
         if expected == "Pose" and isinstance(value, list | tuple) and value and all(isinstance(v, kind) for v in value):
-            way = " of poses; solvers.posegraph.stacked makes one of them"
-        raise ValueError(f"{name}: expected {'' if expected.endswith('s') else 'a '}{expected}, got {got}{way}")
+            hint = " of poses; solvers.posegraph.stacked makes one of them"
+        raise ValueError(f"{name}: expected {'' if expected.endswith('s') else 'a '}{expected}, got {actual}{hint}")
     return value
 
 

@@ -15,10 +15,10 @@ from solvers.core.arrays import AnyArray, FloatArray
 LARGEST = 1e150
 """The largest coordinate or weight accepted: beyond it squares overflow float64."""
 
-_Given = TypeVar("_Given")
+_Values = TypeVar("_Values")
 
 
-def unmasked(values: _Given, name: str) -> _Given | AnyArray:
+def unmasked(values: _Values, name: str) -> _Values | AnyArray:
     """`values`, a masked array without masked numbers as a plain one. Raises ValueError if any are masked: the mask
     would be lost, and what it hides used."""
     ma = sys.modules.get("numpy.ma")  # a caller with a masked array has imported it; the page's numpy lacks it
@@ -26,8 +26,8 @@ def unmasked(values: _Given, name: str) -> _Given | AnyArray:
         return values
     if ma.is_masked(values):
         masked = int(ma.getmaskarray(values).sum())
-        what, whose = ("1 number", "its row") if masked == 1 else (f"{masked} numbers", "their rows")
-        raise ValueError(f"{name}: a masked array hides {what}; leave {whose} out")
+        count, rows = ("1 number", "its row") if masked == 1 else (f"{masked} numbers", "their rows")
+        raise ValueError(f"{name}: a masked array hides {count}; leave {rows} out")
     plain: AnyArray = values.data
     return plain
 
@@ -38,15 +38,15 @@ def array(values: ArrayLike, name: str) -> AnyArray:
     try:
         return np.asarray(values)
     except ValueError:
-        way = "; pass clouds of unequal size one by one" if unequal(values) else ""
-        raise ValueError(f"{name}: rows of unequal length do not make an array{way}") from None
+        hint = "; pass clouds of unequal size one by one" if unequal(values) else ""
+        raise ValueError(f"{name}: rows of unequal length do not make an array{hint}") from None
 
 
 def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
     """`values` as a float64 array; infinity and NaN pass. `text` goes into the message if a text or path was given."""
     a = array(values, name)
     if a.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: expected real numbers, got {_got(values, a, text)}")
+        raise ValueError(f"{name}: expected real numbers, got {_description(values, a, text)}")
     return a.astype(np.float64, copy=False)
 
 
@@ -73,17 +73,17 @@ def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
     return len(counts) > 1
 
 
-def _got(values: object, a: AnyArray, text: str) -> str:
+def _description(values: object, a: AnyArray, text: str) -> str:
     """What was given instead of numbers, and how to convert it."""
     if isinstance(values, str | bytes | PathLike):
         return f"{type(values).__name__}{text}"
     if a.dtype.names:
         return f"dtype {a.dtype}; stack its fields, numpy.stack([a[f] for f in a.dtype.names], axis=-1)"
-    if a.dtype.kind == "O" and any(isinstance(one, list | tuple | np.ndarray) for one in a.flat):
+    if a.dtype.kind == "O" and any(isinstance(entry, list | tuple | np.ndarray) for entry in a.flat):
         return f"dtype {a.dtype}, an array of sequences; list(…) makes a list of clouds of it"
     if a.dtype.kind in "USO":
-        several = a.ndim and isinstance(values, list | tuple | np.ndarray)
-        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if several else type(values).__name__
+        is_sequence = a.ndim and isinstance(values, list | tuple | np.ndarray)
+        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if is_sequence else type(values).__name__
     return f"dtype {a.dtype}; .astype(float) makes numbers of it" if a.dtype.kind == "b" else f"dtype {a.dtype}"
 
 
@@ -91,8 +91,8 @@ def finite(a: FloatArray, name: str) -> FloatArray:
     """Return `a` if every number is finite, else raise ValueError."""
     bad = a.size - int(np.count_nonzero(np.isfinite(a)))
     if bad:
-        what = f"{a.item():g} is" if a.size == 1 else f"{bad} of {a.size} numbers {'is' if bad == 1 else 'are'}"
-        raise ValueError(f"{name}: {what} not finite")
+        subject = f"{a.item():g} is" if a.size == 1 else f"{bad} of {a.size} numbers {'is' if bad == 1 else 'are'}"
+        raise ValueError(f"{name}: {subject} not finite")
     return a
 
 

@@ -153,7 +153,7 @@ class Pose:
         ValueError
             If the shapes do not fit together, a number is not finite, or a scale is not positive.
         """
-        return cls._turned(planar(finite(numbers(theta, "theta"), "theta")), t, scale)
+        return cls._from_rotation(planar(finite(numbers(theta, "theta"), "theta")), t, scale)
 
     @classmethod
     def from_rotvec(cls, rotvec: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
@@ -193,10 +193,10 @@ class Pose:
         v = moderate(numbers(rotvec, "rotvec"), "rotvec")
         if v.ndim < 1 or v.shape[-1] != 3:
             raise ValueError(f"rotvec: expected shape (..., 3), got {v.shape}")
-        return cls._turned(spatial(v), t, scale)
+        return cls._from_rotation(spatial(v), t, scale)
 
     @classmethod
-    def _turned(cls, R: FloatArray, t: ArrayLike, scale: ArrayLike) -> Pose:
+    def _from_rotation(cls, R: FloatArray, t: ArrayLike, scale: ArrayLike) -> Pose:
         """The pose of rotations computed here, with the caller's `t` and `scale`, which are checked."""
         pose = cls.trusted(R, numbers(t, "t"), numbers(scale, "scale"))
         check(pose.t, np.asarray(pose.scale))

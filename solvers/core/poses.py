@@ -91,5 +91,5 @@ def _parts(poses: Sequence[Pose]) -> tuple[list[FloatArray], list[FloatArray], l
 
 
 def _differ(poses: Sequence[Pose], k: int) -> str:
-    first, other = (f"{p.batch} in {p.dim} dimensions" for p in (poses[0], poses[k]))
-    return f"number 0 is of shape {first}, number {k} of {other}"
+    first, second = (f"{p.batch} in {p.dim} dimensions" for p in (poses[0], poses[k]))
+    return f"number 0 is of shape {first}, number {k} of {second}"

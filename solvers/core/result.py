@@ -190,8 +190,8 @@ class Result:
     def _pairing(self) -> Callable[[Any], IntArray] | None:
         return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
 
-    def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
-        """The values of `read(squares, used)`, called once per state: the squared distances,
+    def _of_partners(self, measure: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
+        """The values of `measure(squares, used)`, called once per state: the squared distances,
         zero where there is no partner, and where there is one, both (b, m).
         """
         partners = self._pairing()
@@ -202,8 +202,8 @@ class Result:
             rows = partners(state)
             problem, used = state.problem, rows != NONE
             q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
-            left = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
-            values.append(read(np.where(used, left, 0.0), used))
+            squares = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
+            values.append(measure(np.where(used, squares, 0.0), used))
         return np.concatenate(values).reshape(np.shape(self.objective))[()]
 
     def transform(self, points: ArrayLike | Sequence[ArrayLike]) -> Any:
@@ -359,8 +359,8 @@ def side_by_side(results: Sequence[Result]) -> Result:
     """
     longest = max(len(r.history.objective) for r in results)
 
-    def course(read: Callable[[History], AnyArray]) -> AnyArray:
-        return np.stack([_lengthened(read(r.history), longest) for r in results], axis=1)
+    def course(series: Callable[[History], AnyArray]) -> AnyArray:
+        return np.stack([_lengthened(series(r.history), longest) for r in results], axis=1)
 
     return Result(
         method=results[0].method,

@@ -70,11 +70,11 @@ class Status(IntEnum):
     __hash__ = int.__hash__
 
 
-def _refuse_text(other: object) -> None:
-    if isinstance(other, str):
-        name = other.upper() if other.upper() in Status.__members__ else Status.CONVERGED.name
+def _refuse_text(value: object) -> None:
+    if isinstance(value, str):
+        name = value.upper() if value.upper() in Status.__members__ else Status.CONVERGED.name
         raise TypeError(
-            f"a status is never equal to a text, here {str(other)!r}: compare it with Status.{name}, or its label with"
+            f"a status is never equal to a text, here {str(value)!r}: compare it with Status.{name}, or its label with"
             f" {name.lower()!r}"
         )
 

@@ -113,11 +113,11 @@ def _spread(value: Any, count: int) -> Any:
 
 def _take(value: Any, rows: Any) -> Any:
     if isinstance(value, np.ndarray):
-        one = distinct(value)
-        if one is value:
+        first = distinct(value)
+        if first is value:
             return value[rows]
         # Rows of a shared array are that array: nothing is copied.
-        return np.broadcast_to(one, (len(np.arange(len(value))[rows]), *value.shape[1:]))
+        return np.broadcast_to(first, (len(np.arange(len(value))[rows]), *value.shape[1:]))
     if isinstance(value, tuple):
         return tuple(_take(item, rows) for item in value)
     if isinstance(value, Pose):

@@ -41,9 +41,9 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
         raise ValueError(f"{name}: is empty, shape {p.shape}; at least one point is needed")
     n, d = p.shape[-2:]
     if n <= TRANSPOSED < d != dim:
-        way = f"{name}.T" if p.ndim == 2 else f"numpy.swapaxes({name}, -1, -2)"
+        transpose = f"{name}.T" if p.ndim == 2 else f"numpy.swapaxes({name}, -1, -2)"
         raise ValueError(
-            f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point per row (pass {way})"
+            f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point per row (pass {transpose})"
         )
     if d < 2 or (dim is not None and d != dim):
         raise ValueError(f"{name}: expected {width if dim else 'at least 2'} coordinates per point, got {d}")
@@ -96,11 +96,11 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
     return k.astype(np.int64)
 
 
-def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
-    """Finite numbers (count,), one per `each`, as a read-only copy."""
+def row(values: ArrayLike, name: str, count: int, item: str) -> FloatArray:
+    """Finite numbers (count,), one per `item`, as a read-only copy."""
     data = moderate(copied(values, name), name)
     if data.shape != (count,):
-        raise ValueError(f"{name}: expected shape ({count},), one per {each}, got {data.shape}")
+        raise ValueError(f"{name}: expected shape ({count},), one per {item}, got {data.shape}")
     return data
 
 
@@ -116,16 +116,16 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
         raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {message}") from None
 
 
-def pose(value: Pose | None, dim: int, name: str = "start", wanted: str = "") -> Pose:
-    """A valid pose of the right dimension; None means the identity. `wanted`: what to say of the dimension instead of
+def pose(value: Pose | None, dim: int, name: str = "start", words: str = "") -> Pose:
+    """A valid pose of the right dimension; None means the identity. `words`: what to say of the dimension instead of
     that of the clouds."""
     if value is None:
         return Pose.identity(dim)
     if value.dim != dim:
-        raise ValueError(f"{name}: moves points in {value.dim} dimensions, {wanted or f'the clouds have {dim}'}")
+        raise ValueError(f"{name}: moves points in {value.dim} dimensions, {words or f'the clouds have {dim}'}")
     scale = np.asarray(value.scale)
-    for part, what in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
-        moderate(part, f"{name}.{what}")
+    for part, letter in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
+        moderate(part, f"{name}.{letter}")
     off = np.abs(value.R @ value.R.swapaxes(-1, -2) - np.eye(dim)).max(initial=0.0)
     if off > 1e-6:
         raise ValueError(f"{name}.R: is not orthogonal, R Rᵀ differs from the identity by {off:.2g}")
@@ -160,15 +160,15 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
     return s.astype(np.int64)
 
 
-def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
+def few(source: int, target: int, fits: bool, limit: str, size: int) -> None:
     """Raise ValueError if clouds of so many points do not fit into a method's memory. `limit`
-    says what does; two clouds of `each` points do in any case.
+    says what does; two clouds of `size` points do in any case.
     """
     if not fits:
-        name, other = ("source", "target") if source >= target else ("target", "source")
+        larger, smaller = ("source", "target") if source >= target else ("target", "source")
         raise ValueError(
-            f"{name}: its {max(source, target)} points and the {other}'s {min(source, target)} are too many: {limit};"
-            f" solvers.thinning.thinned(points, {each}) makes a cloud smaller"
+            f"{larger}: its {max(source, target)} points and the {smaller}'s {min(source, target)} are too many:"
+            f" {limit}; solvers.thinning.thinned(points, {size}) makes a cloud smaller"
         )
 
 
@@ -258,13 +258,13 @@ def one_or_several(value: object, name: str) -> tuple[Any, ...]:
     return tuple(value)
 
 
-def one_of(value: object, known: Collection[str], name: str) -> str:
-    """Return `value` if it is one of the `known` names, else raise a ValueError that
+def one_of(value: object, choices: Collection[str], name: str) -> str:
+    """Return `value` if it is one of the `choices`, else raise a ValueError that
     suggests the nearest one.
     """
-    if isinstance(value, str) and value in known:
+    if isinstance(value, str) and value in choices:
         return value
-    names = sorted(known)
+    names = sorted(choices)
     near = nearest(value, names) if isinstance(value, str) else ""
     raise ValueError(f"{name}: {shown(value)} is unknown{near}; known: {', '.join(names)}")
 

@@ -137,9 +137,9 @@ def read(data: bytes) -> GraphText:
             raise ValueError(f"line {number}: {told(tag)} is not read; expected VERTEX_SE2, EDGE_SE2 or FIX")
     if not rows:
         raise ValueError("no node was found; expected at least one line VERTEX_SE2 id x y angle")
-    i = _known(rows, [a for a, _ in ends], edge_lines)
-    j = _known(rows, [b for _, b in ends], edge_lines)
-    fixed = np.unique(_known(rows, fix_ids, fix_lines))
+    i = _rows_of(rows, [a for a, _ in ends], edge_lines)
+    j = _rows_of(rows, [b for _, b in ends], edge_lines)
+    fixed = np.unique(_rows_of(rows, fix_ids, fix_lines))
     edges = _edges(i, j, np.array(measurements, dtype=np.float64).reshape(-1, 9), edge_lines)
     return GraphText(np.array(list(rows), dtype=np.int64), _poses(np.array(places)), edges, fixed)
 
@@ -188,19 +188,19 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     rows = row_numbers(np.atleast_1d(array(fixed, "fixed")), "fixed")
     within(rows, n, "fixed")
     lines = [
-        f"VERTEX_SE2 {name} {_written([*t, angle])}"
+        f"VERTEX_SE2 {name} {_text([*t, angle])}"
         for name, t, angle in zip(names, poses.t, np.atleast_1d(poses.angle), strict=True)
     ]
     lines += [f"FIX {names[row]}" for row in rows]
     Z = edges.relative
     lines += [
-        f"EDGE_SE2 {names[a]} {names[b]} {_written([*t, angle, *matrix[_UPPER]])}"
+        f"EDGE_SE2 {names[a]} {names[b]} {_text([*t, angle, *matrix[_UPPER]])}"
         for a, b, t, angle, matrix in zip(edges.i, edges.j, Z.t, np.atleast_1d(Z.angle), edges.information, strict=True)
     ]
     return ("\n".join(lines) + "\n").encode()
 
 
-def _written(values: Sequence[float]) -> str:
+def _text(values: Sequence[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
@@ -220,7 +220,7 @@ def _numbers(fields: Sequence[str], line: int) -> list[float]:
     return values
 
 
-def _known(rows: dict[int, int], nodes: Sequence[int], lines: Sequence[int]) -> IntArray:
+def _rows_of(rows: dict[int, int], nodes: Sequence[int], lines: Sequence[int]) -> IntArray:
     for node, line in zip(nodes, lines, strict=True):
         if node not in rows:
             raise ValueError(f"line {line}: node {node} has no VERTEX_SE2")
@@ -239,9 +239,9 @@ def _edges(i: IntArray, j: IntArray, values: FloatArray, lines: Sequence[int]) -
         return Edges(i, j, _poses(values), information)
     except ValueError:
         for k, line in enumerate(lines):
-            one = slice(k, k + 1)
+            edge = slice(k, k + 1)
             try:
-                Edges(i[one], j[one], _poses(values[one]), information[one])
+                Edges(i[edge], j[edge], _poses(values[edge]), information[edge])
             except ValueError as wrong:
                 message = str(wrong).replace(" of edge 0", "").replace("j: edge 0", "it")
                 raise ValueError(f"line {line}: {message}") from None

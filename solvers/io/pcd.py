@@ -50,15 +50,15 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
     match header["DATA"][1]:
         case ["ascii"]:
             lines = [""] * line + lines_of(data[at:].rstrip().decode("latin-1"))
-            rows = [k for k, each in enumerate(lines) if each.strip()]
+            rows = [k for k, text in enumerate(lines) if text.strip()]
             if len(rows) < count:
                 raise ValueError(f"line {len(lines)}: the file ends after {len(rows)} points; expected {count}")
             return numbers(lines, rows[:count], starts, sum(counts)), "text"
         case ["binary"]:
             row = np.dtype([(f"f{k}", kind, (n,)) for k, (kind, n) in enumerate(zip(kinds, counts, strict=True))])
             if len(data) - at < count * row.itemsize:
-                there = (len(data) - at) // row.itemsize
-                raise ValueError(f"the file ends after {there} points; expected {count} of {row.itemsize} bytes each")
+                whole = (len(data) - at) // row.itemsize
+                raise ValueError(f"the file ends after {whole} points; expected {count} of {row.itemsize} bytes each")
             table = np.frombuffer(data, row, count, at)
             columns = [table[f"f{names.index(axis)}"][:, 0] for axis in axes]
             return _stacked(columns), "binary"
@@ -93,9 +93,9 @@ def _decompressed(data: bytes, at: int, size: int) -> bytes:
 
 def _fields(header: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[str], list[str], list[int]]:
     """Names, numpy types and counts of the fields."""
-    where, names = header.get("FIELDS", (line, []))
+    number, names = header.get("FIELDS", (line, []))
     if names.count("x") != 1 or names.count("y") != 1 or names.count("z") > 1 or len(names) > MOST_FIELDS:
-        raise ValueError(f"line {where}: the fields are {told(' '.join(names))}; expected x and y, each once")
+        raise ValueError(f"line {number}: the fields are {told(' '.join(names))}; expected x and y, each once")
     at, counts = header.get("COUNT", (line, ["1"] * len(names)))
     if len(counts) != len(names) or not all(_is_count(c) for c in counts):
         expected = f"expected a whole number from 1 to {MOST_COUNT} for each field"

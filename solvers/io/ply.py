@@ -127,7 +127,7 @@ def _binary(body: bytes, order: str, before: Sequence[_Element], vertex: _Elemen
     row = np.dtype([(name, order + kind) for name, kind in vertex.properties])
     size = vertex.count * row.itemsize
     if len(body) - offset < size:
-        there = max(0, len(body) - offset) // row.itemsize
-        raise ValueError(f"the file ends after {there} vertices; expected {vertex.count} of {row.itemsize} bytes each")
+        whole = max(0, len(body) - offset) // row.itemsize
+        raise ValueError(f"the file ends after {whole} vertices; expected {vertex.count} of {row.itemsize} bytes each")
     table = np.frombuffer(body, row, vertex.count, offset)
     return np.stack([table[axis].astype(np.float64) for axis in _axes(vertex)], axis=1)

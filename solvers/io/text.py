@@ -79,7 +79,7 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     else:
         if separator == "\t" and len(_fields(_bare(lines[rows[min(1, len(rows) - 1)]]).rstrip(), "\t")) > len(fields):
             fields = _fields(_bare(lines[rows[0]]), "\t")  # the last columns have no names
-        columns, width = _named(fields, rows[0], notices), len(fields)
+        columns, width = _columns(fields, rows[0], notices), len(fields)
         rows = rows[1:]
     if width < 2:
         raise ValueError(
@@ -126,7 +126,7 @@ def _mended(fields: list[str], line: str, width: int) -> list[str]:
     return parts if len(parts) == width else fields
 
 
-def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
+def _columns(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
     """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice."""
     if axes := _axes(fields, len(fields)):
         return axes
