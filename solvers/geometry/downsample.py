@@ -43,7 +43,7 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     >>> slab([[0.0, 0.0, 0.1], [1.0, 2.0, 1.5]], 1.0, 2.0)
     array([[1., 2.]])
     """
-    p = _one(points, 3)
+    p = _single_cloud(points, 3)
     least, most = validate.limit(low, "low"), validate.limit(high, "high")
     return np.ascontiguousarray(p[(p[:, 2] >= least) & (p[:, 2] <= most), :2])
 
@@ -81,7 +81,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     array([[0.1, 0. ],
            [4. , 0. ]])
     """
-    p = _one(points)
+    p = _single_cloud(points)
     if p.shape[1] > 3:
         raise ValueError(f"points: expected 2 or 3 coordinates per point, got {p.shape[1]}")
     validate.count(most, "most", 1)
@@ -128,14 +128,14 @@ def spacing(points: ArrayLike) -> float:
     >>> spacing([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])
     1.0
     """
-    places = np.unique(_one(points), axis=0)
+    places = np.unique(_single_cloud(points), axis=0)
     if at_one_place(places):
         return 0.0
     _, squares = nearest.build(places[None]).nearest_k(places[None], 2)
     return float(np.median(np.sqrt(squares[0, :, 1])))
 
 
-def _one(points: ArrayLike, dim: int | None = None) -> FloatArray:
+def _single_cloud(points: ArrayLike, dim: int | None = None) -> FloatArray:
     """`points` as one cloud (n, d); raises ValueError for leading axes, which would be taken for points."""
     p = validate.cloud(points, "points", dim)
     if p.ndim != 2:

@@ -57,16 +57,16 @@ def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
     most = w.max(axis=-1)
     ew, factor = _power(most)
     w = w * factor[..., None]
-    both = np.empty((2, *p.shape))  # np.stack keeps a shared cloud's strides, and its sums then round differently
-    both[0], both[1] = p, q
-    both, exponents, big = _divided(both, weighted)
+    clouds = np.empty((2, *p.shape))  # np.stack keeps a shared cloud's strides, and its sums then round differently
+    clouds[0], clouds[1] = p, q
+    clouds, exponents, big = _divided(clouds, weighted)
     total = w.sum(axis=-1)
     safe = np.where(total > 0.0, total, 1.0)
-    means = ((w / safe[..., None])[..., None, :] @ both)[..., 0, :]
-    both = _by_column(np.subtract, both, means[..., None, :])
-    p, q = both
+    means = ((w / safe[..., None])[..., None, :] @ clouds)[..., 0, :]
+    clouds = _by_column(np.subtract, clouds, means[..., None, :])
+    p, q = clouds
     H = _by_column(np.multiply, p, w[..., None]).swapaxes(-1, -2) @ q
-    squares = np.einsum("...n,...nd,...nd->...", w, both, both)
+    squares = np.einsum("...n,...nd,...nd->...", w, clouds, clouds)
 
     # Coordinates carry rounding of half a unit in the last place of the largest, so a
     # spread below a few of these counts as none; the same rounding, relative to the
@@ -103,13 +103,13 @@ def _power(big: FloatArray) -> tuple[AnyArray, FloatArray]:
     return exponent, np.ldexp(1.0, -exponent)
 
 
-def _by_column(ufunc: np.ufunc, x: FloatArray, other: FloatArray) -> FloatArray:
-    """`ufunc(x, other)`, coordinate by coordinate: in one call numpy's inner loop would run
+def _by_column(ufunc: np.ufunc, x: FloatArray, y: FloatArray) -> FloatArray:
+    """`ufunc(x, y)`, coordinate by coordinate: in one call numpy's inner loop would run
     over d numbers only.
     """
-    out: FloatArray = np.empty(np.broadcast_shapes(x.shape, other.shape))
+    out: FloatArray = np.empty(np.broadcast_shapes(x.shape, y.shape))
     for k in range(out.shape[-1]):
-        ufunc(x[..., k], other[..., min(k, other.shape[-1] - 1)], out=out[..., k])
+        ufunc(x[..., k], y[..., min(k, y.shape[-1] - 1)], out=out[..., k])
     return out
 
 

@@ -182,9 +182,9 @@ def smallest(squares: FloatArray, count: IntArray | int, among: BoolArray | None
     """
     values = squares if among is None else np.where(among, squares, np.inf)
     order = np.argsort(values, axis=-1, kind="stable")
-    chosen = np.zeros(squares.shape, dtype=np.bool_)
-    np.put_along_axis(chosen, order, np.arange(squares.shape[-1]) < np.asarray(count)[..., None], axis=-1)
-    return chosen if among is None else chosen & among
+    mask = np.zeros(squares.shape, dtype=np.bool_)
+    np.put_along_axis(mask, order, np.arange(squares.shape[-1]) < np.asarray(count)[..., None], axis=-1)
+    return mask if among is None else mask & among
 
 
 def trimmed(squares: FloatArray, trim: float, among: BoolArray) -> BoolArray:
@@ -217,13 +217,13 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
     most = min(together, b) * max(part.stop - part.start for part in parts) * n
     scores, flags = np.empty(most), np.empty(most, dtype=np.bool_)
     for first in range(0, b, together):
-        some = slice(first, min(first + together, b))
+        group = slice(first, min(first + together, b))
         for part in parts:
-            shape = (some.stop - first, part.stop - part.start, n)
+            shape = (group.stop - first, part.stop - part.start, n)
             size = shape[0] * shape[1] * n
-            score = np.matmul(left[some, part], index.product[some], out=scores[:size].reshape(shape))
+            score = np.matmul(left[group, part], index.product[group], out=scores[:size].reshape(shape))
             best = score.argmin(axis=-1)
-            limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
+            limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[group, part, None]
             near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
             # A row without any has a NaN among its scores; the definition decides there,
             # too.
@@ -232,7 +232,7 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
                 for i in np.flatnonzero(unsure.any(axis=1)):
                     queries = points[first + i, part][unsure[i]]
                     best[i, unsure[i]] = _squares(queries, index.points[first + i]).argmin(axis=-1)
-            rows[some, part] = best
+            rows[group, part] = best
     return rows
 
 
@@ -260,8 +260,8 @@ class _Tree:
         """The k lowest rows at each place, (places, ≤ k), −1 where it has fewer."""
         count = np.diff(self.start)
         column = np.arange(min(k, int(count.max())))
-        there = column < count[:, None]
-        return np.where(there, self.order[np.where(there, self.start[:-1, None] + column, 0)], -1)
+        present = column < count[:, None]
+        return np.where(present, self.order[np.where(present, self.start[:-1, None] + column, 0)], -1)
 
     def rows_of(self, queries: FloatArray, k: int) -> IntArray:
         """The rows of the k nearest points, (m, k), for queries in any order."""
@@ -313,8 +313,8 @@ def _by_cells(points: FloatArray) -> IntArray:
     low, high = points.min(axis=0), points.max(axis=0)
     d = points.shape[1]
     side = max(2, int(2.0 ** (15 // d)))
-    place = (points - low) * (side / np.where(high > low, high - low, 1.0))
-    cells = np.minimum(np.nan_to_num(place), side - 1.0).astype(np.int64)
+    position = (points - low) * (side / np.where(high > low, high - low, 1.0))
+    cells = np.minimum(np.nan_to_num(position), side - 1.0).astype(np.int64)
     key = np.zeros(len(points), dtype=np.uint16)
     for k in range(min(d, 15)):
         key = (key * side + cells[:, k]).astype(np.uint16)

@@ -64,10 +64,10 @@ def normals(index: Index, k: int = NEIGHBOURS, roundness: float = ROUNDNESS) -> 
     validate.count(k, "k", 1)
     if not 0.0 < validate.number(roundness, "roundness") <= 1.0:
         raise ValueError(f"roundness: expected a ratio above 0, up to 1, got {roundness!r}")
-    return once(partial(_found, k=k, roundness=roundness), index)
+    return once(partial(_estimate, k=k, roundness=roundness), index)
 
 
-def _found(index: Index, k: int, roundness: float) -> Normals:
+def _estimate(index: Index, k: int, roundness: float) -> Normals:
     points = index.points
     n = points.shape[1]
     rows, _ = index.nearest_k(points, min(k + 1, n))

@@ -262,8 +262,8 @@ def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: Float
     if the sum overflows, never NaN.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        left = pose.apply(source) - target
-        squares = np.einsum("...nd,...nd->...n", left, left)
+        residuals = pose.apply(source) - target
+        squares = np.einsum("...nd,...nd->...n", residuals, residuals)
         total: FloatArray = np.where(weights > 0.0, weights * squares, 0.0).sum(axis=-1)
         return np.where(np.isnan(total), np.inf, total)
 

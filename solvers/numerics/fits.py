@@ -141,12 +141,12 @@ def clutter_constant(
     return np.asarray(c)
 
 
-def lengths(given: float | None, share: float, points: FloatArray) -> FloatArray:
-    """A length for each cloud of points (b, n, d), (b,), u: the one given, or else a
+def lengths(length: float | None, share: float, points: FloatArray) -> FloatArray:
+    """A length for each cloud of points (b, n, d), (b,), u: `length`, or if it is None a
     share of the cloud's `typical_radius`, clipped so that its square is a float64.
     """
-    if given is not None:
-        return np.full(len(points), given, dtype=np.float64)
+    if length is not None:
+        return np.full(len(points), length, dtype=np.float64)
     return np.clip(share * typical_radius(points), 1e-150, 1e149)
 
 
@@ -165,10 +165,10 @@ def fit_pairs(
         return fitted, reason, condition
     R, t, scale = np.array(fitted.R), np.array(fitted.t), np.array(fitted.scale)
     R[bad], t[bad] = pose.R[bad], pose.t[bad]
-    some = bad & (weights > 0.0).any(axis=1)
-    share = weights[some] / weights[some].max(axis=1, keepdims=True)
+    weighted = bad & (weights > 0.0).any(axis=1)
+    share = weights[weighted] / weights[weighted].max(axis=1, keepdims=True)
     share /= share.sum(axis=1, keepdims=True)
-    mean_p, mean_q = (np.einsum("bm,bmd->bd", share, x[some]) for x in (source, partners))
-    t[some] = mean_q - (R[some] @ mean_p[..., None])[..., 0]
-    scale[bad & ~some] = np.asarray(pose.scale)[bad & ~some]
+    mean_p, mean_q = (np.einsum("bm,bmd->bd", share, x[weighted]) for x in (source, partners))
+    t[weighted] = mean_q - (R[weighted] @ mean_p[..., None])[..., 0]
+    scale[bad & ~weighted] = np.asarray(pose.scale)[bad & ~weighted]
     return Pose.trusted(R, t, scale), reason, condition

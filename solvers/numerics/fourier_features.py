@@ -193,10 +193,10 @@ def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArra
     factors = np.ones((b, n, 1 + d))
     factors[..., 1:] = points
     total = np.zeros((2, b, D, 1 + d))
-    for some, part in _blocks(b, n, D):
-        c, s = cos_sin(points[some, part] @ per_turn[some])
-        total[0, some] += c.swapaxes(1, 2) @ factors[some, part]
-        total[1, some] += s.swapaxes(1, 2) @ factors[some, part]
+    for group, part in _blocks(b, n, D):
+        c, s = cos_sin(points[group, part] @ per_turn[group])
+        total[0, group] += c.swapaxes(1, 2) @ factors[group, part]
+        total[1, group] += s.swapaxes(1, 2) @ factors[group, part]
     return total[0], total[1]
 
 

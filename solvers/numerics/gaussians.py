@@ -78,15 +78,15 @@ class _Kernel:
         # the weight of a distance of 0 at 1.
         self.factor = (-0.5 / np.maximum(np.square(sigma), _TINY))[:, None, None]
         self.blocks = list(blocks(b, r, c, limit))
-        some, part = self.blocks[0]
-        shape = (min(b, some.stop), min(r, part.stop), c)
+        group, part = self.blocks[0]
+        shape = (min(b, group.stop), min(r, part.stop), c)
         self.buffers = tuple(np.empty(shape) for _ in range(2))
 
-    def block(self, some: slice, part: slice) -> tuple[FloatArray, FloatArray]:
+    def block(self, group: slice, part: slice) -> tuple[FloatArray, FloatArray]:
         """Squared distances and kernel of a block, both (g, r, c); the next call
         overwrites them.
         """
-        left, right = self.left[some, :, part], self.right[some]
+        left, right = self.left[group, :, part], self.right[group]
         squares, kernel = (x[: left.shape[0], : left.shape[2]] for x in self.buffers)
         np.matmul(left[:, 0], right[:, 0], out=squares)
         np.multiply(squares, squares, out=squares)
@@ -94,7 +94,7 @@ class _Kernel:
             np.matmul(left[:, k], right[:, k], out=kernel)
             np.multiply(kernel, kernel, out=kernel)
             np.add(squares, kernel, out=squares)
-        np.multiply(squares, self.factor[some], out=kernel)
+        np.multiply(squares, self.factor[group], out=kernel)
         if kernel.min() < -_FAR:  # the check costs less than half of a needless cut-off
             np.maximum(kernel, -_FAR, out=kernel)
         np.exp(kernel, out=kernel)
@@ -123,8 +123,8 @@ def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: Float
     out = np.empty((*rows.shape[:2], values.shape[2]))
     with np.errstate(over="ignore", under="ignore"):
         kernel = _Kernel(rows, columns, sigma)
-        for some, part in kernel.blocks:
-            np.matmul(kernel.block(some, part)[1], values[some], out=out[some, part])
+        for group, part in kernel.blocks:
+            np.matmul(kernel.block(group, part)[1], values[group], out=out[group, part])
     return out
 
 
@@ -135,25 +135,25 @@ def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArr
     """
     b, n, d = rows.shape
     m = columns.shape[1]
-    ones, nothing = np.ones(m), np.zeros((1, 1))
+    ones, zero = np.ones(m), np.zeros((1, 1))
     row, log_sum, scatter = np.empty((b, n)), np.zeros(b), np.zeros(b)
     moments = np.zeros((b, 1 + d, m))
     values = np.ones((b, 1 + d, n))
     values[:, 1:] = rows.swapaxes(1, 2)
     with np.errstate(over="ignore", under="ignore"):
         kernel = _Kernel(rows, columns, sigma, limit)
-        for some, part in kernel.blocks:
-            D, K = kernel.block(some, part)
+        for group, part in kernel.blocks:
+            D, K = kernel.block(group, part)
             total = K @ ones
-            constant, shift = c[some, None], nothing
+            constant, shift = c[group, None], zero
             if total.min() < _LOW:
-                constant, shift = _rescue(D, K, total, constant, kernel.factor[some])
+                constant, shift = _rescue(D, K, total, constant, kernel.factor[group])
             whole = total + constant
             share = 1.0 / whole
-            row[some, part] = total * share
-            log_sum[some] += (np.log(whole) + shift).sum(axis=-1)
-            scatter[some] += np.vecdot(np.vecdot(D, K), share)
-            moments[some] += (values[some, :, part] * share[:, None]) @ K
+            row[group, part] = total * share
+            log_sum[group] += (np.log(whole) + shift).sum(axis=-1)
+            scatter[group] += np.vecdot(np.vecdot(D, K), share)
+            moments[group] += (values[group, :, part] * share[:, None]) @ K
     return Shares(row, moments, scatter, log_sum)
 
 

@@ -203,10 +203,10 @@ def _vertices(kind: str, points: FloatArray) -> tuple[IntArray, FloatArray]:
     side = np.where(upper, -1, 1)[:, None]
     # In the upper triangle the far corner comes first, and its neighbours lie one step
     # back.
-    one = first + side * np.where(upper[:, None], [0, 1], [1, 0])
-    two = first + side * np.where(upper[:, None], [1, 0], [0, 1])
+    second = first + side * np.where(upper[:, None], [0, 1], [1, 0])
+    third = first + side * np.where(upper[:, None], [1, 0], [0, 1])
     weights = np.column_stack([1.0 - g.sum(axis=1), g])
-    return np.stack([first, one, two], axis=1), weights
+    return np.stack([first, second, third], axis=1), weights
 
 
 def _sampled() -> FloatArray:

@@ -63,9 +63,9 @@ class Candidates:
     def row_sums(self, values: FloatArray) -> FloatArray:
         """Σ of the values (e,) of each row, (rows,)."""
         total = np.zeros(self.rows)
-        some = self.starts[1:] > self.starts[:-1]
-        if some.any():
-            total[some] = np.add.reduceat(values, self.starts[:-1][some])
+        has_pairs = self.starts[1:] > self.starts[:-1]
+        if has_pairs.any():
+            total[has_pairs] = np.add.reduceat(values, self.starts[:-1][has_pairs])
         return total
 
     def column_sums(self, values: FloatArray) -> FloatArray:
@@ -129,11 +129,11 @@ def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tu
     right[:, :d] *= -2.0
     bound = np.square(reach)[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
     # Problem by problem, so that the screen stays in the processor's cache.
-    screen, passed, hits = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
+    screen, mask, hits = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
     for k in range(b):
         np.matmul(left[k], right[k], out=screen)
-        np.less_equal(screen, bound[k, :, None], out=passed)
-        hits.append(np.flatnonzero(passed.ravel()) + k * (m * n))
+        np.less_equal(screen, bound[k, :, None], out=mask)
+        hits.append(np.flatnonzero(mask.ravel()) + k * (m * n))
     flat = np.concatenate(hits)
     counts = np.diff(np.searchsorted(flat, n * np.arange(b * m + 1)))
     return counts, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
@@ -190,17 +190,17 @@ class _Cells:
             # On the rim the line above or below is the same one again, and counts once.
             end[..., k] = np.where(outside | (up != cell[..., 1] + (k - 1)), begin[..., k], end[..., k])
         count = (end - begin).ravel()
-        place = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        return count.reshape(-1, 3).sum(axis=1), self.order.take(place)
+        index = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        return count.reshape(-1, 3).sum(axis=1), self.order.take(index)
 
 
-def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
+def scores(pairs: Candidates, m: int, sigma: FloatArray) -> FloatArray:
     """ψ of the listed pairs, (e,); m source points per problem, sigma (b,)."""
     with np.errstate(over="ignore", under="ignore"):
         # The square of a width below 1e-154 underflows: this keeps the factor finite, and
         # the weight of a distance of 0 at 1.
         factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
-        psi: FloatArray = np.exp(found.squares * found.along(factor))
+        psi: FloatArray = np.exp(pairs.squares * pairs.along(factor))
     return psi
 
 
@@ -299,12 +299,12 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
     its pose.
     """
     moved = state.pose.apply(state.problem.source)
-    some = mass > 0.0
+    has_mass = mass > 0.0
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        soft = np.where(some[..., None], moment / np.where(some, mass, 1.0)[..., None], moved)
+        soft = np.where(has_mass[..., None], moment / np.where(has_mass, mass, 1.0)[..., None], moved)
         # A mean lies among its points, up to rounding.
         soft = np.clip(soft, -validate.LARGEST, validate.LARGEST)
-        used = some & (mass >= state.options.least_support)
+        used = has_mass & (mass >= state.options.least_support)
         gap = moved - soft
         squares = np.einsum("bmd,bmd->bm", gap, gap)
         objective = np.where(used, mass * squares, 0.0).sum(axis=1)

@@ -16,9 +16,9 @@ AGAIN = "the run cycles through the same few poses"
 """The reason given when such a run stalls."""
 
 
-def anchor(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:
+def anchor(steps: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:
     """The points (b, m, d) to compare later ones with: `moved` in the problems that have
     taken (b,) 1, 2, 4, 8 … steps, else the anchor `before`.
     """
-    renew = (taken & (taken - 1)) == 0
+    renew = (steps & (steps - 1)) == 0
     return np.where(renew[:, None, None], moved, before)

@@ -158,7 +158,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     """
     validate.one_of(kernel, KERNELS, "kernel")
     distances = numbers(distances, "distances")
-    return run_weights(kernel, distances, _own(kernel, threshold))
+    return run_weights(kernel, distances, _usable(kernel, threshold))
 
 
 def run_weights(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
@@ -207,7 +207,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     """
     validate.one_of(kernel, KERNELS, "kernel")
     distances = numbers(distances, "distances")
-    return run_loss(kernel, distances, _own(kernel, threshold))
+    return run_loss(kernel, distances, _usable(kernel, threshold))
 
 
 def run_loss(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
@@ -309,7 +309,7 @@ def check_options(weight: str, tuning: float | None, scale: float | None) -> Non
             validate.number(value, name, 1e-100, 1e100)
 
 
-def _own(kernel: str, threshold: FloatArray | float) -> FloatArray:
+def _usable(kernel: str, threshold: FloatArray | float) -> FloatArray:
     """The threshold that a kernel uses: infinity for "none", whatever is given."""
     return np.array(np.inf) if kernel == "none" else _positive(threshold, "threshold")
 

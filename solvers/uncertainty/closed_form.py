@@ -159,14 +159,14 @@ def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | No
         if len(entries) != n:
             raise ValueError(f"{name}: expected one number, or an entry for each of {n} clouds, got {len(entries)}")
         noise_entries[name] = entries
-    each = one_by_one(
+    singles = one_by_one(
         n, lambda k: covariance(result[k], how, free_below=below, **{name: x[k] for name, x in noise_entries.items()})
     )
     parts = {
-        name: np.stack([getattr(one, name) for one in each])
+        name: np.stack([getattr(single, name) for single in singles])
         for name in ("deviations", "directions", "centre", "radius")
     }
-    return replace(each[0], mean=result.pose, **cast(Any, parts))
+    return replace(singles[0], mean=result.pose, **cast(Any, parts))
 
 
 def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: Any) -> None:
@@ -268,9 +268,9 @@ def _hessian(
             raise ValueError("sigma: expected a finite deviation that is not negative")
         variance = np.square(s)
     else:
-        left = at.moved - at.partners
+        residuals = at.moved - at.partners
         # For a noiseless wall, rounding may leave the sum a little below zero.
-        squares = np.maximum(np.einsum("bm,bmi,bmij,bmj->b", w, left, at.precision, left, optimize=True), 0.0)
+        squares = np.maximum(np.einsum("bm,bmi,bmij,bmj->b", w, residuals, at.precision, residuals, optimize=True), 0.0)
         spare = at.dims * (w > 0.0).sum(axis=1) - 3
         # With as many unknowns as residuals, nothing is left to estimate the noise from.
         variance = np.where(spare > 0, squares / np.maximum(spare, 1), np.inf)
@@ -301,18 +301,18 @@ def _censi(
     noise_p = rotation @ S @ rotation.swapaxes(-1, -2)
     middle = np.einsum("bmpi,bmij,bmqj->bpq", by_source, noise_p, by_source, optimize=True)
     # Each target point counts once, however many pairs it is in.
-    each = np.zeros((b, at.count, 3, 2))
-    which = np.arange(b)[:, None]
-    np.add.at(each, (which, at.rows), by_target)
+    by_point = np.zeros((b, at.count, 3, 2))
+    problems = np.arange(b)[:, None]
+    np.add.at(by_point, (problems, at.rows), by_target)
     if at.index is not None:
-        _add_normals(each, at, J)
+        _add_normals(by_point, at, J)
     T = covariances(target_noise, "target_noise", batch, at.count)
-    middle = middle + np.einsum("bnpi,bnij,bnqj->bpq", each, T, each, optimize=True)
+    middle = middle + np.einsum("bnpi,bnij,bnqj->bpq", by_point, T, by_point, optimize=True)
     inverse, free = _inverse(H, below)
     return inverse @ middle @ inverse, free
 
 
-def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
+def _add_normals(by_point: FloatArray, at: _Pairs, J: FloatArray) -> None:
     """Add the target points' effect through the normals: n turns by α when the points y of its neighbourhood move by
     dz, with α (λ₁ − λ₂) k = Σ (t·dz)(y·n) + (t·y)(n·dz), t across n.
     """
@@ -320,9 +320,9 @@ def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
     assert at.normals is not None
     points = at.index.points
     b, n = points.shape[:2]
-    which = np.arange(b)[:, None]
+    problems = np.arange(b)[:, None]
     near, _ = at.index.nearest_k(points, min(at.neighbours + 1, n))
-    y = points[which[..., None], near]
+    y = points[problems[..., None], near]
     y = y - y.mean(axis=2, keepdims=True)
     values, _ = symmetric_eigen(y.swapaxes(-1, -2) @ y / y.shape[2])
     t = np.stack([-at.normals[..., 1], at.normals[..., 0]], axis=-1)
@@ -332,12 +332,12 @@ def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
     turn = np.where(at.flagged[..., None, None], 0.0, turn / np.where(gap < 0.0, gap, -1.0)[..., None, None])
     # For each pair, the derivative by the turn α of its normal: w Jᵀ [t (n·d) + n (t·d)].
     d = at.moved - at.partners
-    n_i, t_i = at.normals[which, at.rows], t[which, at.rows]
+    n_i, t_i = at.normals[problems, at.rows], t[problems, at.rows]
     bent = t_i * (n_i * d).sum(-1, keepdims=True) + n_i * (t_i * d).sum(-1, keepdims=True)
     by_turn = at.weights[..., None] * (J.swapaxes(-1, -2) @ bent[..., None])[..., 0]
     of_point = np.zeros((b, n, 3))
-    np.add.at(of_point, (which, at.rows), by_turn)
-    np.add.at(each, (which[..., None], near), of_point[:, :, None, :, None] * turn[:, :, :, None, :])
+    np.add.at(of_point, (problems, at.rows), by_turn)
+    np.add.at(by_point, (problems[..., None], near), of_point[:, :, None, :, None] * turn[:, :, :, None, :])
 
 
 def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:

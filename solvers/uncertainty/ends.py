@@ -278,9 +278,9 @@ def from_starts(
     matrix = along.T @ along / len(along)
     free = None
     if noise is not None:
-        other = _moved(noise.to("target"), centre, radius)
-        half = other.directions * np.where(other.free, 0.0, other.deviations)
-        matrix, free = matrix + half @ half.T, np.where(other.free, other.directions, 0.0)
+        extra = _about(noise.to("target"), centre, radius)
+        half = extra.directions * np.where(extra.free, 0.0, extra.deviations)
+        matrix, free = matrix + half @ half.T, np.where(extra.free, extra.directions, 0.0)
         keep = np.eye(3) - free @ free.T
         matrix = keep @ matrix @ keep
     return from_scaled(matrix, end, centre, np.asarray(radius), "target", "starts", free)
@@ -300,16 +300,16 @@ def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
     return middle, float(np.sqrt(np.square(first - middle).sum(axis=1).mean())) or 1.0
 
 
-def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
+def _about(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
     """The same covariance about another centre and in units of another radius."""
     # From centre to centre directly, not via the origin, which may be far away.
-    anew = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre - spread.centre)
-    anew = anew / np.array([float(spread.radius), 1.0, 1.0])
-    span = anew @ spread.directions[:, spread.free]
+    change = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre - spread.centre)
+    change = change / np.array([float(spread.radius), 1.0, 1.0])
+    span = change @ spread.directions[:, spread.free]
     free = np.zeros((3, 3))
     free[:, : span.shape[1]] = np.linalg.qr(span)[0]
     keep = np.eye(3) - free @ free.T
-    half = keep @ anew @ (spread.directions * np.where(spread.free, 0.0, spread.deviations))
+    half = keep @ change @ (spread.directions * np.where(spread.free, 0.0, spread.deviations))
     matrix = half @ half.T
     return from_scaled(matrix, spread.mean, centre, np.asarray(radius), "target", spread.made_by, free)
 
@@ -336,10 +336,10 @@ def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean
     for _ in range(20):
         centre = mean.apply(middle[None])[0]
         along = _twists(poses, mean, centre, radius)
-        now = float(np.square(along).sum())
-        if now >= spread * (1.0 - 1e-12):
+        squares = float(np.square(along).sum())
+        if squares >= spread * (1.0 - 1e-12):
             break
-        spread, best = now, (mean, centre, along)
+        spread, best = squares, (mean, centre, along)
         step = se2.exp(along.mean(axis=0) / np.array([radius, 1.0, 1.0]))
         shift = Pose.trusted(np.eye(2), centre)
         mean = shift.compose(step).compose(shift.inverse()).compose(mean)

@@ -58,9 +58,9 @@ def range_bearing(
     return noise
 
 
-def covariances(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> FloatArray:
+def covariances(noise: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> FloatArray:
     """Covariances (b, count, 2, 2) from the caller's deviations or covariances."""
-    a = finite(numbers(given, name), name)
+    a = finite(numbers(noise, name), name)
     if a.shape in ((), (count,)):
         if (a < 0.0).any():
             raise ValueError(f"{name}: a deviation is negative")

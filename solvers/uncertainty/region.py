@@ -205,8 +205,8 @@ class Covariance:
             World units.
         """
         back = self.mean.inverse()
-        other = se2.rigid(pose)
-        apart = other.compose(back) if self.frame == "target" else back.compose(other)
+        rigid = se2.rigid(pose)
+        apart = rigid.compose(back) if self.frame == "target" else back.compose(rigid)
         shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))
         scaled = twist * self._scale()
@@ -291,8 +291,8 @@ class Covariance:
             probability) or the count (1 or more) is invalid.
         """
         self._single("ellipse")
-        here = self.to("target")
-        half = here._lever(point) * here._finite(reach)
+        spread = self.to("target")
+        half = spread._lever(point) * spread._finite(reach)
         # A triangular root, which unlike eigenvectors is continuous where the ellipse is round.
         C = half @ half.T
         a = sqrt(C[0, 0])
@@ -300,9 +300,9 @@ class Covariance:
         root = np.array([[a, 0.0], [b, sqrt(max(C[1, 1] - b * b, 0.0))]])
         turn = np.linspace(0.0, 2.0 * np.pi, validate.count(count, "count", 1) + 1)
         curve = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
-        motions = here._motions(curve @ np.linalg.pinv(half).T * here._finite(reach))
-        where: FloatArray = motions.compose(here.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
-        return where
+        motions = spread._motions(curve @ np.linalg.pinv(half).T * spread._finite(reach))
+        points: FloatArray = motions.compose(spread.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
+        return points
 
     def sample(self, count: int, seed: int = 0, reach: float | None = None) -> Pose:
         """Poses drawn from the normal distribution through the exponential map.
