@@ -195,9 +195,12 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
         present = state.present.clip(-FAR, FAR)
         # Problem by problem and sample by sample, so that attention's matrices exist for only one at a time and stay
         # in the processor's cache.
-        each = zip(state.tokens, present, state.time, strict=True)
+        problems = zip(state.tokens, present, state.time, strict=True)
         predicted = np.stack(
-            [np.stack([network.endpoint(weights, tokens, one, time) for one in own]) for tokens, own, time in each]
+            [
+                np.stack([network.endpoint(weights, tokens, sample, time) for sample in samples])
+                for tokens, samples, time in problems
+            ]
         )
     given = np.broadcast_to(state.given[:, None], predicted.shape)
     if anchored:
@@ -238,9 +241,9 @@ def _read_out(state: FlowState, views: tuple[Pose, Pose], chosen: IntArray) -> P
     the world's.
     """
     rows = np.arange(len(chosen))
-    between = views[1][rows, chosen].inverse().compose(views[0][rows, chosen])
-    shift = state.middle + state.radius[:, None] * between.t - np.einsum("bij,bj->bi", between.R, state.home)
-    return Pose.trusted(between.R, shift).compose(state.problem.start)
+    relative = views[1][rows, chosen].inverse().compose(views[0][rows, chosen])
+    shift = state.middle + state.radius[:, None] * relative.t - np.einsum("bij,bj->bi", relative.R, state.home)
+    return Pose.trusted(relative.R, shift).compose(state.problem.start)
 
 
 _METHODS = {

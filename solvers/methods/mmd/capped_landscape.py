@@ -94,25 +94,25 @@ class CappedField:
         with np.errstate(over="ignore", invalid="ignore"):
             column, row = np.floor((x - self.corner[0]) / self.side), np.floor((y - self.corner[1]) / self.side)
             inside = (column >= 0.0) & (column < self.shape[0]) & (row >= 0.0) & (row < self.shape[1])
-            place = np.where(inside, row * self.shape[0] + column, len(self.candidates) - 1).astype(np.int64)
-        best, who = np.full(len(x), np.square(self.cap)), np.full(len(x), n, dtype=np.int64)
+            cell = np.where(inside, row * self.shape[0] + column, len(self.candidates) - 1).astype(np.int64)
+        best, nearest = np.full(len(x), np.square(self.cap)), np.full(len(x), n, dtype=np.int64)
         left = np.arange(len(x))
         qx, qy = np.append(self.target[:, 0], np.inf), np.append(self.target[:, 1], np.inf)
         for k in range(self.candidates.shape[1]):
             # Candidates come before padding: a point without further candidates is done.
-            near = self.candidates[place, k]
-            more = np.flatnonzero(near < n)
-            if 2 * more.size < near.size:
-                left, place, near, x, y = left[more], place[more], near[more], x[more], y[more]
+            near = self.candidates[cell, k]
+            further = np.flatnonzero(near < n)
+            if 2 * further.size < near.size:
+                left, cell, near, x, y = left[further], cell[further], near[further], x[further], y[further]
                 if not left.size:
                     break
             dx, dy = x - qx[near], y - qy[near]
             dx *= dx
             dy *= dy
             dx += dy
-            closer = np.flatnonzero((dx < best[left]) | ((dx == best[left]) & (who[left] == n) & (near < n)))
-            best[left[closer]], who[left[closer]] = dx[closer], near[closer]
-        return who, best
+            closer = np.flatnonzero((dx < best[left]) | ((dx == best[left]) & (nearest[left] == n) & (near < n)))
+            best[left[closer]], nearest[left[closer]] = dx[closer], near[closer]
+        return nearest, best
 
     def values(self, t: ArrayLike) -> FloatArray:
         """The objective at translations.
@@ -196,36 +196,36 @@ class CappedField:
         shape, t = t.shape[:-1], t.reshape(-1, 2)
         n, s = len(self.target), len(t)
         status, steps = statuses((s,)), np.zeros(s, dtype=np.int64)
-        who, squares = self._pairs(t)
+        rows, squares = self._pairs(t)
         value = squares.mean(axis=1)
         course, level = [t], [value]
-        going = np.arange(s)
-        while going.size and len(course) <= max_steps:
-            used = who < n
+        active = np.arange(s)
+        while active.size and len(course) <= max_steps:
+            used = rows < n
             reached = used.any(axis=1)
-            status[going[~reached]] = Status.DEGENERATE
-            going, used, who = going[reached], used[reached], who[reached]
-            if not going.size:
+            status[active[~reached]] = Status.DEGENERATE
+            active, used, rows = active[reached], used[reached], rows[reached]
+            if not active.size:
                 break
-            offset = self.target[np.where(used, who, 0)] - self.turned - t[going, None]
+            offset = self.target[np.where(used, rows, 0)] - self.turned - t[active, None]
             move = np.where(used[..., None], offset, 0.0).sum(axis=1) / used.sum(axis=1)[:, None]
             t, value = t.copy(), value.copy()
-            t[going] += move
-            who, squares = self._pairs(t[going])
-            value[going] = squares.mean(axis=1)
-            steps[going] += 1
+            t[active] += move
+            rows, squares = self._pairs(t[active])
+            value[active] = squares.mean(axis=1)
+            steps[active] += 1
             course.append(t)
             level.append(value)
             still = np.linalg.norm(move, axis=1) <= tolerance
-            status[going[still]] = Status.CONVERGED
-            going, who = going[~still], who[~still]
+            status[active[still]] = Status.CONVERGED
+            active, rows = active[~still], rows[~still]
         return course_of(course, level, steps, status, shape)
 
     def _pairs(self, t: FloatArray) -> tuple[IntArray, FloatArray]:
         """Nearest rows and capped squares of the cloud at translations t (s, 2), (s, m) each."""
         moved = t[:, None] + self.turned
-        who, squares = self.nearest(moved[..., 0].ravel(), moved[..., 1].ravel())
-        return who.reshape(moved.shape[:-1]), squares.reshape(moved.shape[:-1])
+        rows, squares = self.nearest(moved[..., 0].ravel(), moved[..., 1].ravel())
+        return rows.reshape(moved.shape[:-1]), squares.reshape(moved.shape[:-1])
 
 
 def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: int = 2**13) -> CappedField:

@@ -259,13 +259,13 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
             mean = mean_features(problem.target, z / ell[:, None, None])
         means.append(np.pad(mean.reshape(b, 2, count), ((0, 0), (0, 0), (0, D - count))).reshape(b, 2 * D))
     centroid = problem.source.mean(axis=1)
-    nothing = np.zeros((b, 2 * D))
+    zeros = np.zeros((b, 2 * D))
     state = MmdState(
         problem=problem, options=options, lengths=lengths, draws=draws, counts=np.tile(counts, (b, 1)),
         fixed_means=np.stack(means, axis=1), centred=problem.source - centroid[:, None], centroid=centroid,
         radius=rms_radius(problem.source), pose=Pose.trusted(problem.start.R, problem.start.t), objective=np.zeros(b),
         status=statuses((b,)), reason=reasons((b,)), stage=np.zeros(b, dtype=np.int64), frequencies=draws[:, 0],
-        length=lengths[:, 0], moving_mean=nothing, fixed_mean=means[0], residual=nothing,
+        length=lengths[:, 0], moving_mean=zeros, fixed_mean=means[0], residual=zeros,
         jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, float(options.damping)), condition=np.full(b, np.inf),
         weak=np.zeros((b, p)), change=np.full(b, np.inf),
     )  # fmt: skip

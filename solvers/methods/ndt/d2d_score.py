@@ -62,7 +62,7 @@ def evaluate(
     S, Q = floored(source.covariance)[which], floored(target.covariance)[which]
     mu = target.mean[which]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        x, y = _moved(pose, source.mean[which])
+        x, y = _means(pose, source.mean[which])
         close = _close(x, y, S, Q, mu, pose, sharpness)
         close &= source.kept[which][:, :, None] & target.kept[which][:, None, :]
         b, i, j = np.nonzero(close)
@@ -84,14 +84,14 @@ def evaluate(
         hessian = np.empty((k, 3, 3))
         for (m, n), half in second.items():
             hessian[:, m, n] = hessian[:, n, m] = total(half - first[m] * first[n])
-    each = np.zeros((k, 1, width))
-    each[:, 0] = np.bincount(b * width + i, weights=terms, minlength=k * width).reshape(k, width)
+    values = np.zeros((k, 1, width))
+    values[:, 0] = np.bincount(b * width + i, weights=terms, minlength=k * width).reshape(k, width)
     best = np.full((k, 1, width), -1, dtype=np.int64)
     best[:, 0, : close.shape[1]] = _best(close, terms)
-    return Score(total(np.ones_like(terms)), gradient, hessian, best, each)
+    return Score(total(np.ones_like(terms)), gradient, hessian, best, values)
 
 
-def _moved(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _means(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The coordinates x and y, (k, C) each, of the means (k, C, 2) moved by the poses (k,)."""
     R, s, t = pose.R, np.asarray(pose.scale), pose.t
     # Coordinate by coordinate, so that rounding is the same as for a single problem.

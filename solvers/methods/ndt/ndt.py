@@ -190,11 +190,11 @@ def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | N
     centre = weighted_centroid(problem.source, near)
     at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b), options.outliers)
     status, reason = statuses((b,)), reasons((b,))
-    for name, several in (("target", maps), ("source", sources or ())):
-        for one in several:
-            for words in sorted(set(one.reason) - {""}):
+    for name, group in (("target", maps), ("source", sources or ())):
+        for cells in group:
+            for words in sorted(set(cells.reason) - {""}):
                 message = f"{name}: {words}"
-                status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, message)
+                status, reason = mark(status, reason, np.asarray(cells.reason == words), Status.DEGENERATE, message)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
     condition, _, weak = _condition(at.hessian, radius)
@@ -220,7 +220,7 @@ def _score(
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
     k, m = moved.shape[:2]
-    width = max(one.mean.shape[1] for one in sources) if sources else m
+    width = max(cells.mean.shape[1] for cells in sources) if sources else m
     shape = (k, 1 if sources else maps[0].table.shape[1], width)
 
     def of(at: int, rows: IntArray) -> Score:
@@ -304,7 +304,7 @@ def _scored(state: NdtState, level: IntArray, pose: Pose, which: IntArray) -> Sc
 
 
 @dataclass(frozen=True, eq=False)
-class _Taken:
+class _Search:
     """The outcome of a step. move: (b, 3) as accepted or last tried; halved: (b,) the number of halvings. better: (b,)
     whether the score rose. pose, at: after the move where the score rose, else unchanged.
     """
@@ -316,7 +316,7 @@ class _Taken:
     at: Score
 
 
-def _shortened(state: NdtState, full: FloatArray) -> _Taken:
+def _shortened(state: NdtState, full: FloatArray) -> _Search:
     """Take the full step (b, 3), or the longest of its halves, quarters … that raises the score."""
     options, old, move = state.options, state.at, full.copy()
     pivot = _pivot(state.pose, state.centre)
@@ -329,23 +329,23 @@ def _shortened(state: NdtState, full: FloatArray) -> _Taken:
         if not rows.size:
             break
         # Score several halvings of every such problem in one evaluation and take the longest step that helps.
-        several = min(TOGETHER, options.halvings - first)
-        many = np.repeat(rows, several)
-        shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
-        trials = moved_by(state.pose[many], shorter, pivot[many])
-        again = _scored(state, state.level[many], trials, many)
-        good = (again.score > old.score[many]).reshape(len(rows), several)
+        count = min(TOGETHER, options.halvings - first)
+        repeated = np.repeat(rows, count)
+        shorter = move[repeated] * np.tile(0.5 ** np.arange(1, count + 1), len(rows))[:, None]
+        trials = moved_by(state.pose[repeated], shorter, pivot[repeated])
+        scores = _scored(state, state.level[repeated], trials, repeated)
+        good = (scores.score > old.score[repeated]).reshape(len(rows), count)
         helped = good.any(axis=1)
-        longest = np.where(helped, good.argmax(axis=1), several - 1)
-        move[rows] = shorter.reshape(len(rows), several, 3)[np.arange(len(rows)), longest]
+        longest = np.where(helped, good.argmax(axis=1), count - 1)
+        move[rows] = shorter.reshape(len(rows), count, 3)[np.arange(len(rows)), longest]
         halved[rows] += longest + 1
         if helped.any():
-            winners, which = rows[helped], (np.arange(len(rows)) * several + longest)[helped]
-            pose, at = put(pose, winners, trials[which]), put(at, winners, take(again, which))
+            winners, best = rows[helped], (np.arange(len(rows)) * count + longest)[helped]
+            pose, at = put(pose, winners, trials[best]), put(at, winners, take(scores, best))
             better[winners] = True
     if not better.all():
         pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
-    return _Taken(move, halved, better, pose, at)
+    return _Search(move, halved, better, pose, at)
 
 
 def _stopped(

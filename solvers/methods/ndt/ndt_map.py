@@ -131,10 +131,10 @@ class NdtMap:
         origin, first, shape = (distinct(a)[which][:, :, None] for a in (self.origin, self.first, self.shape))
         size = self.size[which, None, None]
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            place = [np.floor((points[:, None, :, k] - origin[..., k]) / size) - first[..., k] for k in (0, 1)]
+            cell = [np.floor((points[:, None, :, k] - origin[..., k]) / size) - first[..., k] for k in (0, 1)]
             nx, ny = shape[..., 0], shape[..., 1]
-            inside = (place[0] >= 0.0) & (place[0] < nx) & (place[1] >= 0.0) & (place[1] < ny)
-            flat = np.where(inside, place[0] * ny + place[1], 0.0).astype(np.int64)
+            inside = (cell[0] >= 0.0) & (cell[0] < nx) & (cell[1] >= 0.0) & (cell[1] < ny)
+            flat = np.where(inside, cell[0] * ny + cell[1], 0.0).astype(np.int64)
         base = (which[:, None, None] * G + np.arange(G)[:, None]) * length
         return np.where(inside, table.ravel()[base + flat], np.int64(-1))
 
@@ -199,12 +199,12 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
     h = size.copy()
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         origin = shift + h[:, None, None] * SHIFTS[:grids]
-        place = np.floor((points[:, None] - origin[:, :, None]) / h[:, None, None, None])
-        flat, many = place.reshape(-1, 2), np.repeat(np.arange(b * grids), n)
-        order = np.lexsort((flat[:, 1], flat[:, 0], many))
-        flat, many = flat[order], many[order]
+        cells = np.floor((points[:, None] - origin[:, :, None]) / h[:, None, None, None])
+        flat, groups = cells.reshape(-1, 2), np.repeat(np.arange(b * grids), n)
+        order = np.lexsort((flat[:, 1], flat[:, 0], groups))
+        flat, groups = flat[order], groups[order]
         new = np.ones(len(flat), dtype=np.bool_)
-        new[1:] = (flat[1:] != flat[:-1]).any(axis=1) | (many[1:] != many[:-1])
+        new[1:] = (flat[1:] != flat[:-1]).any(axis=1) | (groups[1:] != groups[:-1])
         starts = np.flatnonzero(new)
         count = np.diff(np.append(starts, len(flat)))
         q = np.broadcast_to(points[:, None], (b, grids, n, 2)).reshape(-1, 2)[order]
@@ -216,10 +216,10 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
         products = np.stack([centred[:, i] * centred[:, j] for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
         xx, xy, yy = (np.add.reduceat(products, starts) / count[:, None]).T
         covariance = np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-1)
-        owner = many[starts] // grids
+        owner = groups[starts] // grids
         precision, wide = inverse(covariance, LEAST_VARIANCE * np.square(h[owner]))
     enough = count >= LEAST_POINTS
-    group, cell = many[starts], flat[starts]
+    group, cell = groups[starts], flat[starts]
     good, oversized = _indexable(enough & wide, group, cell, b, grids)
     dropped = np.where(enough, np.where(wide, "", ONE_PLACE), TOO_FEW).astype(object)
     dropped[(dropped == "") & ~good] = TOO_SMALL
@@ -336,37 +336,37 @@ def _floored(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[F
 
 
 def _box(
-    kept: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
+    mask: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
 ) -> tuple[FloatArray, FloatArray]:
     first, last = np.full((b * grids, 2), np.inf), np.full((b * grids, 2), -np.inf)
-    np.minimum.at(first, group[kept], cell[kept])
-    np.maximum.at(last, group[kept], cell[kept])
-    some = np.isfinite(first)
-    return np.where(some, first, 0.0), np.where(some, last - np.where(some, first, 0.0) + 1.0, 0.0)
+    np.minimum.at(first, group[mask], cell[mask])
+    np.maximum.at(last, group[mask], cell[mask])
+    has_cells = np.isfinite(first)
+    return np.where(has_cells, first, 0.0), np.where(has_cells, last - np.where(has_cells, first, 0.0) + 1.0, 0.0)
 
 
 def _indexable(
-    kept: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
+    mask: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
 ) -> tuple[BoolArray, BoolArray]:
-    """The kept cells, except of clouds whose bounding box is too large for a table, and which clouds those are."""
+    """The cells of `mask`, except of clouds whose bounding box is too large for a table, and which clouds those are."""
     with np.errstate(over="ignore", invalid="ignore"):
-        _, shape = _box(kept, group, cell, b, grids)
+        _, shape = _box(mask, group, cell, b, grids)
         area = shape[:, 0] * shape[:, 1]
         # Beyond 2⁵³ neighbouring cells share a float64 number.
         far = np.zeros(b * grids)
-        np.maximum.at(far, group[kept], np.abs(cell[kept]).max(axis=1))
+        np.maximum.at(far, group[mask], np.abs(cell[mask]).max(axis=1))
         oversized = np.asarray((~(area <= LARGEST_TABLE) | ~(far < 2.0**52)).reshape(b, grids).any(axis=1))
-    return np.asarray(kept & ~oversized[group // grids]), oversized
+    return np.asarray(mask & ~oversized[group // grids]), oversized
 
 
 def _table(
-    kept: BoolArray, group: IntArray, cell: FloatArray, number: IntArray, b: int, grids: int
+    mask: BoolArray, group: IntArray, cell: FloatArray, number: IntArray, b: int, grids: int
 ) -> tuple[FloatArray, FloatArray, AnyArray]:
-    first, shape = _box(kept, group, cell, b, grids)
+    first, shape = _box(mask, group, cell, b, grids)
     length = max(1, int((shape[:, 0] * shape[:, 1]).max()))
     table = np.full((b * grids, length), -1, dtype=np.int32)
-    at = cell[kept] - first[group[kept]]
-    table[group[kept], (at[:, 0] * shape[group[kept], 1] + at[:, 1]).astype(np.int64)] = number[kept]
+    at = cell[mask] - first[group[mask]]
+    table[group[mask], (at[:, 0] * shape[group[mask], 1] + at[:, 1]).astype(np.int64)] = number[mask]
     return first.reshape(b, grids, 2), shape.reshape(b, grids, 2), table.reshape(b, grids, length)
 
 

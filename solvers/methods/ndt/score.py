@@ -143,8 +143,8 @@ def evaluate(
     size = max(1, TOGETHER // (m * cells.table.shape[1]))
     if b <= size:
         return _evaluate(cells, moved, pivot, which, derivatives, outliers)
-    some = [slice(i, i + size) for i in range(0, b, size)]
-    parts = [_evaluate(cells, moved[s], pivot[s], which[s], derivatives, outliers) for s in some]
+    blocks = [slice(i, i + size) for i in range(0, b, size)]
+    parts = [_evaluate(cells, moved[s], pivot[s], which[s], derivatives, outliers) for s in blocks]
     return Score(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Score)})
 
 
@@ -268,12 +268,12 @@ def score_map(
             columns = _runs(np.floor((px - origin[0]) / h) - first[0], wide)
             begin = np.searchsorted(columns.point, np.arange(m + 1))
             for top in range(0, ny, together):
-                some = slice(top, top + together)
-                rows = _runs(np.floor((py[:, some] - origin[1]) / h) - first[1], high)
+                band = slice(top, top + together)
+                rows = _runs(np.floor((py[:, band] - origin[1]) / h) - first[1], high)
                 # Every run of rows meets the same point's runs of columns.
-                many = np.diff(begin)[rows.point]
-                k = np.repeat(np.arange(len(many)), many)
-                q = _counted(many, begin[rows.point])
+                counts = np.diff(begin)[rows.point]
+                k = np.repeat(np.arange(len(counts)), counts)
+                q = _counted(counts, begin[rows.point])
                 cell = cells.table[0, g, columns.cell[q] * high + rows.cell[k]]
                 hit = np.flatnonzero(cell >= 0)
                 k, q, cell = k[hit], q[hit], cell[hit]
@@ -282,13 +282,13 @@ def score_map(
                 k, q, cell = (np.repeat(v, rows.length[k]) for v in (k, q, cell))
                 point, width = rows.point[k], columns.length[q]
                 q1 = py[point, top + j] - mean[cell, 1]
-                place = _counted(width, point * nx + columns.first[q])
-                q0 = px.ravel()[place] - np.repeat(mean[cell, 0], width)
+                index = _counted(width, point * nx + columns.first[q])
+                q0 = px.ravel()[index] - np.repeat(mean[cell, 0], width)
                 along = np.repeat(a[cell], width) * q0 + np.repeat(c[cell] * q1, width)
                 s = np.exp(-(np.square(along) + np.repeat(np.square(e[cell] * q1), width)))
-                where = place + np.repeat((j - point) * nx, width)
-                count = len(out[some]) * nx
-                out[some] += np.bincount(where, weights=s, minlength=count).reshape(-1, nx)
+                bins = index + np.repeat((j - point) * nx, width)
+                count = len(out[band]) * nx
+                out[band] += np.bincount(bins, weights=s, minlength=count).reshape(-1, nx)
     return out * gain
 
 
@@ -304,14 +304,14 @@ class _Runs:
     cell: IntArray
 
 
-def _runs(place: FloatArray, count: int) -> _Runs:
+def _runs(values: FloatArray, count: int) -> _Runs:
     """The runs of equal numbers from 0 to count − 1 in each row of (m, n)."""
-    new = np.ones(place.shape, dtype=np.bool_)
-    np.not_equal(place[:, 1:], place[:, :-1], out=new[:, 1:])
+    new = np.ones(values.shape, dtype=np.bool_)
+    np.not_equal(values[:, 1:], values[:, :-1], out=new[:, 1:])
     at = np.flatnonzero(new)
-    length, cell = np.diff(np.append(at, place.size)), place.ravel()[at]
+    length, cell = np.diff(np.append(at, values.size)), values.ravel()[at]
     inside = (cell >= 0.0) & (cell < count)
-    point, first = np.divmod(at[inside], place.shape[1])
+    point, first = np.divmod(at[inside], values.shape[1])
     return _Runs(point, first, length[inside], cell[inside].astype(np.int64))
 
 

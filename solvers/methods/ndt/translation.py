@@ -126,27 +126,27 @@ def climb(
     validate.number(tolerance, "tolerance", 0.0)
     t = np.asarray(start, dtype=np.float64)
     pivot = np.zeros((1, 2))
-    here = evaluate(cells, (points + t)[None], pivot)
-    trials, score, accepted, damping = [t], [float(here.score[0])], [True], [0.0]
+    current = evaluate(cells, (points + t)[None], pivot)
+    trials, score, accepted, damping = [t], [float(current.score[0])], [True], [0.0]
 
     def ended(status: Status, reason: str) -> Climb:
         return Climb(np.array(trials), np.array(score), np.array(accepted), np.array(damping), status, reason)
 
-    if (here.cells < 0).all():
+    if (current.cells < 0).all():
         return ended(Status.DEGENERATE, "no moved point lies in a cell of the map")
     for _ in range(max_steps):
-        step, lam = newton.damped_step(here.gradient[:, :2], here.hessian[:, :2, :2])
+        step, lam = newton.damped_step(current.gradient[:, :2], current.hessian[:, :2, :2])
         step = newton.capped(step, (np.linalg.norm(step, axis=1) / cap,))
         # So short a step is not tried: its gain is rounding error, and would be accepted on one machine but not on
         # another.
         if float(np.linalg.norm(step)) <= tolerance * h:
             return ended(Status.CONVERGED, "the pose has come to rest")
         for _ in range(halvings + 1):
-            place = _rounded(t + step[0], h)
-            there = evaluate(cells, (points + place)[None], pivot)
-            better = bool(there.score[0] > here.score[0])
-            trials.append(place)
-            score.append(float(there.score[0]))
+            trial = _rounded(t + step[0], h)
+            new = evaluate(cells, (points + trial)[None], pivot)
+            better = bool(new.score[0] > current.score[0])
+            trials.append(trial)
+            score.append(float(new.score[0]))
             accepted.append(better)
             damping.append(float(lam[0]))
             if better:
@@ -154,7 +154,7 @@ def climb(
             step = 0.5 * step
         if not better:
             return ended(Status.STALLED, "no shorter step raises the score on these cells")
-        t, here = place, there
+        t, current = trial, new
     return ended(Status.CAPPED, f"the cap of {max_steps} steps was reached")
 
 

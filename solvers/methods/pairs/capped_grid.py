@@ -40,11 +40,11 @@ class CappedGrid:
         shape = np.floor((high - low + 2.0 * reach[:, None]) / cell[:, None]).astype(np.int64) + 5
         values = np.ones((len(target), int(shape.prod(axis=1).max())))
         around = np.arange(-5, 6)
-        place = (target - origin[:, None]) / cell[:, None, None]
-        home = np.floor(place)
+        position = (target - origin[:, None]) / cell[:, None, None]
+        home = np.floor(position)
         # Along each axis, the squared distance from the point to the nearest edge of each of the eleven cells around
         # it.
-        gap = np.maximum(np.abs(home[..., None] + around + 0.5 - place[..., None]) - 0.5, 0.0)
+        gap = np.maximum(np.abs(home[..., None] + around + 0.5 - position[..., None]) - 0.5, 0.0)
         gap *= (cell / reach)[:, None, None, None]
         gap *= gap
         near = gap[:, :, 1, :, None] + gap[:, :, 0, None, :]
@@ -63,11 +63,11 @@ class CappedGrid:
         # Columns first, then rows, so that each is one contiguous block.
         turn = (R / size[..., None]).swapaxes(1, 2).reshape(b, 2 * k, 2)
         shift = ((t - self.origin[:, None]) / size).swapaxes(1, 2).reshape(b, 2 * k, 1)
-        place = turn @ points.swapaxes(1, 2)
-        place += shift
-        place = place.reshape(b, 2, k, -1)
-        np.clip(place, 0.0, self.top[:, :, None, None], out=place)
-        at = place.astype(np.int64)
+        position = turn @ points.swapaxes(1, 2)
+        position += shift
+        position = position.reshape(b, 2, k, -1)
+        np.clip(position, 0.0, self.top[:, :, None, None], out=position)
+        at = position.astype(np.int64)
         cells = at[:, 1] * self.width[:, None, None]
         cells += at[:, 0]
         cells += (np.arange(b) * self.values.shape[1])[:, None, None]

@@ -186,7 +186,7 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
     used = at.squares <= np.square(inlier)[:, None]
     status, reason = statuses((b,)), reasons((b,))
     status, reason = mark(status, reason, at_one_place(problem.source), Status.DEGENERATE, EQUAL.format("source"))
-    words = f"no two source points were found {_said(options.separation, SEPARATION, 'their RMS radius')} apart"
+    words = f"no two source points were found {_length_text(options.separation, SEPARATION, 'their RMS radius')} apart"
     status, reason = mark(status, reason, ~enough, Status.DEGENERATE, words)
     none, zero = np.full((b, 2), -1, dtype=np.int64), np.zeros(b, dtype=np.int64)
     return CongruentState(
@@ -198,7 +198,7 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
     )  # fmt: skip
 
 
-def _said(length: float | None, share: float, of: str) -> str:
+def _length_text(length: float | None, share: float, of: str) -> str:
     """The length in words: in u if given, else as a share of `of`."""
     return f"{share:g} of {of}" if length is None else f"{length:g} u"
 
@@ -211,8 +211,8 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     h = options.per_step // 2
     turn = (state.drawn[:, None] % options.most) * h + np.arange(h)
     b = np.arange(problem.size)[:, None]
-    pair, one, choice = state.draws[b, turn], state.first[b, turn], state.choice[b, turn]
-    p, q = problem.source[b[..., None], pair], problem.target[b, one]
+    pair, first, choice = state.draws[b, turn], state.first[b, turn], state.choice[b, turn]
+    p, q = problem.source[b[..., None], pair], problem.target[b, first]
     dp = p[:, :, 1] - p[:, :, 0]
     length = np.hypot(dp[..., 0], dp[..., 1])[..., None]
     across = [problem.target[:, None, :, k] - q[:, :, None, k] for k in (0, 1)]
@@ -223,8 +223,8 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     ring &= squares <= np.square(length + tolerance)
     order = ring.cumsum(axis=2, dtype=np.int32)
     count = order[:, :, -1]
-    other = (order > (choice * count).astype(np.int32)[..., None]).argmax(axis=2)
-    dq = np.stack([np.take_along_axis(a, other[..., None], axis=2)[..., 0] for a in across], axis=-1)
+    second = (order > (choice * count).astype(np.int32)[..., None]).argmax(axis=2)
+    dq = np.stack([np.take_along_axis(a, second[..., None], axis=2)[..., 0] for a in across], axis=-1)
     cosine = (dp * dq).sum(axis=-1)
     sine = dp[..., 0] * dq[..., 1] - dp[..., 1] * dq[..., 0]
     norm = np.hypot(cosine, sine)
@@ -235,7 +235,7 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     R = np.concatenate([R, -R], axis=1)
     middle = np.tile(p.mean(axis=2), (1, 2, 1))
     t = np.tile(q + 0.5 * dq, (1, 2, 1)) - (R @ middle[..., None])[..., 0]
-    ends = np.stack([one, other], axis=-1)
+    ends = np.stack([first, second], axis=-1)
     return R, t, np.tile(exist, (1, 2)), np.tile(pair, (1, 2, 1)), np.concatenate([ends, ends[..., ::-1]], axis=1)
 
 
@@ -245,9 +245,9 @@ def _step(state: CongruentState) -> CongruentState:
     at = np.arange(b)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         R, t, exist, pairs, ends = _hypotheses(state)
-        few = state.map.total(R, t, np.take_along_axis(problem.source, state.screen[..., None], axis=1))
-        few = np.where(exist, few, np.inf)
-        short = np.argsort(few, axis=1, kind="stable")[:, :_SHORTLIST]
+        rough = state.map.total(R, t, np.take_along_axis(problem.source, state.screen[..., None], axis=1))
+        rough = np.where(exist, rough, np.inf)
+        short = np.argsort(rough, axis=1, kind="stable")[:, :_SHORTLIST]
         bound = state.map.total(R[at[:, None], short], t[at[:, None], short], problem.source)
         bound = np.where(exist[at[:, None], short], bound * np.square(state.inlier)[:, None], np.inf)
     lowest = bound.argmin(axis=1)
@@ -258,13 +258,13 @@ def _step(state: CongruentState) -> CongruentState:
         scored=state.scored + promising,
     )  # fmt: skip
     if promising.any():
-        some = np.flatnonzero(promising)
-        own = some, leader[some]
-        new = _try(new, some, Pose.trusted(R[own], t[own]), pairs[own], ends[own])
+        problems = np.flatnonzero(promising)
+        leaders = problems, leader[problems]
+        new = _try(new, problems, Pose.trusted(R[leaders], t[leaders]), pairs[leaders], ends[leaders])
     has_pose = np.isfinite(new.best)
     resting = new.idle >= options.patience
     words = "no two target points were found as far apart as two source points, up to "
-    words += _said(options.tolerance, TOLERANCE, "the target's RMS radius")
+    words += _length_text(options.tolerance, TOLERANCE, "the target's RMS radius")
     status, reason = mark(new.status, new.reason, resting & ~has_pose, Status.DEGENERATE, words)
     new, lower = _polished(new, resting & has_pose)
     words = f"no better pose in {options.patience} steps"
@@ -272,52 +272,53 @@ def _step(state: CongruentState) -> CongruentState:
     return changed(new, status=status, reason=reason)
 
 
-def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, ends: IntArray) -> CongruentState:
-    """Score one hypothesis for each of the problems `some`; refit it if it is the best so far, and keep the result if
+def _try(state: CongruentState, problems: IntArray, pose: Pose, pairs: IntArray, ends: IntArray) -> CongruentState:
+    """Score one hypothesis for each of these problems; refit it if it is the best so far, and keep the result if
     it is the best pose so far. pairs, ends: its source and target rows.
     """
-    source, index, inlier = state.problem.source[some], take(state.index, some), state.inlier[some]
+    source, index, inlier = state.problem.source[problems], take(state.index, problems), state.inlier[problems]
     score = _score(source, index, pose, inlier)
-    better = np.flatnonzero(score.cost < state.best[some])
+    better = np.flatnonzero(score.cost < state.best[problems])
     if not better.size:
         return state
-    some = some[better]
-    first = ~np.isfinite(state.best[some])
+    problems = problems[better]
+    first = ~np.isfinite(state.best[problems])
     state = changed(
         state,
-        best=_with(state.best, some, score.cost[better]),
-        source_pair=_with(state.source_pair, some, pairs[better]),
-        target_pair=_with(state.target_pair, some, ends[better]),
+        best=_with(state.best, problems, score.cost[better]),
+        source_pair=_with(state.source_pair, problems, pairs[better]),
+        target_pair=_with(state.target_pair, problems, ends[better]),
     )
     score = _refitted(source[better], take(index, better), take(score, better), inlier[better])
-    winners = np.flatnonzero(first | (score.cost < state.objective[some]))
-    return changed(_at(state, some[winners], take(score, winners)), idle=_with(state.idle, some[winners], 0))
+    winners = np.flatnonzero(first | (score.cost < state.objective[problems]))
+    return changed(_at(state, problems[winners], take(score, winners)), idle=_with(state.idle, problems[winners], 0))
 
 
-def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, BoolArray]:
-    """The state after further refits of the best pose in the problems `where`, and where these lowered the cost."""
-    lower = np.zeros(where.shape, dtype=np.bool_)
-    if not where.any():
+def _polished(state: CongruentState, mask: BoolArray) -> tuple[CongruentState, BoolArray]:
+    """The state after further refits of the best pose in the problems of `mask`, and where these lowered the cost."""
+    lower = np.zeros(mask.shape, dtype=np.bool_)
+    if not mask.any():
         return state, lower
-    some = np.flatnonzero(where)
-    own = _Score(state.pose[some], state.rows[some], np.square(state.distances[some]), state.objective[some])
-    score = _refitted(state.problem.source[some], take(state.index, some), own, state.inlier[some])
-    lower[some] = score.cost < own.cost
-    improved = lower[some]
-    return _at(state, some[improved], take(score, improved)), lower
+    problems = np.flatnonzero(mask)
+    squares = np.square(state.distances[problems])
+    own = _Score(state.pose[problems], state.rows[problems], squares, state.objective[problems])
+    score = _refitted(state.problem.source[problems], take(state.index, problems), own, state.inlier[problems])
+    lower[problems] = score.cost < own.cost
+    improved = lower[problems]
+    return _at(state, problems[improved], take(score, improved)), lower
 
 
-def _at(state: CongruentState, some: IntArray, score: _Score) -> CongruentState:
-    """The state with the pose of a score, and all that depends on it, in the problems `some`."""
-    used = score.squares <= np.square(state.inlier[some])[:, None]
+def _at(state: CongruentState, problems: IntArray, score: _Score) -> CongruentState:
+    """The state with the pose of a score, and all that depends on it, in these problems."""
+    used = score.squares <= np.square(state.inlier[problems])[:, None]
     return changed(
         state,
-        pose=put(state.pose, some, score.pose),
-        objective=_with(state.objective, some, score.cost),
-        rows=_with(state.rows, some, score.rows),
-        distances=_with(state.distances, some, np.sqrt(score.squares)),
-        used=_with(state.used, some, used),
-        count=_with(state.count, some, used.sum(axis=1)),
+        pose=put(state.pose, problems, score.pose),
+        objective=_with(state.objective, problems, score.cost),
+        rows=_with(state.rows, problems, score.rows),
+        distances=_with(state.distances, problems, np.sqrt(score.squares)),
+        used=_with(state.used, problems, used),
+        count=_with(state.count, problems, used.sum(axis=1)),
     )
 
 
@@ -330,7 +331,7 @@ def _with(whole: AnyArray, rows: IntArray, part: AnyArray | int) -> AnyArray:
 
 def _refitted(source: FloatArray, index: Index, score: _Score, inlier: FloatArray) -> _Score:
     """The scores after fits to the pairs within reach, at most `_REFITS`, for as long as they lower the cost."""
-    going, own = np.arange(len(source)), score
+    active, own = np.arange(len(source)), score
     for _ in range(_REFITS):
         partners = nearest.picked(index.points, own.rows)
         weights = (own.squares <= np.square(inlier)[:, None]).astype(np.float64)
@@ -339,10 +340,10 @@ def _refitted(source: FloatArray, index: Index, score: _Score, inlier: FloatArra
         better = np.flatnonzero(own.cost < cost)
         if not better.size:
             break
-        if better.size < going.size:
-            going, own = going[better], take(own, better)
+        if better.size < active.size:
+            active, own = active[better], take(own, better)
             source, index, inlier = source[better], take(index, better), inlier[better]
-        score = put(score, going, own)
+        score = put(score, active, own)
     return score
 
 

@@ -144,10 +144,10 @@ def _default_bound(problem: Problem) -> FloatArray:
 def _measure(state: GraduatedState, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The residuals (b, n), the same divided by the bound, and the truncated sum (b,)."""
     problem, bound = state.problem, state.bound
-    left = pose.apply(problem.source) - problem.target
-    largest = np.abs(left).max(axis=2)
+    gaps = pose.apply(problem.source) - problem.target
+    largest = np.abs(gaps).max(axis=2)
     # Divide first: a distance may fit a float64 where its square does not.
-    unit = left / np.where(largest > 0.0, largest, 1.0)[..., None]
+    unit = gaps / np.where(largest > 0.0, largest, 1.0)[..., None]
     residuals = largest * np.sqrt(np.square(unit).sum(axis=2))
     ratio = residuals / np.where(bound > 0.0, bound, 1.0)[:, None]
     truncated = np.square(np.minimum(residuals, bound[:, None]))

@@ -79,14 +79,14 @@ def split(boxes: Boxes, reach: float) -> Boxes:
     """
     by_turn = 2.0 * reach * np.sin(0.5 * np.minimum(boxes.half[:, 0], np.pi)) >= np.sqrt(2.0) * boxes.half[:, 1]
     parts = []
-    for those, signs in (
+    for group, signs in (
         (boxes.of(by_turn), np.array([(-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)])),
         (boxes.of(~by_turn), np.array([(0.0, x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])),
     ):
         k = len(signs)
-        half = np.repeat(those.half, k, axis=0) * np.where(signs[0, 0] != 0.0, (0.5, 1.0), (1.0, 0.5))
-        middle = np.repeat(those.middle, k, axis=0) + np.tile(signs, (len(those), 1)) * half[:, [0, 1, 1]]
-        parts.append(Boxes(middle, half, np.repeat(those.bound, k)))
+        half = np.repeat(group.half, k, axis=0) * np.where(signs[0, 0] != 0.0, (0.5, 1.0), (1.0, 0.5))
+        middle = np.repeat(group.middle, k, axis=0) + np.tile(signs, (len(group), 1)) * half[:, [0, 1, 1]]
+        parts.append(Boxes(middle, half, np.repeat(group.bound, k)))
     return joined(*parts)
 
 

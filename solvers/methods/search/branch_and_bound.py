@@ -136,10 +136,10 @@ class Ground:
         middle = np.column_stack([boxes.middle[:, 0], boxes.middle[:, 1:] * unit + self.middle])
         return Boxes(middle, boxes.half * (1.0, unit), boxes.bound * unit**2)
 
-    def pose(self, turn: FloatArray, place: FloatArray) -> Pose:
-        """The poses that turn the source by `turn` (k,) and put its centroid at `place` (k, 2), in caps."""
+    def pose(self, turn: FloatArray, position: FloatArray) -> Pose:
+        """The poses that turn the source by `turn` (k,) and put its centroid at `position` (k, 2), in caps."""
         still = Pose.from_angle(turn, np.zeros((len(turn), 2)))
-        return Pose.trusted(still.R, place * self.cap + self.middle - still.R @ self.mean)
+        return Pose.trusted(still.R, position * self.cap + self.middle - still.R @ self.mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,9 +229,9 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         if best is not None:
             pose, ceiling = best
             R[i], t[i], scale[i], objective[i] = pose.R, pose.t, 1.0, ceiling * unit
-        every = joined(rest, parts)
-        hopeful = every.bound < ceiling - ground.gap
-        discarded[i], boxes[i] = every.of(~hopeful), every.of(hopeful)
+        union = joined(rest, parts)
+        hopeful = union.bound < ceiling - ground.gap
+        discarded[i], boxes[i] = union.of(~hopeful), union.of(hopeful)
         dropped[i] = min(dropped[i], unit * discarded[i].bound.min(initial=np.inf))
         lower[i] = min(dropped[i], unit * boxes[i].bound.min(initial=np.inf), objective[i])
         examined[i] += len(parts)
@@ -252,15 +252,15 @@ def _ground(problem: Problem, options: BranchAndBoundOptions, i: int, radius: fl
     middle, mean = 0.5 * low + 0.5 * high, source.mean(axis=0)
     arms = (source - mean) / cap
     lengths = np.hypot(arms[:, 0], arms[:, 1])
-    place, heading = np.zeros(2), 0.0
+    position, heading = np.zeros(2), 0.0
     half = float(0.5 * (high - low).max() / cap + lengths.max() + 1.0)
     if options.shift is not None:
         at, reach = (start.apply(mean[None])[0] - middle) / cap, options.shift / cap
         if np.abs(at).max() + half > reach:  # otherwise it only adds places where every point is beyond the cap
-            place, half = at, reach
+            position, half = at, reach
     if options.turn < np.pi:
         heading = float(np.arctan2(start.R[1, 0], start.R[0, 0]))
-    root = Boxes(np.array([[heading, *place]]), np.array([[options.turn, half]]), np.zeros(1))
+    root = Boxes(np.array([[heading, *position]]), np.array([[options.turn, half]]), np.zeros(1))
     return Ground(
         grid=build((target - middle) / cap, 1.0 / CELLS_PER_CAP, 2.0), index=nearest.build(target[None]),
         middle=middle, mean=mean, arms=arms, reach=float(np.sqrt(np.square(lengths).mean())), cap=cap,
@@ -309,8 +309,8 @@ def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float
 
 def _try_middles(ground: Ground, parts: Boxes, source: FloatArray, ceiling: float) -> tuple[Pose, float] | None:
     """The result of capped ICP from the best middle of the most promising boxes, if it beats the ceiling."""
-    some = parts.of(np.argsort(parts.bound, kind="stable")[:_TRIED])
-    poses = ground.pose(some.middle[:, 0], some.middle[:, 1:])
+    candidates = parts.of(np.argsort(parts.bound, kind="stable")[:_TRIED])
+    poses = ground.pose(candidates.middle[:, 0], candidates.middle[:, 1:])
     _, values = _mean_capped(ground, poses.apply(source))
     k = int(values.argmin())
     if not values[k] < ceiling:
@@ -353,14 +353,14 @@ def _descended(ground: Ground, poses: Pose, source: FloatArray) -> tuple[Pose, f
 
 def _confined(ground: Ground, poses: Pose) -> Pose:
     """The poses without scale, moved into the root box where they lie outside it."""
-    (turn, *place), (delta, half) = ground.root.middle[0], ground.root.half[0]
+    (turn, *position), (delta, half) = ground.root.middle[0], ground.root.half[0]
     at = (poses.R @ ground.mean + poses.t - ground.middle) / ground.cap
     angle = np.arctan2(poses.R[:, 1, 0], poses.R[:, 0, 0])
     off = np.remainder(angle - turn + np.pi, 2.0 * np.pi) - np.pi
-    outside = (np.abs(off) > delta) | (np.abs(at - place) > half).any(axis=1)
+    outside = (np.abs(off) > delta) | (np.abs(at - position) > half).any(axis=1)
     if not outside.any():
         return Pose.trusted(poses.R, poses.t)
-    clipped = ground.pose(turn + np.clip(off, -delta, delta), place + np.clip(at - place, -half, half))
+    clipped = ground.pose(turn + np.clip(off, -delta, delta), position + np.clip(at - position, -half, half))
     return Pose.trusted(
         np.where(outside[:, None, None], clipped.R, poses.R), np.where(outside[:, None], clipped.t, poses.t)
     )

@@ -201,9 +201,9 @@ def _step(state: CorrelativeState) -> CorrelativeState:
     second, cut, nodes, done = state.second.copy(), state.cut.copy(), state.nodes.copy(), np.zeros(b, dtype=np.bool_)
     for i in range(b):
         lattice: Lattice = state.lattice[i]
-        k, now = int(second[i]), slice(int(cut[i]), int(cut[i]) + options.per_step)
+        k, block = int(second[i]), slice(int(cut[i]), int(cut[i]) + options.per_step)
         before = round(score[k, i] * WORTH * m) if place[k, i, 0] >= 0 else -1
-        squares = lattice.squares[now][lattice.ceilings[now] > before]
+        squares = lattice.squares[block][lattice.ceilings[block] > before]
         best, count = _cut_up(
             lattice, squares, _Best(place[k, i], before), place[0, i] if k else None, options.apart
         )

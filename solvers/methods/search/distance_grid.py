@@ -87,9 +87,9 @@ class DistanceGrid:
         ndarray of shape (...)
             Too low by at most twice `error` within the grid; never negative.
         """
-        places = ((points - self.low) / self.cell).astype(np.float32)
-        error = self.error + ROUNDING * self.cell * np.abs(places).max(initial=1.0)
-        floor: FloatArray = np.maximum(self.look_up(places[..., 0], places[..., 1]) - error, 0.0)
+        cells = ((points - self.low) / self.cell).astype(np.float32)
+        error = self.error + ROUNDING * self.cell * np.abs(cells).max(initial=1.0)
+        floor: FloatArray = np.maximum(self.look_up(cells[..., 0], cells[..., 1]) - error, 0.0)
         return floor
 
     def look_up(self, x: AnyArray, y: AnyArray) -> AnyArray:

@@ -134,7 +134,7 @@ def _tables(points: FloatArray, shape: tuple[int, int], blur: float, levels: int
         wide[:, :-half] = np.maximum(wide[:, :-half], wide[:, half:])
         wide[:-half] = np.maximum(wide[:-half], wide[half:])
         tables.append(wide)
-    return tuple(one.ravel() for one in tables)
+    return tuple(t.ravel() for t in tables)
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -
         return f"the cells are too small: {columns} by {rows} translations and {len(angles)} angles are too many"
     at = np.floor(_turned(clouds.source, angles) / cell).astype(np.int32) + np.int32(margin)
     none = np.empty(0, dtype=np.int64)
-    return _begun(Lattice(
+    return _with_squares(Lattice(
         angles=angles, columns=columns, rows=rows, places=at[..., 1] * np.int32(shape[1]) + at[..., 0],
         tables=_tables((clouds.target - shifts.corner) / cell + margin, shape, window.blur, levels), width=shape[1],
         margin=margin, low=shifts.corner, cell=cell, near=near,
@@ -279,7 +279,7 @@ def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("kij,mj->kmi", np.stack([c, -s, s, c], axis=-1).reshape(-1, 2, 2), points))
 
 
-def _begun(lattice: Lattice) -> Lattice:
+def _with_squares(lattice: Lattice) -> Lattice:
     """The lattice with its largest squares, ordered by falling bound."""
     size = 2**lattice.levels
     counts = (len(lattice.angles), 1), (lattice.columns, size), (lattice.rows, size)

@@ -157,21 +157,21 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
 
     def onward(weight: FloatArray, i: int) -> FloatArray:
         """The weights of all sets of taken columns after adding row i."""
-        after = miss * weight
+        sums = miss * weight
         for j in range(n):
             free = sets[(sets >> j) & 1 == 0]
-            after[free | (1 << j)] += psi[i, j] * weight[free]
-        return after
+            sums[free | (1 << j)] += psi[i, j] * weight[free]
+        return sums
 
-    ahead = [np.where(sets == 0, 1.0, 0.0)]
-    behind = [ahead[0]]
+    forward = [np.where(sets == 0, 1.0, 0.0)]
+    backward = [forward[0]]
     for i in range(m):
-        ahead.append(onward(ahead[-1], i))
-        behind.append(onward(behind[-1], m - 1 - i))
-    whole = ahead[m].sum()
+        forward.append(onward(forward[-1], i))
+        backward.append(onward(backward[-1], m - 1 - i))
+    whole = forward[m].sum()
     out = np.zeros((m, n))
     for i in range(m):
-        first, rest = ahead[i], behind[m - 1 - i]
+        first, rest = forward[i], backward[m - 1 - i]
         # The associations of the other rows that leave column j free: pairs of disjoint sets, summed over subsets.
         below = _subset_sums(rest, n)
         for j in range(n):
@@ -207,8 +207,8 @@ def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
 
 def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
     """The marginals (m, n) of problem i at the state's pose and width, for figures."""
-    one: BpState = take(state, np.array([i]))
-    pairs, p = _listed(one)
+    single: BpState = take(state, np.array([i]))
+    pairs, p = _listed(single)
     out = np.zeros((pairs.rows, pairs.columns))
     out[pairs.row, pairs.column] = p
     return out
@@ -227,8 +227,8 @@ def _associate(state: BpState) -> BpState:
 
 def _start(problem: Problem, options: BpOptions) -> BpState:
     radius_pairs.few_enough(problem, "association-bp")
-    nothing = np.zeros(problem.target.shape[:2])
-    return _associate(BpState(**radius_pairs.initial(problem, options), taken=nothing))
+    zeros = np.zeros(problem.target.shape[:2])
+    return _associate(BpState(**radius_pairs.initial(problem, options), taken=zeros))
 
 
 def _step(state: BpState) -> BpState:

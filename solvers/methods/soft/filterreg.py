@@ -175,11 +175,11 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
             last = np.minimum(last, first)
         last = np.maximum(last, kernel_filters.least_sigma(problem.target))
     volume = spread_volume(problem.target) if options.volume is None else np.full(b, options.volume)
-    nothing = np.zeros((b, m))
+    zeros = np.zeros((b, m))
     state = FilterRegState(
         problem=problem, radius=rms_radius(problem.source), last=last, volume=volume, options=options, pose=pose,
         objective=np.zeros(b), status=statuses((b,)), reason=reasons((b,)), sigma=np.zeros(b),
-        filters=np.empty(b, dtype=object), moved=moved, mass=nothing, targets=moved, spread=nothing, weights=nothing,
+        filters=np.empty(b, dtype=object), moved=moved, mass=zeros, targets=moved, spread=zeros, weights=zeros,
         twist=np.zeros((b, 3)), condition=np.full(b, np.inf), change=np.full(b, np.inf),
     )  # fmt: skip
     return _ask(state, pose, _within(first, last))
@@ -203,18 +203,18 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
         moved = pose.apply(problem.source)
         sums = [f.query(x) for f, x in zip(filters, moved, strict=True)]
         mass = np.stack([q.mass for q in sums])
-        some = mass > 0.0
-        total = np.where(some, mass, 1.0)
+        has_mass = mass > 0.0
+        total = np.where(has_mass, mass, 1.0)
         mean = np.stack([q.first for q in sums]) / total[..., None]
         centre = np.stack([f.centre for f in filters])[:, None]
         spread = np.stack([q.second for q in sums]) / total - np.square(mean).sum(axis=2)
-        targets = np.where(some[..., None], centre + mean, moved)
+        targets = np.where(has_mass[..., None], centre + mean, moved)
         c = np.clip(clutter_constant(options.clutter, n, state.volume, 2, sigma), 1e-300, 1e300)[:, None]
         weights = mass / (mass + c)
         # −Σ_i log p(x_i), p(x_i) = (1 − w)/N (2πσ²)^{−d/2} (m⁰ + c)
         scale = np.log(n / (1.0 - options.clutter)) + np.log(2.0 * np.pi) + 2.0 * np.log(sigma)
         objective = m * scale - np.log(mass + c).sum(axis=1)
-        real = some & (spread > 0.0) & np.isfinite(spread)
+        real = has_mass & (spread > 0.0) & np.isfinite(spread)
     empty: BoolArray = weights.sum(axis=1) <= 1e-12 * m
     status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
     return changed(

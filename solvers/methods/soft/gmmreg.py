@@ -133,11 +133,11 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     )
     if options.last is None:
         last = np.minimum(last, first)
-    nothing = np.zeros(b)
+    zeros = np.zeros(b)
     state = GmmRegState(
-        problem=problem, radius=radius, last=last, options=options, pose=pose, objective=nothing,
+        problem=problem, radius=radius, last=last, options=options, pose=pose, objective=zeros,
         status=statuses((b,)), reason=reasons((b,)), sigma=first, moved=problem.source, overlap=np.zeros((b, m)),
-        own=nothing, gradient=np.zeros((b, 3)), hessian=np.zeros((b, 3, 3)), damping=nothing,
+        own=zeros, gradient=np.zeros((b, 3)), hessian=np.zeros((b, 3, 3)), damping=zeros,
         change=np.full(b, np.inf),
     )  # fmt: skip
     state = _at(_at_width(state, np.maximum(first, last)), pose)

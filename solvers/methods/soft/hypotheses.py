@@ -130,19 +130,19 @@ class HypothesisState:
     anchor: FloatArray
 
 
-def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
+def greedy(pairs: Candidates, psi: FloatArray, miss: float) -> AnyArray:
     """The greedy one-to-one assignment of all listed pairs: the column of each row,
     (rows,), −1 where missed.
 
     Works in rounds: a pair that is the best of its row and of its column would also be picked when picking one by one.
     Ties are broken in an order that does not depend on the batch.
     """
-    out = np.full(found.rows, -1, dtype=np.int64)
-    some = psi > miss
-    row, column, psi = found.row[some], found.column[some], psi[some]
-    best_of_row, best_of_column = np.empty(found.rows), np.empty(found.columns)
-    first_of_row, first_of_column = np.empty(found.rows, dtype=np.intp), np.empty(found.columns, dtype=np.intp)
-    taken = np.zeros(found.columns, dtype=np.bool_)
+    out = np.full(pairs.rows, -1, dtype=np.int64)
+    likely = psi > miss
+    row, column, psi = pairs.row[likely], pairs.column[likely], psi[likely]
+    best_of_row, best_of_column = np.empty(pairs.rows), np.empty(pairs.columns)
+    first_of_row, first_of_column = np.empty(pairs.rows, dtype=np.intp), np.empty(pairs.columns, dtype=np.intp)
+    occupied = np.zeros(pairs.columns, dtype=np.bool_)
     while row.size:
         best_of_row[row], best_of_column[column] = 0.0, 0.0
         np.maximum.at(best_of_row, row, psi)
@@ -151,16 +151,16 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
         # Of equal scores the first listed wins: written in reverse order, it is written last.
         i, j, number = row.take(mutual), column.take(mutual), np.arange(len(mutual))
         first_of_row[i[::-1]], first_of_column[j[::-1]] = number[::-1], number[::-1]
-        chosen = (first_of_row[i] == number) & (first_of_column[j] == number)
-        out[i[chosen]] = j[chosen]
-        taken[j[chosen]] = True
-        left = (out.take(row) < 0) & ~taken.take(column)
+        winners = (first_of_row[i] == number) & (first_of_column[j] == number)
+        out[i[winners]] = j[winners]
+        occupied[j[winners]] = True
+        left = (out.take(row) < 0) & ~occupied.take(column)
         row, column, psi = row[left], column[left], psi[left]
     return out
 
 
 def drawn(
-    found: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
+    pairs: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
 ) -> AnyArray:
     """Random one-to-one assignments: the column of each row in each hypothesis, (rows, H), −1 where missed.
 
@@ -171,10 +171,10 @@ def drawn(
     scale = _UNIT / max(1.0, miss)
     units = np.rint(psi * scale).astype(np.int64)
     ends = np.concatenate([[0], np.cumsum(units)])
-    base, mass = ends[found.starts[:-1]], np.diff(ends[found.starts])
+    base, mass = ends[pairs.starts[:-1]], np.diff(ends[pairs.starts])
     total = (mass + np.int64(np.rint(miss * scale))).astype(np.float64)
     out = np.full(rows * H, -1, dtype=np.int64)
-    owner = np.full(found.columns * H, np.iinfo(np.int64).max, dtype=np.int64)
+    owner = np.full(pairs.columns * H, np.iinfo(np.int64).max, dtype=np.int64)
     rank = order.ravel()
     pending: AnyArray = np.arange(rows * H)
     row = np.repeat(np.arange(rows), H)
@@ -183,12 +183,12 @@ def drawn(
         hit = np.flatnonzero(t < mass.take(row))
         pending, row = pending.take(hit), row.take(hit)
         pair = np.searchsorted(ends, base.take(row) + t.take(hit), side="right") - 1
-        column = found.column.take(pair)
+        column = pairs.column.take(pair)
         slot = column * H + (pending - H * row)
         free = np.flatnonzero(owner.take(slot) >= 0)
-        mine, place = rank.take(pending.take(free)), slot.take(free)
-        np.minimum.at(owner, place, mine)
-        winners = free.take(np.flatnonzero(owner.take(place) == mine))
+        ranks, slots = rank.take(pending.take(free)), slot.take(free)
+        np.minimum.at(owner, slots, ranks)
+        winners = free.take(np.flatnonzero(owner.take(slots) == ranks))
         out[pending.take(winners)] = column.take(winners)
         owner[slot.take(winners)] = -1  # taken for good
         left = np.flatnonzero(out.take(pending) < 0)
@@ -240,8 +240,8 @@ def _step(state: HypothesisState) -> HypothesisState:
     taken = np.where(state.sigma <= state.last, state.taken + 1, 0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = after.pose.apply(state.problem.source)
-        again = rms_motion(moved - state.anchor) / state.radius <= state.options.tolerance
-    status, reason = mark(after.status, after.reason, again & (taken > 1), Status.STALLED, recurrence.AGAIN)
+        recurs = rms_motion(moved - state.anchor) / state.radius <= state.options.tolerance
+    status, reason = mark(after.status, after.reason, recurs & (taken > 1), Status.STALLED, recurrence.AGAIN)
     anchor = recurrence.anchor(taken, moved, state.anchor)
     return changed(after, status=status, reason=reason, taken=taken, anchor=anchor)
 
