@@ -248,8 +248,8 @@ def scan_to_map(
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[recent[-1]]
         start = frame.inverse().compose(poses[-1]).compose(motion[k])
-        row, there = np.array([k]), Pose.trusted(start.R[None], start.t[None])
-        state = matched(scans, row, index, surface, there, options)
+        row, pose = np.array([k]), Pose.trusted(start.R[None], start.t[None])
+        state = matched(scans, row, index, surface, pose, options)
         match = matches_of(row, np.array(recent[-1:]), state, options)
         if not match.believed[0] and recent != [k - 1]:
             # The map may lie behind for good, as after a gap: begin a new one if the scan fits the previous scan.
@@ -258,9 +258,9 @@ def scan_to_map(
                 match, recent, frame = previous, [k - 1], poses[-1]
                 index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
         believed[k], share[k], link_information[k] = match.believed[0], match.share[0], match.information[0]
-        there = frame.compose(match.pose[0] if believed[k] else start)
+        pose = frame.compose(match.pose[0] if believed[k] else start)
         # Make R a rotation again: its rounding error would double with every keyframe that is inverted.
-        poses.append(Pose.from_angle(there.angle, there.t))
+        poses.append(Pose.from_angle(pose.angle, pose.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):
             recent = [*recent, k][-length:]
             back = poses[recent[-1]].inverse()

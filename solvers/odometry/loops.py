@@ -146,12 +146,12 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     odometer = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.t, axis=0), axis=1)))
     later, earlier = [], []
     for b in frames.tolist():
-        before = frames[odometer[b] - odometer[frames] >= options.apart]
-        before = before[before < b]
-        gap = np.linalg.norm(poses.t[before] - poses.t[b], axis=1)
-        heading = np.abs(Pose.trusted(poses.R[before] @ poses.R[b].T, np.zeros(2)).angle)
+        frames_before = frames[odometer[b] - odometer[frames] >= options.apart]
+        frames_before = frames_before[frames_before < b]
+        gap = np.linalg.norm(poses.t[frames_before] - poses.t[b], axis=1)
+        heading = np.abs(Pose.trusted(poses.R[frames_before] @ poses.R[b].T, np.zeros(2)).angle)
         near = (gap <= options.radius) & (heading <= options.turn)
-        for a in before[near][np.argsort(gap[near], kind="stable")][: options.most].tolist():
+        for a in frames_before[near][np.argsort(gap[near], kind="stable")][: options.most].tolist():
             later.append(b)
             earlier.append(a)
     return np.array(later, dtype=np.int64), np.array(earlier, dtype=np.int64)
@@ -228,18 +228,18 @@ def _verified(
     predicted = poses[earlier].inverse().compose(poses[later])
     has_echoes = scans.weights[later].any() and scans.weights[earlier].any()
     search = has_echoes and options.search != "none"
-    start = _sought(scans, int(later[0]), int(earlier[0]), options.search) if search else predicted
+    start = _search(scans, int(later[0]), int(earlier[0]), options.search) if search else predicted
     wide = match_pairs(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
-    there = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
-    back = match_to_map(scans, earlier, later, poses, options.around, there.pose.inverse(), matching)
-    gap = there.pose.compose(back.pose)
+    forward = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
+    back = match_to_map(scans, earlier, later, poses, options.around, forward.pose.inverse(), matching)
+    gap = forward.pose.compose(back.pose)
     agree = (np.linalg.norm(gap.t, axis=-1) <= options.agree_shift) & (np.abs(gap.angle) <= options.agree_turn)
-    near = np.linalg.norm(there.pose.t - predicted.t, axis=-1) <= options.farthest
-    enough = np.minimum(there.share, back.share) >= options.least_share
-    return replace(there, believed=there.believed & back.believed & agree & near & enough)
+    near = np.linalg.norm(forward.pose.t - predicted.t, axis=-1) <= options.farthest
+    enough = np.minimum(forward.share, back.share) >= options.least_share
+    return replace(forward, believed=forward.believed & back.believed & agree & near & enough)
 
 
-def _sought(scans: Scans, later: int, earlier: int, method: str) -> Pose:
+def _search(scans: Scans, later: int, earlier: int, method: str) -> Pose:
     """The pose (1,) of one scan on another that a search over all poses finds."""
     pose = register(scans.cloud(later), scans.cloud(earlier), method).pose
     return Pose.trusted(pose.R[None], pose.t[None])

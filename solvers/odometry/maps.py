@@ -19,8 +19,8 @@ def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, No
     point without a normal, to which nothing can be matched.
     """
     if not scans.weights[list(rows)].any():
-        one = np.zeros((1, 1, 2))
-        return nearest.build(one), Normals(one, np.ones((1, 1), dtype=np.bool_), one)
+        point = np.zeros((1, 1, 2))
+        return nearest.build(point), Normals(point, np.ones((1, 1), dtype=np.bool_), point)
     points, vectors, flagged, values = [], [], [], []
     for k, R, t in zip(rows, poses.R, poses.t, strict=True):
         echo = scans.weights[k] > 0.0

@@ -324,11 +324,11 @@ def match_pairs(
     """`match` for pairs already checked."""
     parts = []
     for first in range(0, len(i), TOGETHER):
-        some = slice(first, first + TOGETHER)
-        near = j[some]
+        block = slice(first, first + TOGETHER)
+        near = j[block]
         surface = Normals(scans.surface.vectors[near], scans.surface.flagged[near], scans.surface.eigenvalues[near])
-        state = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
-        parts.append(matches_of(i[some], near, state, options))
+        state = matched(scans, i[block], nearest.build(scans.points[near]), surface, start[block], options)
+        parts.append(matches_of(i[block], near, state, options))
         if progress is not None:
             progress(min(first + TOGETHER, len(i)), len(i))
     return together(parts)
@@ -391,10 +391,10 @@ def information(state: SurfaceState, sigma: float) -> FloatArray:
     """The information of the pairs on a small motion of the source in its own coordinates, (b, 3, 3): `Σ w g gᵀ / σ²`,
     with g the derivative of a pair's distance along the normal by (x, y, angle).
     """
-    which = np.arange(len(state.status))[:, None]
-    n = state.normals.vectors[which, state.pairing.rows] @ state.pose.R  # Rᵀ n, one per row
+    problems = np.arange(len(state.status))[:, None]
+    n = state.normals.vectors[problems, state.pairing.rows] @ state.pose.R  # Rᵀ n, one per row
     p = state.problem.source
     g = np.concatenate([n, (n[..., 1] * p[..., 0] - n[..., 0] * p[..., 1])[..., None]], axis=-1)
     H = (g * state.pairing.weights[..., None]).swapaxes(1, 2) @ g / sigma**2
-    both: FloatArray = 0.5 * (H + H.swapaxes(1, 2))
-    return both
+    matrix: FloatArray = 0.5 * (H + H.swapaxes(1, 2))
+    return matrix

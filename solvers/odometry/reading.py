@@ -130,7 +130,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
 
 def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
     scans: list[list[float]] = []
-    used: list[int] = []
+    lines_used: list[int] = []
     beams = -1
     for k in rows:
         fields = lines[k].split()
@@ -149,11 +149,11 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
             if not is_number(field) or not abs(float(field)) <= 1e12:
                 raise ValueError(f"line {k + 1}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
         scans.append([float(field) for field in values])
-        used.append(k)
+        lines_used.append(k)
     if not scans:
         raise ValueError(f"line {rows[0] + 1}: neither columns that begin with seconds,dx_m nor a line with FLASER")
     table = np.array(scans)
-    _in_order(table[:, beams + 6], used)
+    _in_order(table[:, beams + 6], lines_used)
     x, y, turn = table[:, beams + 3], table[:, beams + 4], table[:, beams + 5]
     poses = Pose.from_angle(turn, np.stack([x, y], axis=1))
     links = poses[:-1].inverse().compose(poses[1:])
@@ -165,5 +165,5 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
 def _in_order(seconds: FloatArray, rows: list[int]) -> None:
     """Raise ValueError, naming the line, if the times go backwards. `rows`: the line of each scan."""
     for k in np.flatnonzero(np.diff(seconds) < 0.0)[:1]:
-        now, before = (f"{seconds[j]:.15g} s" for j in (k + 1, k))
-        raise ValueError(f"line {rows[k + 1] + 1}: its time is {now}, before the {before} of line {rows[k] + 1}")
+        current, previous = (f"{seconds[j]:.15g} s" for j in (k + 1, k))
+        raise ValueError(f"line {rows[k + 1] + 1}: its time is {current}, before the {previous} of line {rows[k] + 1}")

@@ -55,10 +55,10 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
     shift, turn = speeds(drive)
     out = []
     for k, cloud in enumerate(clouds):
-        after = drive.delays[drive.heard(k, farthest)]
-        cos, sin = np.cos(turn[k] * after), np.sin(turn[k] * after)
+        delay = drive.delays[drive.heard(k, farthest)]
+        cos, sin = np.cos(turn[k] * delay), np.sin(turn[k] * delay)
         x, y = cloud.T
-        out.append(np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + shift[k] * after[:, None])
+        out.append(np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + shift[k] * delay[:, None])
     return out
 
 
@@ -66,7 +66,7 @@ def speeds(drive: Drive) -> tuple[FloatArray, FloatArray]:
     """The speeds by odometry: metres per second in the robot's coordinates, (n, 2), and radians per second, (n,)."""
     n = len(drive.seconds)
     first, last = np.maximum(np.arange(n) - AROUND, 0), np.minimum(np.arange(n) + AROUND, n - 1)
-    took = drive.seconds[last] - drive.seconds[first]
-    way = np.cumsum(np.column_stack([drive.motion.t, drive.motion.angle]), axis=0)
-    rate = np.where(took > 0.0, 1.0 / np.where(took > 0.0, took, 1.0), 0.0)[:, None] * (way[last] - way[first])
+    span = drive.seconds[last] - drive.seconds[first]
+    path = np.cumsum(np.column_stack([drive.motion.t, drive.motion.angle]), axis=0)
+    rate = np.where(span > 0.0, 1.0 / np.where(span > 0.0, span, 1.0), 0.0)[:, None] * (path[last] - path[first])
     return rate[:, :2], rate[:, 2]

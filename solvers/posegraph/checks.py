@@ -18,9 +18,9 @@ def held(poses: Pose, edges: Edges, nodes: int | Sequence[int]) -> BoolArray:
     n = graph(poses, edges)
     if not n:
         raise ValueError("poses: is empty; at least one node is needed")
-    still = fixed(nodes, n)
-    joined(edges, still)
-    return still
+    fixed_nodes = fixed(nodes, n)
+    joined(edges, fixed_nodes)
+    return fixed_nodes
 
 
 def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
@@ -31,28 +31,28 @@ def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
     if rows.ndim != 1 or rows.dtype.kind not in "iu":
         raise ValueError(f"fixed: expected a node or a sequence of nodes, got {nodes!r}")
     within(rows.astype(np.int64), count, "fixed")
-    still = np.zeros(count, dtype=np.bool_)
-    still[rows] = True
-    return still
+    fixed_nodes = np.zeros(count, dtype=np.bool_)
+    fixed_nodes[rows] = True
+    return fixed_nodes
 
 
 def joined(edges: Edges, fixed: BoolArray) -> None:
     """Raise ValueError if the edges do not join every node to a fixed one."""
-    beside: list[list[int]] = [[] for _ in range(fixed.size)]
+    neighbours: list[list[int]] = [[] for _ in range(fixed.size)]
     for a, b in zip(edges.i.tolist(), edges.j.tolist(), strict=True):
-        beside[a].append(b)
-        beside[b].append(a)
-    waiting = np.flatnonzero(fixed).tolist()
-    reached = set(waiting)
-    while waiting:
-        for node in beside[waiting.pop()]:
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    queue = np.flatnonzero(fixed).tolist()
+    reached = set(queue)
+    while queue:
+        for node in neighbours[queue.pop()]:
             if node not in reached:
                 reached.add(node)
-                waiting.append(node)
-    alone = fixed.size - len(reached)
-    if alone:
+                queue.append(node)
+    rest = fixed.size - len(reached)
+    if rest:
         first = min(set(range(fixed.size)) - reached)
-        count = "1 node is" if alone == 1 else f"{alone} nodes are"
+        count = "1 node is" if rest == 1 else f"{rest} nodes are"
         raise ValueError(f"edges: {count} joined to no fixed node, the first of them {first}")
 
 

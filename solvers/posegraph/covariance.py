@@ -72,12 +72,12 @@ def marginals(
     >>> marginals(poses, edges, [1, 2])[:, 0, 0].round(6)
     array([0.01, 0.02])
     """
-    still = checks.held(poses, edges, fixed)
-    plan = linear.plan(len(still), edges.i, edges.j, still, sparse)
+    held = checks.held(poses, edges, fixed)
+    plan = linear.plan(len(held), edges.i, edges.j, held, sparse)
     rows = row_numbers(nodes, "nodes")
     if not rows.size:
         raise ValueError("nodes: is empty; at least one node is needed")
-    n, k = len(still), rows.size
+    n, k = len(held), rows.size
     within(rows, n, "nodes")
     share = validate.weights(weights, len(edges))
     if share.ndim != 1 or not (share > 0.0).all():

@@ -214,14 +214,14 @@ def begin(
     >>> run.objective, advance(run).objective < 1e-9
     (21.0, True)
     """
-    still = checks.held(poses, edges, fixed)
+    held = checks.held(poses, edges, fixed)
     setting = _Setting(
         validate.one_of(kernel, kernels.KERNELS, "kernel"),
         validate.number(threshold, "threshold", 1e-6, 1e6),
         checks.mask(robust, len(edges), "robust"),
         validate.count(max_steps, "max_steps"),
         validate.number(tolerance, "tolerance", 0.0, 1.0),
-        linear.plan(len(still), edges.i, edges.j, still, sparse),
+        linear.plan(len(held), edges.i, edges.j, held, sparse),
     )
     run = _judged(setting, edges, poses)
     if not np.isfinite(run.objective):

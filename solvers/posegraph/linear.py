@@ -52,8 +52,8 @@ def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | 
         place[free] = np.arange(free.size)
         return Plan(place, (), True)
     if free.size > MOST_DENSE:
-        way = "pass sparse=None" if _has_scipy() else "install it"
-        raise ValueError(f"poses: {free.size} free nodes are more than {MOST_DENSE}, which take scipy; {way}")
+        hint = "pass sparse=None" if _has_scipy() else "install it"
+        raise ValueError(f"poses: {free.size} free nodes are more than {MOST_DENSE}, which take scipy; {hint}")
     beside: dict[int, set[int]] = {int(k): set() for k in free}
     for a, b in zip(i.tolist(), j.tolist(), strict=True):
         if not fixed[a] and not fixed[b]:
@@ -102,10 +102,10 @@ def factor(
     if not plan.size:
         return np.zeros_like  # every node is fixed
     at_i, at_j = plan.place[i], plan.place[j]
-    both = (at_i >= 0) & (at_j >= 0)
-    low, high = np.minimum(at_i, at_j)[both], np.maximum(at_i, at_j)[both]
+    free_edges = (at_i >= 0) & (at_j >= 0)
+    low, high = np.minimum(at_i, at_j)[free_edges], np.maximum(at_i, at_j)[free_edges]
     # Below the diagonal, row `high` and column `low`: the block ij or its transpose.
-    cross = np.where((at_i > at_j)[both][:, None, None], ij[both], ij[both].swapaxes(1, 2))
+    cross = np.where((at_i > at_j)[free_edges][:, None, None], ij[free_edges], ij[free_edges].swapaxes(1, 2))
     own_i, own_j = at_i >= 0, at_j >= 0
     rows = np.concatenate([at_i[own_i], at_j[own_j], high])
     columns = np.concatenate([at_i[own_i], at_j[own_j], low])

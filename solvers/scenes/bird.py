@@ -63,10 +63,10 @@ def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
     if wrong > MOST:
         raise ValueError(f"clutter: expected at most {MOST} points, got {wrong}")
     rng = np.random.default_rng(validate.count(seed, "seed"))
-    p, elsewhere = _sampled(rng, COUNTS[0], 0.5, sigma)
-    q, anywhere = _sampled(rng, COUNTS[1], 0.0, sigma)
-    source = np.vstack([p, TRUTH.inverse().apply(elsewhere)[:wrong]])
-    target = np.vstack([TRUTH.apply(q), anywhere[:wrong]])
+    p, source_clutter = _sampled(rng, COUNTS[0], 0.5, sigma)
+    q, target_clutter = _sampled(rng, COUNTS[1], 0.0, sigma)
+    source = np.vstack([p, TRUTH.inverse().apply(source_clutter)[:wrong]])
+    target = np.vstack([TRUTH.apply(q), target_clutter[:wrong]])
     masks = [np.arange(n + wrong) >= n for n in COUNTS]
     outline = np.vstack([SHAPE, SHAPE[:1]])
     return Scene("bird", seed, source, target, TRUTH, bird_start(), masks[0], masks[1], (outline,))
@@ -105,8 +105,8 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
     turn, far = validate.number(degrees, "degrees"), validate.number(distance, "distance")
     centre = SHAPE.mean(axis=0)
     R = Pose.from_angle(np.radians(turn)).R @ TRUTH.R
-    place = TRUTH.apply(centre[None])[0] + far * np.array([-0.96, 0.28])
-    return Pose.trusted(R, place - R @ centre)
+    position = TRUTH.apply(centre[None])[0] + far * np.array([-0.96, 0.28])
+    return Pose.trusted(R, position - R @ centre)
 
 
 def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:

@@ -93,13 +93,13 @@ class Drive:
         n, k = ranges.shape
         seconds = validate.row(self.seconds, "seconds", n, "scan")
         for later in np.flatnonzero(np.diff(seconds) < 0.0)[:1] + 1:
-            before, now = seconds[later - 1], seconds[later]
-            raise ValueError(f"seconds: scan {later} is at {now:g}, before the scan before it, at {before:g}")
+            previous, current = seconds[later - 1], seconds[later]
+            raise ValueError(f"seconds: scan {later} is at {current:g}, before the scan before it, at {previous:g}")
         bearings = validate.row(self.bearings, "bearings", k, "beam")
         widest = np.abs(bearings).max()
         if widest > 2.0 * np.pi:
-            way = "; numpy.radians makes radians of degrees"
-            raise ValueError(f"bearings: expected radians from −2π to 2π, but there is one of {widest:.6g}{way}")
+            hint = "; numpy.radians makes radians of degrees"
+            raise ValueError(f"bearings: expected radians from −2π to 2π, but there is one of {widest:.6g}{hint}")
         delays = None if self.delays is None else validate.row(self.delays, "delays", k, "beam")
         motion, mount = (_rigid(getattr(self, name), name) for name in ("motion", "mount"))
         if motion.batch != (n,):

@@ -40,11 +40,11 @@ def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
     """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated
     at the end.
     """
-    before, here, after, beyond = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
+    a, b, c, d = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
     u = np.linspace(0.0, 1.0, between, endpoint=False)[None, :, None]
-    pieces = 2.0 * here + (after - before) * u
-    pieces = pieces + (2.0 * before - 5.0 * here + 4.0 * after - beyond) * u**2
-    pieces = 0.5 * (pieces + (3.0 * here - before - 3.0 * after + beyond) * u**3)
+    pieces = 2.0 * b + (c - a) * u
+    pieces = pieces + (2.0 * a - 5.0 * b + 4.0 * c - d) * u**2
+    pieces = 0.5 * (pieces + (3.0 * b - a - 3.0 * c + d) * u**3)
     line = pieces.reshape(-1, 2)
     return np.vstack([line, line[:1]])
 
@@ -124,9 +124,9 @@ def fish(
     for fraction, phase in zip((fractions[0], fractions[-1]), (0.5, 0.0), strict=True):
         share = validate.number(fraction, "clutter", 0.0, 1.0)
         unit, order = rng.standard_normal((POINTS, 2)), rng.permutation(POINTS)
-        elsewhere = rng.uniform(-0.5 * SIDE, 0.5 * SIDE, (POINTS, 2))
+        junk = rng.uniform(-0.5 * SIDE, 0.5 * SIDE, (POINTS, 2))
         wrong = order < round(share * POINTS)
-        clouds.append(np.where(wrong[:, None], elsewhere, _sampled(FISH, phase) + sigma * unit))
+        clouds.append(np.where(wrong[:, None], junk, _sampled(FISH, phase) + sigma * unit))
         masks.append(wrong)
     size = SMALLER if smaller else 1.0
     truth = Pose.trusted(np.eye(2), np.zeros(2), 1.0 / size)

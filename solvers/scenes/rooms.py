@@ -159,14 +159,14 @@ def kabsch_scene(
     rng = np.random.default_rng(validate.count(seed, "seed"))
     unit = rng.standard_normal((n, 2))
     order = rng.permutation(n)
-    elsewhere = _junk(rng, n)
+    junk = _junk(rng, n)
 
     if name == "would-reflect":
         unit = _lean_to_reflection(unit)
     target = KABSCH_TRUTH.apply(shape) + sigma * unit
     outlier = np.zeros(n, dtype=np.bool_)
     outlier[order[:wrong]] = True
-    target[outlier] = elsewhere[outlier]
+    target[outlier] = junk[outlier]
     outline = (shape.copy(), np.vstack([_PENNANT, _PENNANT[:1]])) if name == "would-reflect" else (_closed(shape),)
     return Scene(
         name, seed, shape.copy(), target, KABSCH_TRUTH, KABSCH_START, outlier, outlier.copy(), outline, paired=True
@@ -292,11 +292,11 @@ def room(
         along = _stations(setting, spacing, first, last, total, ratio)
         points = np.column_stack([np.interp(along, lengths, ROOM[:, k]) for k in (0, 1)])
         n = len(points)
-        unit, order, elsewhere = rng.standard_normal((n, 2)), rng.permutation(n), _junk(rng, n)
+        unit, order, junk = rng.standard_normal((n, 2)), rng.permutation(n), _junk(rng, n)
         points += sigma * unit
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
-        points[wrong] = elsewhere[wrong]
+        points[wrong] = junk[wrong]
         # Drawn for all of the outline, then cut: a smaller overlap leaves the other
         # points where they were.
         inside = along <= (total if clouds else visible * total + 1e-9)

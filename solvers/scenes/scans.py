@@ -119,8 +119,8 @@ def two_scans(
     for pose, phase, draw in zip(poses, phases, unit, strict=True):
         angle = 2.0 * np.pi * (np.arange(rays) + phase) / rays
         ahead = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        measured = ranges(pose.t, ahead @ pose.R.T, a, b) + sigma * draw
-        clouds.append(measured[:, None] * ahead)
+        lengths = ranges(pose.t, ahead @ pose.R.T, a, b) + sigma * draw
+        clouds.append(lengths[:, None] * ahead)
     return TwoScans(clouds[0], clouds[1], *poses, WALLS)
 
 

@@ -249,10 +249,10 @@ def _scene(
     for cloud in clouds:
         n = len(cloud)
         unit, order = rng.standard_normal((n, 2)), rng.permutation(n)
-        elsewhere = rng.uniform((-5.0, -3.2), (5.0, 3.2), (n, 2))
+        junk = rng.uniform((-5.0, -3.2), (5.0, 3.2), (n, 2))
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
-        points.append(np.where(wrong[:, None], elsewhere, cloud + sigma * unit))
+        points.append(np.where(wrong[:, None], junk, cloud + sigma * unit))
         masks.append(wrong)
     return Scene(
         name, seed, points[1], points[0], Pose.identity(), start, masks[1], masks[0], tuple(o.copy() for o in outlines)

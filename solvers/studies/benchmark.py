@@ -193,18 +193,19 @@ def benchmark(
     ICP 3 of 3 close
     GICP 3 of 3 close
     """
-    who = [
-        racing(one, "contestants") if isinstance(one, str) else of_kind(one, Contestant, "contestants")
-        for one in several(contestants, "contestants", "contestants or of names of methods")
+    entrants = [
+        racing(entry, "contestants") if isinstance(entry, str) else of_kind(entry, Contestant, "contestants")
+        for entry in several(contestants, "contestants", "contestants or of names of methods")
     ]
-    for one in who:
-        if one.method in METHODS and METHODS[one.method].paired:
-            raise ValueError(f"contestants: {one.method!r} does not race, because it needs pairs and the race has none")
+    for contestant in entrants:
+        if contestant.method in METHODS and METHODS[contestant.method].paired:
+            needs = "it needs pairs and the race has none"
+            raise ValueError(f"contestants: {contestant.method!r} does not race, because {needs}")
     validate.count(max_steps, "max_steps")
     function(progress, "progress")
     problem, truth = race_problem(or_usual(controls, Controls, "controls"), seeds)
     lines = []
-    for contestant in who:
+    for contestant in entrants:
         if progress is not None and progress(contestant):
             break
         start = perf_counter()
@@ -285,7 +286,7 @@ def table(lines: Sequence[Line]) -> str:
     >>> print(table([]).splitlines()[0].split())
     ['method', 'RRE', 'RTE', 'RRE<5°', 'and', '<.2u', 'steps', 'ms', 'stops', '(of', '0)']
     """
-    lines = [of_kind(one, Line, "lines") for one in several(lines, "lines", "Line")]
+    lines = [of_kind(entry, Line, "lines") for entry in several(lines, "lines", "Line")]
     n = len(lines[0].rre) if lines else 0
     head = f"{'method':20}{'RRE':>9}{'RTE':>9}{'RRE<5°':>9}{'and <.2u':>10}{'steps':>7}{'ms':>8}  stops (of {n})"
     rows = [

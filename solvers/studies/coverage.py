@@ -230,17 +230,17 @@ def regions(draws: Runs, way: str) -> Covariance:
         return _censi(draws)
     k = len(result.pose)
     if way == "sampled":
-        one = ends_of(draws).whole
-        middle = one.mean.inverse().apply(one.centre[None])[0]
+        spread = ends_of(draws).whole
+        middle = spread.mean.inverse().apply(spread.centre[None])[0]
         return replace(
-            one, mean=result.pose, centre=result.pose.apply(middle[None])[:, 0],
-            deviations=np.tile(one.deviations, (k, 1)), directions=np.tile(one.directions, (k, 1, 1)),
-            radius=np.tile(one.radius, k),
+            spread, mean=result.pose, centre=result.pose.apply(middle[None])[:, 0],
+            deviations=np.tile(spread.deviations, (k, 1)), directions=np.tile(spread.directions, (k, 1, 1)),
+            radius=np.tile(spread.radius, k),
         )  # fmt: skip
     noise = _censi(draws)
     heading, shift = draws.spread
     matrix = np.diag(np.square([np.radians(heading), shift, shift]))
-    each = [
+    covariances = [
         from_starts(
             scans.source[i], scans.target[i], result.method, noise=noise[i],
             weights=None if scans.weights[i].all() else scans.weights[i],
@@ -248,7 +248,7 @@ def regions(draws: Runs, way: str) -> Covariance:
         )
         for i in range(k)
     ]  # fmt: skip
-    return _stacked(each)
+    return _stacked(covariances)
 
 
 def coverage(
@@ -321,9 +321,9 @@ def _censi(draws: Runs) -> Covariance:
     return covariance(draws.result, "censi", source_noise=noises[0], target_noise=noises[1])
 
 
-def _stacked(each: list[Covariance]) -> Covariance:
+def _stacked(parts: list[Covariance]) -> Covariance:
     def row(name: str) -> FloatArray:
-        return np.stack([getattr(one, name) for one in each])
+        return np.stack([getattr(part, name) for part in parts])
 
-    mean = stacked([one.mean for one in each])
+    mean = stacked([part.mean for part in parts])
     return Covariance(mean, row("deviations"), row("directions"), row("centre"), row("radius"), "target", "starts")

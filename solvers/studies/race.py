@@ -253,9 +253,9 @@ def racing(name: object, argument: str) -> Contestant:
     racers = {c.method: c for c in (*CONTESTANTS, *EXTRAS)}
     own = ALIASES.get(name, name) if isinstance(name, str) else name
     if isinstance(own, str) and own in METHODS and own not in racers:
-        why = "it needs pairs and the race has none" if method_of(own).paired else "no options are chosen for it"
+        reason = "it needs pairs and the race has none" if method_of(own).paired else "no options are chosen for it"
         others = ", ".join(sorted(racers))
-        raise ValueError(f"{argument}: {name!r} does not race, because {why}; those that race: {others}")
+        raise ValueError(f"{argument}: {name!r} does not race, because {reason}; those that race: {others}")
     return racers[validate.one_of(own, racers, argument)]
 
 

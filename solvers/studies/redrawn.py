@@ -157,8 +157,8 @@ def redrawn(
         pose = STANDS[place][stand]
         true = ranges(pose.t, ahead.reshape(-1, 2) @ pose.R.T, a, b).reshape(k, m)
         echo = true < REACH
-        measured = np.where(echo, true, 0.0) + sigma * unit[:, stand]
-        clouds.append(measured[..., None] * ahead)
+        lengths = np.where(echo, true, 0.0) + sigma * unit[:, stand]
+        clouds.append(lengths[..., None] * ahead)
         echoes.append(echo)
     source = np.where(echoes[0][..., None], clouds[0], 0.0)
     target = np.where(echoes[1][..., None], clouds[1], NO_ECHO)
