@@ -200,9 +200,9 @@ class Widget:
     lead: Lead | None = None
 
 
-def motions(given: Animation | tuple[Animation, ...] | None) -> tuple[Animation, ...]:
+def motions(motion: Animation | tuple[Animation, ...] | None) -> tuple[Animation, ...]:
     """The result of a widget's `motion` as a tuple."""
-    return given if isinstance(given, tuple) else () if given is None else (given,)
+    return motion if isinstance(motion, tuple) else () if motion is None else (motion,)
 
 
 @dataclass(frozen=True)
@@ -258,9 +258,9 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
     if not isinstance(controls, Mapping):
         raise ValueError("controls: not a mapping of names to values")
     start = preset(widget, plain.get("preset", "default"), controls)
-    names = _known(widget)
+    names = _action_names(widget)
     actions = tuple(_action(widget, names, e) for e in log)
-    return Record(widget.name, start.preset, start.controls, seed, actions, _given(widget, plain.get("given", {})))
+    return Record(widget.name, start.preset, start.controls, seed, actions, _inputs(widget, plain.get("given", {})))
 
 
 def action(widget: Widget, entry: Any) -> Action:
@@ -268,19 +268,19 @@ def action(widget: Widget, entry: Any) -> Action:
 
     Raises ValueError if it is not one.
     """
-    return _action(widget, _known(widget), entry)
+    return _action(widget, _action_names(widget), entry)
 
 
-def _given(widget: Widget, plain: Any) -> tuple[tuple[str, str], ...]:
+def _inputs(widget: Widget, plain: Any) -> tuple[tuple[str, str], ...]:
     if not isinstance(plain, Mapping) or not all(isinstance(key, str) for key in plain.values()):
         raise ValueError("given: not a mapping of places to fingerprints")
-    for place in plain:
-        if place not in widget.takes:
-            raise ValueError(f"given: {widget.name} takes nothing called {clip(place)}")
-    return tuple((place, plain[place]) for place in widget.takes if place in plain)
+    for slot in plain:
+        if slot not in widget.takes:
+            raise ValueError(f"given: {widget.name} takes nothing called {clip(slot)}")
+    return tuple((slot, plain[slot]) for slot in widget.takes if slot in plain)
 
 
-def _known(widget: Widget) -> Mapping[str, set[str]]:
+def _action_names(widget: Widget) -> Mapping[str, set[str]]:
     """Kind of action → the names that it applies to."""
     return {
         "press": {b.name for b in widget.buttons if b.does == "press"},
@@ -295,18 +295,18 @@ def _action(widget: Widget, names: Mapping[str, set[str]], entry: Any) -> Action
         raise ValueError(f"log: {clip(entry)} is not an action")
     if entry[0] not in names:
         raise ValueError(f"log: no kind of action {clip(entry[0])}{nearest(entry[0], names)}")
-    kind, name, *place = entry
+    kind, name, *position = entry
     if name not in names[kind]:
         raise ValueError(
             f"log: {widget.name} has nothing to {kind} called {clip(name)}{nearest(name, sorted(names[kind]))}"
         )
-    if kind == "press" and not place:
+    if kind == "press" and not position:
         return Action("press", name)
     if kind == "press":
         raise ValueError(f"log: {clip(entry)} presses a button at a place")
-    if len(place) != 2 or not all(finite(v, 1e6) for v in place):
+    if len(position) != 2 or not all(finite(v, 1e6) for v in position):
         raise ValueError(f"log: {clip(entry)} does not give a place (x, y)")
-    x, y = (float(v) + 0.0 for v in place)  # −0.0 would compare equal to 0.0 but might act differently
+    x, y = (float(v) + 0.0 for v in position)  # −0.0 would compare equal to 0.0 but might act differently
     return Action(_PLACED[kind], name, x, y)
 
 

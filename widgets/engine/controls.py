@@ -114,18 +114,18 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _SHORT.fillvalue = "…"
 
 
-def validated(controls: type, given: Mapping[str, Any]) -> Any:
-    """The controls with the values in `given`, then those that the chosen options set, then the defaults.
+def validated(controls: type, arguments: Mapping[str, Any]) -> Any:
+    """The controls with the values in `arguments`, then those that the chosen options set, then the defaults.
 
     Raises ValueError that names the control, says what is wrong with the value and what was expected.
     """
     by_name = specs(controls)
-    for name in given:
+    for name in arguments:
         if name not in by_name:
             raise ValueError(f"no control {clip(name)}{nearest(name, by_name)}")
-    settings = {name: _value(name, by_name[name], raw) for name, raw in given.items()}
-    brought = {k: v for name, value in settings.items() for k, v in by_name[name].sets.get(str(value), {}).items()}
-    return controls(**{**brought, **settings})
+    settings = {name: _value(name, by_name[name], raw) for name, raw in arguments.items()}
+    implied = {k: v for name, value in settings.items() for k, v in by_name[name].sets.get(str(value), {}).items()}
+    return controls(**{**implied, **settings})
 
 
 def finite(raw: Any, limit: float) -> bool:

@@ -102,7 +102,7 @@ class Running:
         key = figure, job.name
         if key not in self.works:
             raise ValueError(f"job: {job.name} is not under way")
-        began = before = self.now()
+        start = before = self.now()
         result = None
         while True:
             try:
@@ -113,7 +113,7 @@ class Running:
             result = progress.result or result
             after = self.now()
             # After a result something else begins, and the last piece says nothing about how long that takes.
-            if progress.part >= 1 or progress.result or 2 * after - before - began > SLICE:
+            if progress.part >= 1 or progress.result or 2 * after - before - start > SLICE:
                 break
             before = after
         done = progress.part >= 1
@@ -125,10 +125,10 @@ class Running:
 
 def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
     """A result as plain data for the page; without `timed`, values that depend on the machine are left out."""
-    kept = [timed or not column.timed for column in result.columns]
+    mask = [timed or not column.timed for column in result.columns]
     rows = []
     for row in result.rows:
-        values = [value if keep else None for value, keep in zip(row.values, kept, strict=True)]
+        values = [value if visible else None for value, visible in zip(row.values, mask, strict=True)]
         texts = [column.text(value) for column, value in zip(result.columns, values, strict=True)]
         line = " ".join(name for name, on in (("dashed", row.dashed), ("dotted", row.dotted)) if on)
         rows.append(
@@ -149,17 +149,17 @@ def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
             {"name": p.name, "svg": panel_svg(p, f"{prefix}-{p.name}"), "width": p.view.width}
             for p in result.panels
         ],
-        "csv": written(result, kept),
+        "csv": written(result, mask),
         "python": headed(result.python, result.caption),
     }
 
 
-def written(result: Result, kept: list[bool]) -> str:
+def written(result: Result, mask: list[bool]) -> str:
     """The table as CSV, with numbers in full precision. (The page's Python has no csv module.)"""
     lines = [[result.heading, *(f"{c.label} ({c.unit})" if c.unit else c.label for c in result.columns)]]
     for row in result.rows:
-        values = zip(row.values, kept, strict=True)
-        lines.append([row.label, *("" if value is None or not keep else repr(value) for value, keep in values)])
+        values = zip(row.values, mask, strict=True)
+        lines.append([row.label, *("" if value is None or not visible else repr(value) for value, visible in values)])
     return "".join(",".join(map(_cell, line)) + "\n" for line in lines)
 
 

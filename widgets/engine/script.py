@@ -39,7 +39,7 @@ def called(before: str, *arguments: str, after: str = "") -> list[str]:
         return [line]
     lead = before[: len(before) - len(before.lstrip())]
     lines = [""]
-    for one in arguments:
-        longer = f"{lines[-1]} {one}," if lines[-1] else f"{lead}    {one},"
-        lines = [*lines[:-1], longer] if len(longer) <= WIDTH else [*lines, f"{lead}    {one},"]
+    for argument in arguments:
+        longer = f"{lines[-1]} {argument}," if lines[-1] else f"{lead}    {argument},"
+        lines = [*lines[:-1], longer] if len(longer) <= WIDTH else [*lines, f"{lead}    {argument},"]
     return [f"{before}(", *lines, f"{lead}){after}"]

@@ -101,17 +101,17 @@ def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple
     """The ball at the start; after the run, at the end, with its path along the ring. There it has the truth's colour
     if the run ended at the truth, else it is hollow, since a robot with the right heading may be in the wrong place.
     A method that searches does not roll: a dotted line joins start and end."""
-    began = at(dial, full, np.array([heading]))
+    begin = at(dial, full, np.array([heading]))
     if course is None:
-        return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
+        return (*_ball(begin), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
     end = at(dial, full, course.headings[-1:])
     marks: list[Mark] = [Segments(place(heading, NOSE), place(heading, HAND), "guide", dashed=True)]
     if dial.rung.searches or dial.rung.flat or len(course.headings) < 3:
-        marks.append(Path(np.concatenate([began, end]), "ghost", dotted=True))
+        marks.append(Path(np.concatenate([begin, end]), "ghost", dotted=True))
     else:
         marks.append(Path(at(dial, full, _between(course.headings)), "source", thick=True))
     ball = _ball(end, "truth") if course.arrived else (Points(end, "source", "ring", radius=BALL),)
-    return (*marks, Points(began, "ghost", "ring", radius=7.0), *ball)
+    return (*marks, Points(begin, "ghost", "ring", radius=7.0), *ball)
 
 
 def _ball(spot: Array, role: Role = "source") -> tuple[Mark, ...]:
@@ -165,8 +165,8 @@ def partners(moved: Array, target: Array) -> tuple[Array, Array]:
 
 
 def _nearest(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
-    rows, apart = partners(moved, dial.clouds.target)
-    partner, far = dial.clouds.target[rows], apart > dial.length
+    rows, distances = partners(moved, dial.clouds.target)
+    partner, far = dial.clouds.target[rows], distances > dial.length
     return (
         Segments(moved[~far], partner[~far], "pair"),
         Segments(moved[far], partner[far], "outlier", dashed=True),
@@ -178,24 +178,24 @@ def _surface(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...
     target = dial.clouds.target
     vectors = normals(nearest.build(target[None]), 8).vectors[0]
     rows, _ = partners(moved, target)
-    away = ((moved - target[rows]) * vectors[rows]).sum(axis=1, keepdims=True)
-    return (Segments(moved, moved - away * vectors[rows], "pair"), Ticks(target, vectors, "normal", 12.0))
+    offsets = ((moved - target[rows]) * vectors[rows]).sum(axis=1, keepdims=True)
+    return (Segments(moved, moved - offsets * vectors[rows], "pair"), Ticks(target, vectors, "normal", 12.0))
 
 
 def _cells(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
     """The Gaussians of the coarser map's first grid."""
     cells = ndt_map.build(dial.clouds.target[None], dial.length)
-    kept = cells.kept[0]
-    return (Ellipses(cells.mean[0][kept], cells.covariance[0][kept], "target", sigmas=2.0, filled=True),)
+    mask = cells.kept[0]
+    return (Ellipses(cells.mean[0][mask], cells.covariance[0][mask], "target", sigmas=2.0, filled=True),)
 
 
 def _soft(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
     """Threads from a few source points to all target points; the larger a share at the first σ, the stronger."""
-    target, some = dial.clouds.target, moved[::THREADED]
-    shares = share_matrix(some, target, dial.length, 1e-12)
+    target, source = dial.clouds.target, moved[::THREADED]
+    shares = share_matrix(source, target, dial.length, 1e-12)
     i, j = np.nonzero(np.round(shares, 9) >= 0.004)
     strength = np.sqrt(shares[i, j] / shares.max())
-    return (Segments(some[i], target[j], "pair", weight=0.6 * strength),)
+    return (Segments(source[i], target[j], "pair", weight=0.6 * strength),)
 
 
 def _waves(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
@@ -214,8 +214,8 @@ def _flow(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
     if course is None:
         return ()
     ends = course.pose.apply(dial.clouds.source)
-    began = Pose.from_angle(float(course.headings[0])).apply(dial.clouds.source)
-    return tuple(Arrow(a, b, "guide", head=6.0) for a, b in zip(began[::THREADED], ends[::THREADED], strict=True))
+    begins = Pose.from_angle(float(course.headings[0])).apply(dial.clouds.source)
+    return tuple(Arrow(a, b, "guide", head=6.0) for a, b in zip(begins[::THREADED], ends[::THREADED], strict=True))
 
 
 def rim() -> Mark:

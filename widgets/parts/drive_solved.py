@@ -36,7 +36,7 @@ def made() -> bytes:
     scans = prepare(drive)
     chain = scan_to_scan(scans, drive.motion)
     loops = verified(scans, chain.poses, *candidates(chain.poses))
-    used = loops.believed
+    mask = loops.believed
     edges, robust = edges_of(chain, loops)
     pose_sets, weights = [], []
     for kernel, wrong in product(KERNELS, (False, True)):
@@ -47,8 +47,8 @@ def made() -> bytes:
             result = close(chain, loops, kernel=kernel)
         pose_sets.append(result.poses)
     rows = [_rows(chain.poses), *map(_rows, pose_sets)]
-    loop_rows = np.column_stack([loops.source[used], loops.target[used], _rows(loops.pose[used])])
-    head = np.array([len(scans), used.sum(), *weights])
+    loop_rows = np.column_stack([loops.source[mask], loops.target[mask], _rows(loops.pose[mask])])
+    head = np.array([len(scans), mask.sum(), *weights])
     return b"".join(part.astype("<f4").tobytes() for part in (head, *rows, loop_rows))
 
 

@@ -41,11 +41,11 @@ class Table:
         """The poses for a reader's settings; kernel and wrong loop matter only to the closed ones."""
         return self.ways[("closed", kernel, wrong) if poses == "closed" else (poses, "", False)]
 
-    def missed(self, way: Pose, seen: int) -> tuple[Array, Array]:
-        """How far `way` misses the loops among the first `seen` scans: metres and degrees."""
-        some = self.later < seen
-        i, j = self.earlier[some], self.later[some]
-        gap = self.loops[some].inverse().compose(way[i].inverse().compose(way[j]))
+    def missed(self, way: Pose, count: int) -> tuple[Array, Array]:
+        """How far `way` misses the loops among the first `count` scans: metres and degrees."""
+        rows = self.later < count
+        i, j = self.earlier[rows], self.later[rows]
+        gap = self.loops[rows].inverse().compose(way[i].inverse().compose(way[j]))
         return np.linalg.norm(gap.t, axis=-1), np.degrees(np.abs(gap.angle))
 
 

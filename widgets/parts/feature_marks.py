@@ -35,27 +35,27 @@ def crests(view: View, frequency: Array) -> Segments:
     return Segments(a, b, "accent", weight=np.full(len(segments), 0.6))
 
 
-def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
+def _clipped(view: View, foot: Array, direction: Array, reach: float) -> tuple[Array, Array] | None:
     """The part of a line within the window; None if there is none."""
     low, high = -reach, reach
     for i, (least, most) in enumerate([(view.x0, view.x1), (view.y0, view.y1)]):
-        if abs(way[i]) < 1e-12:
+        if abs(direction[i]) < 1e-12:
             if not least <= foot[i] <= most:
                 return None
             continue
-        one, other = sorted([(least - foot[i]) / way[i], (most - foot[i]) / way[i]])
-        low, high = max(low, one), min(high, other)
-    return (foot + low * way, foot + high * way) if low < high else None
+        first, last = sorted([(least - foot[i]) / direction[i], (most - foot[i]) / direction[i]])
+        low, high = max(low, first), min(high, last)
+    return (foot + low * direction, foot + high * direction) if low < high else None
 
 
 def phases(source: Array, target: Array, frequency: Array) -> Panel:
     """The points of the moved source (m, 2) and of the target (n, 2), each at its phase on a circle, and both means."""
-    moving, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
-    means = moving.mean(axis=0), still.mean(axis=0)
+    moving, fixed = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
+    means = moving.mean(axis=0), fixed.mean(axis=0)
     marks: list[Mark] = [
         Ring([0.0, 0.0], "guide", reach=1.0),
         Ring([0.0, 0.0], "guide", reach=INNER),
-        Points(INNER * still, "target", "square", radius=2.5),
+        Points(INNER * fixed, "target", "square", radius=2.5),
         Points(moving, "source", radius=2.5),
         Path(np.stack(means), "accent", thick=True),
         Arrow([0.0, 0.0], means[1], "target"),
@@ -78,13 +78,13 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
         size=(WIDTH, HEIGHT),
     )
     foot = places * [1.0, 0.0]
-    one = places[chosen : chosen + 1]
+    point = places[chosen : chosen + 1]
     return with_marks(
         panel,
         Segments(foot, places, "guide"),
         Points(places, "ink", radius=2.5),
-        Segments(foot[chosen : chosen + 1], one, "accent"),
-        Points(one, "accent", radius=4.5),
+        Segments(foot[chosen : chosen + 1], point, "accent"),
+        Points(point, "accent", radius=4.5),
     )
 
 
@@ -110,5 +110,5 @@ def convergence(running: Array, exact: float, at_truth: float, count: int) -> Pa
     # The upper line is named above it, the lower one below, so that neither name lies on the other's line.
     above, below = (-7.0, 15.0) if exact >= at_truth else (15.0, -7.0)
     ends = [[most, float(np.log10(max(value, least)))] for value in (exact, at_truth)]
-    here = Label(ends[0], "exact, here", "source", "end", dx=-4, dy=above)
-    return with_marks(panel, here, Label(ends[1], "exact, at the truth", "truth", "end", dx=-4, dy=below))
+    label = Label(ends[0], "exact, here", "source", "end", dx=-4, dy=above)
+    return with_marks(panel, label, Label(ends[1], "exact, at the truth", "truth", "end", dx=-4, dy=below))

@@ -109,14 +109,14 @@ class Field:
     def _compute(self, level: int) -> None:
         """Compute what a level adds to the one before, without the coarse values again."""
         columns = rows = np.arange(self.side)
-        known = columns % STRIDE == STRIDE // 2
+        coarse_columns = columns % STRIDE == STRIDE // 2
         if level == 0:
-            self._put(columns[known], rows[known])
+            self._put(columns[coarse_columns], rows[coarse_columns])
             return
         band = rows[self._edge(level) : self._edge(level - 1)]
-        held = band % STRIDE == STRIDE // 2
-        self._put(columns[~known], band[held])
-        self._put(columns, band[~held])
+        coarse_rows = band % STRIDE == STRIDE // 2
+        self._put(columns[~coarse_columns], band[coarse_rows])
+        self._put(columns, band[~coarse_rows])
 
     def _put(self, columns: Index, rows: Index) -> None:
         if len(rows):
@@ -170,19 +170,19 @@ def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
     )
 
 
-def within(way: Array, window: tuple[float, float, float, float]) -> list[Array]:
+def within(line: Array, window: tuple[float, float, float, float]) -> list[Array]:
     """The parts of a polyline (n, 2) inside the window, cut at its border, each (k, 2) with k ≥ 2."""
     low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
-    a, step = way[:-1], np.diff(way, axis=0)
+    a, step = line[:-1], np.diff(line, axis=0)
     safe = np.where(step == 0.0, 1.0, step)
     to = np.stack([(low - a) / safe, (high - a) / safe])
-    still = step == 0.0
-    held = still & (a >= low) & (a <= high)
-    enter = np.where(still, np.where(held, 0.0, 2.0), to.min(axis=0)).max(axis=1).clip(0.0, None)
-    leave = np.where(still, 1.0, to.max(axis=0)).min(axis=1).clip(None, 1.0)
+    constant = step == 0.0
+    inside = constant & (a >= low) & (a <= high)
+    enter = np.where(constant, np.where(inside, 0.0, 2.0), to.min(axis=0)).max(axis=1).clip(0.0, None)
+    leave = np.where(constant, 1.0, to.max(axis=0)).min(axis=1).clip(None, 1.0)
     parts: list[list[Array]] = []
     for k in np.flatnonzero(enter < leave):
         if not parts or enter[k] > 0.0 or not np.array_equal(parts[-1][-1], a[k]):
             parts.append([a[k] + enter[k] * step[k]])
-        parts[-1].append(a[k] + leave[k] * step[k] if leave[k] < 1.0 else way[k + 1])
+        parts[-1].append(a[k] + leave[k] * step[k] if leave[k] < 1.0 else line[k + 1])
     return [np.array(part) for part in parts]

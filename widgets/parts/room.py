@@ -88,8 +88,8 @@ def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
 
     Without a ghost it is the same for all starts in a scene, and is rendered once.
     """
-    began = () if ghost is None else outline(scene, ghost, "ghost")
-    return (*began, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))
+    ghost_marks = () if ghost is None else outline(scene, ghost, "ghost")
+    return (*ghost_marks, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))
 
 
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
