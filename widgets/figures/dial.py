@@ -141,7 +141,7 @@ def known(state: State) -> int:
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """The dial, the ring unrolled, the numbers and the words."""
     dial, full = state.dial, detail > 0
-    arrived = dial.arrivals(max(0, detail - 1) if state.every else 0)
+    arrivals = dial.arrivals(max(0, detail - 1) if state.every else 0)
     layers: tuple[Mark, ...] = (
         marks.rim(),
         *marks.ring(dial, full),
@@ -149,16 +149,16 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
         *marks.room(dial),
         *marks.links(dial, state.pose, state.course),
         marks.scan(dial, state.pose),
-        *marks.arrivals(arrived),
+        *marks.arrivals(arrivals),
         *marks.ball(dial, full, state.heading, state.course),
     )
     label = "The room and the robot’s scan, with the objective over all headings around them"
     count = len(valleys(dial.ring)) if full and not dial.rung.flat else None
-    some = int(arrived.sum()) if len(arrived) == STARTS else None
+    hits = int(arrivals.sum()) if len(arrivals) == STARTS else None
     return Picture(
         (Panel("main", label, VIEW, layers, grid=False), _unrolled(state, full)),
-        _readouts(state, count, some),
-        _description(state, count, some),
+        _readouts(state, count, hits),
+        _description(state, count, hits),
         (_handle(state),),
         _note(state),
         frozenset([*(["roll"] if state.rolled else []), *(["every"] if state.every else [])]),
@@ -204,9 +204,9 @@ def _unrolled(state: State, full: bool) -> Panel:
     )
 
 
-def _readouts(state: State, count: int | None, some: int | None) -> tuple[Readout, ...]:
+def _readouts(state: State, count: int | None, hits: int | None) -> tuple[Readout, ...]:
     course, flat = state.course, state.dial.rung.flat
-    waits = "–" if not state.every else "…"
+    pending = "–" if not state.every else "…"
     return (
         Readout("rotation_start", "Rotation error at the start", number(abs(np.degrees(state.heading)), 1), "°",
                 "ghost"),
@@ -221,7 +221,7 @@ def _readouts(state: State, count: int | None, some: int | None) -> tuple[Readou
         Readout("points", "Points of the source", str(len(state.dial.clouds.source))),
         Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
                 "–" if flat else "…" if count is None else str(count)),
-        Readout("arrive", f"Starts that end at the truth, of\u00a0{STARTS}", waits if some is None else str(some)),
+        Readout("arrive", f"Starts that end at the truth, of\u00a0{STARTS}", pending if hits is None else str(hits)),
     )  # fmt: skip
 
 
@@ -247,7 +247,7 @@ def _note(state: State) -> str:
     return f"It {ENDS[course.status]} {off}: {'the truth' if course.arrived else 'not the truth'}."
 
 
-def _description(state: State, count: int | None, some: int | None) -> str:
+def _description(state: State, count: int | None, hits: int | None) -> str:
     rung, course = state.dial.rung, state.course
     words = [
         f"Rung {rung.number}, {rung.says.lower()}. A room in the middle, with noise of σ ="
@@ -263,9 +263,9 @@ def _description(state: State, count: int | None, some: int | None) -> str:
             f"The run {ENDS[course.status]} after {amount(steps, 'step')},"
             f" {number(course.rotation, 1)}° and {number(course.translation)} u from the truth."
         )
-    if some is not None:
+    if hits is not None:
         words.append(
-            f"Of {STARTS} starts around the ring, each marked inside it, {some} end at the truth: squares mark those"
+            f"Of {STARTS} starts around the ring, each marked inside it, {hits} end at the truth: squares mark those"
             " that do, crosses those that do not."
         )
     return " ".join(words)

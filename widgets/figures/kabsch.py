@@ -108,15 +108,15 @@ def _solved(state: State) -> State:
     scene = state.scene
     fit = fit_rigid(state.pose.apply(scene.source), scene.target, proper=state.controls.correct)
     pose = fit.pose.compose(state.pose)
-    places = pose.apply(scene.source)
-    apart = [np.linalg.norm(places - other.apply(scene.source), axis=1).max() for other in state.solutions]
+    ends = pose.apply(scene.source)
+    distances = [np.linalg.norm(ends - solution.apply(scene.source), axis=1).max() for solution in state.solutions]
     return replace(
         state,
         pose=pose,
         solved=True,
         starts=(*state.starts, state.start),
         solutions=(*state.solutions, pose),
-        spread=max([state.spread, *map(float, apart)]),
+        spread=max([state.spread, *map(float, distances)]),
     )
 
 
@@ -235,8 +235,8 @@ def _note(state: State, stats: _Numbers) -> str:
     if state.mirrored:
         return f"Solved uncorrected: {residual}, by a reflection, not a motion."
     if stats.det < 0:
-        less = number(stats.now - stats.free, 4)
-        return f"Solved in closed form: {residual}. A reflection would leave {less} u less."
+        difference = number(stats.now - stats.free, 4)
+        return f"Solved in closed form: {residual}. A reflection would leave {difference} u less."
     return f"Solved in closed form: {residual}; the start played no part."
 
 
@@ -245,12 +245,12 @@ def _description(state: State, stats: _Numbers) -> str:
     n, wrong = len(scene.source), int(scene.target_outlier.sum())
     (x, y), heading = place(state.pose, state.centroid)
     figure = "a mast with a pennant" if scene.name == "would-reflect" else "a bird"
-    lies = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
+    position = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
     orientation = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"
     noise = f"noise of σ = {number(state.controls.noise)} u" if state.controls.noise else "no noise"
     partners = {0: "no partner is wrong", 1: "one partner is wrong"}.get(wrong, f"{wrong} partners are wrong")
     words = [
-        f"{n} source points on the outline of {figure} lie {lies}, {orientation}; a line joins each to its target"
+        f"{n} source points on the outline of {figure} lie {position}, {orientation}; a line joins each to its target"
         f" point. The targets have {noise} and {partners}."
     ]
     error = "" if state.mirrored else f", {number(stats.turn, 1)}° and {number(stats.shift)} u from the true pose"

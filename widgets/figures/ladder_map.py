@@ -61,9 +61,9 @@ def motion(before: State, after: State) -> tuple[Motion, ...]:
     """The motion of each scan from the start to its run's end, once that is known."""
     if before.rolled or "courses" not in after.__dict__:
         return ()
-    began = Pose.from_angle(before.heading)
+    initial = Pose.from_angle(before.heading)
     return tuple(
-        Motion("source", float(course.pose.compose(began.inverse()).angle), (0.0, 0.0), (x, y), name)
+        Motion("source", float(course.pose.compose(initial.inverse()).angle), (0.0, 0.0), (x, y), name)
         for name, course in zip(RUNGS, after.courses, strict=True)
         for x, y in [course.pose.t.tolist()]
     )
@@ -106,25 +106,25 @@ def _panel(state: State, k: int, full: bool, course: Course | None) -> Panel:
     return Panel(dial.rung.name, label, VIEW, layers, grid=False, caption=label)
 
 
-def _arrived(courses: tuple[Course, ...]) -> int:
+def _arrival_count(courses: tuple[Course, ...]) -> int:
     return sum(course.arrived for course in courses)
 
 
-def _beside(courses: tuple[Course, ...]) -> int:
+def _displaced_count(courses: tuple[Course, ...]) -> int:
     """How many robots face the right way but are in the wrong place: their balls are at the top all the same."""
     return sum(course.rotation < CLOSE_DEGREES and not course.arrived for course in courses)
 
 
 def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> tuple[Readout, ...]:
-    waits = "…" if state.rolled else "–"
+    pending = "…" if state.rolled else "–"
     by = dict(zip(RUNGS, courses, strict=True)) if courses else {}
 
     def off(name: str) -> tuple[str, str]:
-        return (number(by[name].rotation, 1), "°") if name in by else (waits, "")
+        return (number(by[name].rotation, 1), "°") if name in by else (pending, "")
 
     return (
         Readout("arrive", f"Rungs that end at the truth, of\u00a0{len(RUNGS)}",
-                str(_arrived(courses)) if courses else waits),
+                str(_arrival_count(courses)) if courses else pending),
         Readout("rotation_pairs", "Rotation error at the end, rung 1", *off("pairs")),
         Readout("rotation_nearest", "Rotation error at the end, rung 3", *off("nearest")),
         Readout("valleys_pairs", "Valleys of the ring, rung 1", str(rings["pairs"]) if rings else "…"),
@@ -136,10 +136,10 @@ def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[s
 def _note(courses: tuple[Course, ...] | None) -> str:
     if courses is None:
         return ""
-    summary, beside = f"{_arrived(courses)} of {len(RUNGS)} end at the truth", _beside(courses)
-    if not beside:
+    summary, displaced = f"{_arrival_count(courses)} of {len(RUNGS)} end at the truth", _displaced_count(courses)
+    if not displaced:
         return f"{summary}."
-    return f"{summary}; {beside} more {'faces' if beside == 1 else 'face'} the right way, in the wrong place."
+    return f"{summary}; {displaced} more {'faces' if displaced == 1 else 'face'} the right way, in the wrong place."
 
 
 def _description(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> str:

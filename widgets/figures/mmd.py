@@ -105,7 +105,7 @@ def start(controls: Controls, seed: int) -> State:
         c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0, density=c.density
     )
     fixed = {length: _fixed(scene, length) for length in lengths(c)}
-    return _begun(c, scene, 0, room_start(c.turn, c.offset), fixed, still(scene))
+    return _new_run(c, scene, 0, room_start(c.turn, c.offset), fixed, still(scene))
 
 
 def lengths(c: Controls) -> tuple[float, ...]:
@@ -118,19 +118,19 @@ def _seed(scene: Scene, draws: int) -> int:
     return scene.seed + 1000 * draws
 
 
-def _begun(
+def _new_run(
     c: Controls,
     scene: Scene,
     draws: int,
-    began: Pose,
+    initial: Pose,
     fixed: dict[float, tuple[float, float]],
     backdrop: tuple[Mark, ...],
 ) -> State:
     method = METHODS["mmd"]
-    instance: Problem = replace(problem(scene, began), seed=np.array([_seed(scene, draws)]))
+    instance: Problem = replace(problem(scene, initial), seed=np.array([_seed(scene, draws)]))
     batch = begin(method, instance, method.options(lengths=lengths(c), count=round(c.count)), STEPS)
     unit = unit_frequencies(instance.seed, MOST, 2)[0]
-    return State(c, scene, draws, unit, began, batch, (errors(began, scene.truth),), fixed, backdrop)
+    return State(c, scene, draws, unit, initial, batch, (errors(initial, scene.truth),), fixed, backdrop)
 
 
 def _fixed(scene: Scene, length: float) -> tuple[float, float]:
@@ -140,11 +140,11 @@ def _fixed(scene: Scene, length: float) -> tuple[float, float]:
 
 def act(state: State, action: Action) -> State:
     """Take one step, take all remaining steps, redraw the frequencies, or begin from another start."""
-    c, scene, draws, began = state.controls, state.scene, state.draws, state.began
+    c, scene, draws, initial = state.controls, state.scene, state.draws, state.began
     if action.kind == "drag":
-        return _begun(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
+        return _new_run(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
     if action.name == "resample":
-        return _begun(c, scene, draws + 1, began, state.fixed, state.backdrop)
+        return _new_run(c, scene, draws + 1, initial, state.fixed, state.backdrop)
     state = _stepped(state)
     while action.name == "finish" and not state.batch.done:
         state = _stepped(state)
@@ -180,12 +180,12 @@ def _numbers(state: State, moved: Array) -> _Numbers:
     target, ell = state.scene.target, state.length
     frequencies = (state.unit / ell)[None]
     gap = (mean_features(moved[None], frequencies) - mean_features(target[None], frequencies))[0] * np.sqrt(MOST)
-    apart = np.hypot(gap[:MOST], gap[MOST:])
+    distances = np.hypot(gap[:MOST], gap[MOST:])
     own, at_truth = state.fixed[ell]
     exact = own - 2.0 * mean_kernel(moved, target, ell)
     count = round(state.controls.count)
     wave = min(round(state.controls.wave), count) - 1
-    return _Numbers(apart, float(np.square(apart[:count]).mean()), exact, at_truth, wave)
+    return _Numbers(distances, float(np.square(distances[:count]).mean()), exact, at_truth, wave)
 
 
 def draw(state: State) -> Picture:
@@ -247,7 +247,7 @@ def _description(state: State, stats: _Numbers) -> str:
     (x, y), heading = place(state.pose, ANCHOR)
     frequency = state.unit[stats.wave] / state.length
     rotation, translation = state.course[-1]
-    apart = number(float(stats.apart[stats.wave]), 3)
+    distance = number(float(stats.apart[stats.wave]), 3)
     crest = number(2 * np.pi / float(np.hypot(*frequency)))
     words = [
         f"{len(scene.source)} source points and {len(scene.target)} target points of one room,"
@@ -257,7 +257,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f"After {amount(steps, 'step')} the source is turned by {degrees(heading)}°, with its origin"
         f" at ({number(x)}, {number(y)}) u.",
         f"Thin lines are the crests of wave {stats.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
-        f" each point is at its phase, and the two means are {apart} apart.",
+        f" each point is at its phase, and the two means are {distance} apart.",
         f"With ℓ = {number(state.length)} u the waves together estimate MMD² as {number(stats.estimate, 4)}; exactly it"
         f" is {number(stats.exact, 4)}, and {number(stats.at_truth, 4)} at the true pose.",
         f"The pose is {number(rotation, 1)}° and {number(translation)} u from the truth.",

@@ -82,27 +82,27 @@ def start(controls: Controls, seed: int) -> State:
     cell = np.floor((points - offset) / controls.size)
     chosen = _at(controls, PLACE)
     grid = _grid(controls, points, cells)
-    return State(controls, seed, points, cells, cell, chosen, _close(controls, points, cells, cell, chosen), grid)
+    return State(controls, seed, points, cells, cell, chosen, _close_up(controls, points, cells, cell, chosen), grid)
 
 
 def act(state: State, action: Action) -> State:
     """Choose the cell that is pointed at, or the next one that contains a point."""
     if action.kind == "press":
-        there = _numbered(state.cells)
-        order = there[np.lexsort((there[:, 0], -there[:, 1]))].tolist()  # rows from the top, each from the left
-        here = list(state.chosen)
-        x, y = order[(order.index(here) + 1) % len(order) if here in order else 0]
+        cells = _numbered(state.cells)
+        order = cells[np.lexsort((cells[:, 0], -cells[:, 1]))].tolist()  # rows from the top, each from the left
+        current = list(state.chosen)
+        x, y = order[(order.index(current) + 1) % len(order) if current in order else 0]
         chosen = int(x), int(y)
     else:
         chosen = _at(state.controls, (action.x, action.y))
     if chosen == state.chosen:
         return state
-    close = _close(state.controls, state.points, state.cells, state.cell, chosen)
+    close = _close_up(state.controls, state.points, state.cells, state.cell, chosen)
     return replace(state, chosen=chosen, close=close)
 
 
-def _at(c: Controls, place: tuple[float, float]) -> tuple[int, int]:
-    x, y = place
+def _at(c: Controls, point: tuple[float, float]) -> tuple[int, int]:
+    x, y = point
     return int(np.floor((x - c.nudge_x) / c.size)), int(np.floor((y - c.nudge_y) / c.size))
 
 
@@ -119,40 +119,40 @@ def _grid(c: Controls, points: Array, cells: NdtMap) -> tuple[Mark, ...]:
     lower = np.concatenate([[(a, ROOM.y0) for a in across], [(ROOM.x0, b) for b in up]])
     upper = np.concatenate([[(a, ROOM.y1) for a in across], [(ROOM.x1, b) for b in up]])
     marks: list[Mark] = [Segments(lower, upper, "guide", weight=np.full(len(lower), 0.3))]
-    kept, few = cells.kept[0], cells.dropped[0] == TOO_FEW
+    mask, too_few = cells.kept[0], cells.dropped[0] == TOO_FEW
     middle = cells.corner[0] + 0.5 * h
-    marks += [Path(corner + h * SQUARE, "outlier", closed=True, dashed=True) for corner in cells.corner[0][~kept]]
-    held = cells.lookup(points[None], np.zeros(1, dtype=np.int64))[0, 0] >= 0
-    covariance = floored(cells.covariance[0][kept])
+    marks += [Path(corner + h * SQUARE, "outlier", closed=True, dashed=True) for corner in cells.corner[0][~mask]]
+    inside = cells.lookup(points[None], np.zeros(1, dtype=np.int64))[0, 0] >= 0
+    covariance = floored(cells.covariance[0][mask])
     marks += [
-        Points(middle[~kept & few], "outlier", "cross", radius=5.0),
-        Points(middle[~kept & ~few], "outlier", "diamond", radius=5.0),
-        Ellipses(cells.mean[0][kept], covariance, "target", sigmas=2.0, filled=True),
-        Points(points[held], "target", "square", radius=2.0),
-        Points(points[~held], "outlier", "square", radius=2.0),
+        Points(middle[~mask & too_few], "outlier", "cross", radius=5.0),
+        Points(middle[~mask & ~too_few], "outlier", "diamond", radius=5.0),
+        Ellipses(cells.mean[0][mask], covariance, "target", sigmas=2.0, filled=True),
+        Points(points[inside], "target", "square", radius=2.0),
+        Points(points[~inside], "outlier", "square", radius=2.0),
     ]
     return tuple(marks)
 
 
-def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple[int, int]) -> Panel:
+def _close_up(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple[int, int]) -> Panel:
     """One cell and a quarter of its neighbours, in units of its side: the score of a single point, and the points and
     the Gaussian that it comes from."""
     corner, h = cells.origin[0, 0] + c.size * np.array(chosen), c.size
     at = CLOSE.x0 + (np.arange(TILES) + 0.5) * (CLOSE.x1 - CLOSE.x0) / TILES
     values = score_map(cells, np.zeros((1, 2)), corner[0] + h * at, corner[1] + h * at)
     near = (points - corner) / h
-    seen = (np.abs(near - 0.5) < 0.75).all(axis=1)
+    visible = (np.abs(near - 0.5) < 0.75).all(axis=1)
     own = (cell == chosen).all(axis=1)
     marks: list[Mark] = [
         Heat(values, (CLOSE.x0, CLOSE.x1, CLOSE.y0, CLOSE.y1), 0.0, 1.0),
         *scale_marks(CLOSE, (0.0, 1.0), "score"),
         Path(SQUARE, "accent", closed=True, thick=True),
-        Points(near[seen & ~own], "ghost", "square", radius=2.0),
+        Points(near[visible & ~own], "ghost", "square", radius=2.0),
     ]
     rows = np.flatnonzero((_numbered(cells) == chosen).all(axis=1))
-    kept = bool(len(rows) and cells.kept[0, rows[0]])
-    marks.append(Points(near[own], "target" if kept else "outlier", "square", radius=3.0))
-    if kept:
+    is_kept = bool(len(rows) and cells.kept[0, rows[0]])
+    marks.append(Points(near[own], "target" if is_kept else "outlier", "square", radius=3.0))
+    if is_kept:
         mean, spread = (cells.mean[0, rows[0]] - corner) / h, floored(cells.covariance[0, rows[0]]) / h**2
         marks += [Ellipses(mean, spread, "normal", sigmas=s) for s in (1.0, 2.0)]
         marks.append(Points(mean, "normal", "diamond", radius=4.0))
@@ -173,22 +173,22 @@ class _Cell:
     kept: bool
 
 
-def _chosen(state: State) -> _Cell:
+def _chosen_cell(state: State) -> _Cell:
     row, cells = state.row, state.cells
     if row < 0:
         return _Cell("empty", 0, np.zeros(2), 0.0, 0.0, 0.0, False)
     spread = cells.covariance[0, row]
     low, high = (float(v) for v in symmetric_eigen(spread[None])[0][0])
     angle = 0.5 * float(np.degrees(np.arctan2(2 * spread[0, 1], spread[0, 0] - spread[1, 1])))
-    kept = bool(cells.kept[0, row])
-    status = ("kept, floored" if low < FLOOR * high else "kept") if kept else "discarded"
-    return _Cell(status, int(cells.count[0, row]), cells.mean[0, row], max(low, 0.0), high, angle, kept)
+    is_kept = bool(cells.kept[0, row])
+    status = ("kept, floored" if low < FLOOR * high else "kept") if is_kept else "discarded"
+    return _Cell(status, int(cells.count[0, row]), cells.mean[0, row], max(low, 0.0), high, angle, is_kept)
 
 
 def _counts(state: State) -> tuple[int, int, int]:
     """Cells kept, cells discarded, points in kept cells."""
-    kept = state.cells.kept[0]
-    return int(kept.sum()), int((~kept).sum()), int(state.cells.count[0][kept].sum())
+    mask = state.cells.kept[0]
+    return int(mask.sum()), int((~mask).sum()), int(state.cells.count[0][mask].sum())
 
 
 def draw(state: State) -> Picture:
@@ -201,14 +201,14 @@ def draw(state: State) -> Picture:
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
-    kept, discarded, covered = _counts(state)
-    cell = _chosen(state)
+    kept_count, discarded_count, covered_count = _counts(state)
+    cell = _chosen_cell(state)
     gaussian = cell.count >= LEAST_POINTS
     x, y = cell.mean.tolist()
     return (
-        Readout("kept", "Cells kept", str(kept), "", "target"),
-        Readout("discarded", "Cells discarded", str(discarded), "", "outlier"),
-        Readout("covered", "Points in kept cells", f"{covered} of {len(state.points)}"),
+        Readout("kept", "Cells kept", str(kept_count), "", "target"),
+        Readout("discarded", "Cells discarded", str(discarded_count), "", "outlier"),
+        Readout("covered", "Points in kept cells", f"{covered_count} of {len(state.points)}"),
         Readout("cell", "This cell", cell.status),
         Readout("count", "Its points", str(cell.count)),
         Readout("mean", "Mean μ", f"{number(x)}, {number(y)}" if cell.count else "–", "u" if cell.count else ""),
@@ -225,7 +225,7 @@ def _why(state: State) -> str:
 
 
 def _note(state: State) -> str:
-    cell = _chosen(state)
+    cell = _chosen_cell(state)
     if cell.status == "empty":
         return "This cell is empty; a point that lands in it scores nothing."
     if not cell.kept:
@@ -236,14 +236,15 @@ def _note(state: State) -> str:
 
 
 def _description(state: State) -> str:
-    c, cell = state.controls, _chosen(state)
-    kept, discarded, covered = _counts(state)
+    c, cell = state.controls, _chosen_cell(state)
+    kept_count, discarded_count, covered_count = _counts(state)
     count = amount(int(cell.count), "point")
     words = (
         f"A scan of {len(state.points)} points along the walls of a room with a notch and a pillar, with noise of σ ="
         f" {number(c.noise)} u, lies under a grid of {number(c.size)} u cells shifted by ({number(c.nudge_x)},"
-        f" {number(c.nudge_y)}) u. Cells that keep a Gaussian, drawn as an ellipse of two standard deviations: {kept}."
-        f" Cells that hold points and are discarded: {discarded}. So {amount(covered, 'point')} of the scan count."
+        f" {number(c.nudge_y)}) u. Cells that keep a Gaussian, drawn as an ellipse of two standard deviations:"
+        f" {kept_count}. Cells that hold points and are discarded: {discarded_count}. So"
+        f" {amount(covered_count, 'point')} of the scan count."
     )
     if cell.status == "empty":
         return words + " The chosen cell is empty."

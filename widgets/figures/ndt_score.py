@@ -85,13 +85,13 @@ def start(controls: Controls, seed: int) -> State:
     pairs = len(scan) * _grids(controls)
     field = Field(lambda x, y: score_map(cells, scan, x, y) / pairs, WINDOW, bands=BANDS)
     truth = float(evaluate(cells, scene.source[None], np.zeros((1, 2)), derivatives=False).score[0]) / pairs
-    kept = cells.kept[0]
+    mask = cells.kept[0]
     ground: tuple[Mark, ...] = (
-        Ellipses(cells.mean[0][kept], floored(cells.covariance[0][kept]), "target", sigmas=2.0, filled=True),
+        Ellipses(cells.mean[0][mask], floored(cells.covariance[0][mask]), "target", sigmas=2.0, filled=True),
         Points(scene.target, "target", "square", radius=2.0, weight=np.full(len(scene.target), 0.4)),
     )
-    waiting = climb(cells, scan, np.array(START), max_steps=0)
-    return State(controls, seed, scene, cells, scan, field, truth, waiting, ground)
+    path = climb(cells, scan, np.array(START), max_steps=0)
+    return State(controls, seed, scene, cells, scan, field, truth, path, ground)
 
 
 def act(state: State, action: Action) -> State:
@@ -166,8 +166,8 @@ def _steps(path: Climb) -> tuple[Mark, ...]:
     rejected = ~path.accepted
     marks: list[Mark] = []
     if rejected.any():
-        ways = [within(way, WINDOW) for way in np.stack([origin[rejected], path.tried[rejected]], axis=1)]
-        ends = np.array([part for parts in ways for part in parts]).reshape(-1, 2, 2)
+        pieces = [within(line, WINDOW) for line in np.stack([origin[rejected], path.tried[rejected]], axis=1)]
+        ends = np.array([part for parts in pieces for part in parts]).reshape(-1, 2, 2)
         marks.append(Segments(ends[:, 0], ends[:, 1], "outlier", dashed=True))
         marks.append(Points(_on_map(path.tried[rejected]), "outlier", "cross", radius=3.5))
     marks += [Path(part, "source", thick=True) for part in within(path.places, WINDOW)]
@@ -191,9 +191,9 @@ def _room(state: State) -> Panel:
         Points(state.scan + path.places[0], "ghost", radius=2.0),
         Points(state.scan + path.places[-1], "source", radius=2.0),
     )
-    where = "where the climb ended" if state.climbed else "where the climb will begin"
-    name = f"The scan {where}, over the map’s Gaussians at two standard deviations"
-    return Panel("room", name, ROOM, marks, caption=f"The scan over the map, {where}")
+    moment = "where the climb ended" if state.climbed else "where the climb will begin"
+    name = f"The scan {moment}, over the map’s Gaussians at two standard deviations"
+    return Panel("room", name, ROOM, marks, caption=f"The scan over the map, {moment}")
 
 
 def _readouts(stats: _Numbers) -> tuple[Readout, ...]:
@@ -222,9 +222,9 @@ def _note(state: State, stats: _Numbers) -> str:
     if not state.climbed:
         return ""
     off = "" if len(_on_map(state.path.places[-1:])) else "off the map, "
-    where = f"{off}{number(stats.away, 2)} u from the truth"
+    place = f"{off}{number(stats.away, 2)} u from the truth"
     tries = f"{amount(stats.rejected, 'try', 'tries')} rejected"
-    return f"{amount(stats.steps, 'step')}, {tries}; it {ENDS[state.path.status]}, {where}."
+    return f"{amount(stats.steps, 'step')}, {tries}; it {ENDS[state.path.status]}, {place}."
 
 
 def _description(state: State, stats: _Numbers) -> str:

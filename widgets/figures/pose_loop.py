@@ -76,16 +76,16 @@ def start(controls: Controls, seed: int) -> State:
     exact = Edges.between(TRUTH, i, j, INFORMATION)
     errors = (controls.drift * SIGMA * np.random.default_rng(seed).normal(size=(len(JOINS), 3)))[:count]
     errors[FALSE:] = 0.0
-    measured = exact.relative.compose(Pose.from_angle(errors[:, 2], errors[:, :2]))
+    relative = exact.relative.compose(Pose.from_angle(errors[:, 2], errors[:, :2]))
     shift = np.where(np.arange(count)[:, None] == FALSE, OFF, 0.0)
-    edges = Edges(i, j, Pose(measured.R, measured.t + shift), INFORMATION)
+    edges = Edges(i, j, Pose(relative.R, relative.t + shift), INFORMATION)
     poses = [TRUTH[0]]
     for k in range(LOOP):
         poses.append(poses[-1].compose(edges.relative[k]))
-    return _begun(controls, Pose(np.stack([p.R for p in poses]), np.stack([p.t for p in poses])), edges)
+    return _new_run(controls, Pose(np.stack([p.R for p in poses]), np.stack([p.t for p in poses])), edges)
 
 
-def _begun(controls: Controls, poses: Pose, edges: Edges) -> State:
+def _new_run(controls: Controls, poses: Pose, edges: Edges) -> State:
     run = begin(poses, edges, kernel=controls.kernel, robust=np.arange(len(edges)) >= LOOP)
     return State(controls, run, run)
 
@@ -103,11 +103,11 @@ def act(state: State, action: Action) -> State:
     if node:
         t = poses.t.copy()
         t[node] = to
-        return _begun(state.controls, Pose(poses.R, t), edges)
-    measured = edges.relative.t.copy()
-    measured[LOOP] = poses[LOOP].inverse().apply(to[None])[0]
-    relative = Pose(edges.relative.R, measured)
-    return _begun(state.controls, poses, Edges(edges.i, edges.j, relative, edges.information))
+        return _new_run(state.controls, Pose(poses.R, t), edges)
+    shifts = edges.relative.t.copy()
+    shifts[LOOP] = poses[LOOP].inverse().apply(to[None])[0]
+    relative = Pose(edges.relative.R, shifts)
+    return _new_run(state.controls, poses, Edges(edges.i, edges.j, relative, edges.information))
 
 
 def _within(xy: Array, node: int) -> Array:
@@ -115,7 +115,7 @@ def _within(xy: Array, node: int) -> Array:
     return np.asarray(CORNERS[node] * np.clip(CORNERS[node] * xy, LEAST[node], MOST))
 
 
-def _put(state: State, edge: int) -> Pose:
+def _predicted(state: State, edge: int) -> Pose:
     """The pose of an edge's far end according to the edge and its near end."""
     return state.run.poses[JOINS[edge][0]].compose(state.edges.relative[edge])
 
@@ -129,8 +129,8 @@ class _Numbers:
 
 def _numbers(state: State) -> _Numbers:
     off = residuals(state.run.poses, state.edges)[LOOP, :2]
-    apart = np.square(state.run.poses.t - TRUTH.t).sum(axis=1).mean()
-    return _Numbers(float(np.hypot(*off)), float(np.sqrt(apart)), state.first.objective)
+    squares = np.square(state.run.poses.t - TRUTH.t).sum(axis=1).mean()
+    return _Numbers(float(np.hypot(*off)), float(np.sqrt(squares)), state.first.objective)
 
 
 def draw(state: State) -> Picture:
@@ -140,14 +140,14 @@ def draw(state: State) -> Picture:
     marks: list[Mark] = [Path(ROOM, "truth", closed=True, thick=True)]
     marks += [Path(poses[k].apply(TRUTH[k].inverse().apply(SEEN[k])), "source") for k in range(4)]
     for edge in range(LOOP, len(edges)):
-        put = _put(state, edge)
+        put = _predicted(state, edge)
         marks += [Segments(put.t, poses.t[JOINS[edge][1]], "ghost", dashed=True), _glyph(put, "ghost", filled=False)]
     marks += [mark for edge in range(len(edges)) for mark in _spring(state, edge)]
     marks += [_glyph(poses[k], "source") for k in range(4)]
     handles = _handles(state)
     knobs = VIEW.px([handle.xy for handle in handles])
     marks += [_number(poses.t[k], k, knobs) for k in range(4)]
-    marks.append(_loop_name(_within(_put(state, LOOP).t, 0), poses.t[0]))
+    marks.append(_loop_name(_within(_predicted(state, LOOP).t, 0), poses.t[0]))
     marks += [_chi2(state, edge) for edge in range(len(edges))]
     return Picture(
         (Panel("main", "Four poses, the edges between them and the walls seen", VIEW, tuple(marks)),),
@@ -187,11 +187,11 @@ def _number(at: Array, node: int, knobs: Array) -> Label:
     """A pose's number beside it, outwards if possible, else at the next place in the panel that no handle covers."""
     at = np.clip(at, [-6.0, -4.3], [6.0, 4.3])
     across, up = CORNERS[node]
-    ways = BESIDE * np.array([(across, 0.0), (across, -up), (0.0, -up), (-across, 0.0), (across, up), (0.0, up)])
-    places = VIEW.px(at) + ways
-    clear = np.linalg.norm(places[:, None] - knobs, axis=2).min(axis=1) > CLEAR
-    free = clear & (places > 10.0).all(axis=1) & (places < np.array(VIEW.size) - 10.0).all(axis=1)
-    dx, dy = ways[int(np.argmax(free))]
+    offsets = BESIDE * np.array([(across, 0.0), (across, -up), (0.0, -up), (-across, 0.0), (across, up), (0.0, up)])
+    spots = VIEW.px(at) + offsets
+    clear = np.linalg.norm(spots[:, None] - knobs, axis=2).min(axis=1) > CLEAR
+    free = clear & (spots > 10.0).all(axis=1) & (spots < np.array(VIEW.size) - 10.0).all(axis=1)
+    dx, dy = offsets[int(np.argmax(free))]
     return Label(at, str(node + 1), "ink", "middle", dx=dx, dy=dy + 6.0)
 
 
@@ -215,7 +215,7 @@ def _chi2(state: State, edge: int) -> Label:
 def _handles(state: State) -> tuple[Handle, ...]:
     poses = state.run.poses
     nodes = [(name, k, f"Move pose {k + 1}", poses.t[k]) for k, name in enumerate(POSES, 1)]
-    nodes.append(("loop", 0, "Move where the loop’s edge puts pose 1", _put(state, LOOP).t))
+    nodes.append(("loop", 0, "Move where the loop’s edge puts pose 1", _predicted(state, LOOP).t))
     handles = []
     for name, node, label, at in nodes:
         x, y = _within(at, node).tolist()
@@ -268,9 +268,9 @@ def _description(state: State, stats: _Numbers) -> str:
     if c.kernel != "none":
         words.append(f"The loop’s edges have the kernel {KERNEL_NAMES[c.kernel]}.")
     after = f"is {run.status.label} after {amount(run.steps, 'step')}"
-    stands = after if run.steps or run.done else "has not begun"
+    progress = after if run.steps or run.done else "has not begun"
     words.append(
-        f"The optimisation {stands}. The loop’s gap is {number(stats.gap)} u, and the poses are"
+        f"The optimisation {progress}. The loop’s gap is {number(stats.gap)} u, and the poses are"
         f" {number(stats.apart)} u RMS from the true ones."
     )
     return " ".join(words)
@@ -285,8 +285,8 @@ def python(state: State) -> str:
         "from solvers import Pose",
         "from solvers.posegraph import Edges, advance, begin, residuals",
         "",
-        *_written("start", first.poses),
-        *_written("measured", edges.relative),
+        *_pose_lines("start", first.poses),
+        *_pose_lines("measured", edges.relative),
         "information = np.diag([25.0, 25.0, 1 / np.radians(4) ** 2])",
         f"edges = Edges({i}, {j}, measured, information)",
         f"loops = np.arange({len(edges)}) >= {LOOP}",
@@ -304,7 +304,7 @@ def python(state: State) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _written(name: str, poses: Pose) -> list[str]:
+def _pose_lines(name: str, poses: Pose) -> list[str]:
     rows = [[round(float(v), 9) + 0.0 for v in (*t, angle)] for t, angle in zip(poses.t, poses.angle, strict=True)]
     return [
         "x, y, angle = np.array([",

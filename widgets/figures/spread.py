@@ -124,25 +124,25 @@ def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
     """The draws from `first` up to `last`, exclusive, of `count` in all."""
     scans, start_poses = _scans(ask, count)
     part = slice(first, last)
-    some = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
-    result = register(some.source, some.target, ask.method, start=start_poses[part], weights=some.weights, gate=GATE)
-    return Runs(some, start_poses[part], (ask.heading, ask.shift), ask.noise, result, {"gate": GATE})
+    block = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
+    result = register(block.source, block.target, ask.method, start=start_poses[part], weights=block.weights, gate=GATE)
+    return Runs(block, start_poses[part], (ask.heading, ask.shift), ask.noise, result, {"gate": GATE})
 
 
 @lru_cache(maxsize=64)
 def _block(ask: Ask, k: int) -> Block:
     draws = _runs(ask, k * PRESS, (k + 1) * PRESS, DRAWS)
-    hits = [regions(draws, way).covers(draws.scans.truth) for way in ("hessian", "censi")]
+    hits = [regions(draws, form).covers(draws.scans.truth) for form in ("hessian", "censi")]
     return Block(draws.result.pose, np.asarray(hits[0]), np.asarray(hits[1]))
 
 
 @lru_cache(maxsize=16)
-def _expected(ask: Ask) -> tuple[Covariance, Covariance]:
+def _closed_forms(ask: Ask) -> tuple[Covariance, Covariance]:
     """The closed forms' covariances for the first pair of scans, centred on the truth."""
     draws = _runs(ask, 0, 1, 1)
     truth = draws.scans.truth
     hessian, censi = (
-        replace(regions(draws, way)[0].to("source"), mean=truth).to("target") for way in ("hessian", "censi")
+        replace(regions(draws, form)[0].to("source"), mean=truth).to("target") for form in ("hessian", "censi")
     )
     return hessian, censi
 
@@ -161,7 +161,7 @@ def draw(state: State) -> Picture:
     """The place from above, and the ends close to the true one."""
     stats = _numbers(state)
     return Picture(
-        (_plan(state), _close(state)),
+        (_plan(state), _close_up(state)),
         _readouts(state, stats),
         _description(state, stats),
         (_handle(state.controls.wall),),
@@ -172,8 +172,8 @@ def draw(state: State) -> Picture:
 
 def _handle(wall: float) -> Handle:
     """The handle on the right end wall, which moves the other one too."""
-    keys, where = slide_keys(wall, 0.0, *WALLS), f"{number(wall, 1)} u from the middle"
-    return Handle("wall", "Move the end walls", (wall, 0.0), where, keys, "push", "plan", sets="wall")
+    keys, words = slide_keys(wall, 0.0, *WALLS), f"{number(wall, 1)} u from the middle"
+    return Handle("wall", "Move the end walls", (wall, 0.0), words, keys, "push", "plan", sets="wall")
 
 
 def _places(pose: Pose, stand: Pose) -> Array:
@@ -192,10 +192,10 @@ def _plan(state: State) -> Panel:
         spread, _, _ = _ends(state.ask, state.drawn)
         away = spread.mode != _true_mode(spread, scans.truth)
         kinds: tuple[tuple[Role, BoolArray], ...] = (("outlier", away), ("source", ~away))
-        for kind, which in kinds:
-            if which.any():
-                some = spread.poses[which]
-                at, ahead = _places(some, stand), (stand.R @ some.R)[..., 0]
+        for kind, mask in kinds:
+            if mask.any():
+                poses = spread.poses[mask]
+                at, ahead = _places(poses, stand), (stand.R @ poses.R)[..., 0]
                 marks += [Segments(at, at + NOSE * ahead, kind), Points(at, kind, radius=3.5)]
         if len(spread.modes) > 1 and spread.shares[1] > 0.05:
             at = _places(spread.poses, stand)
@@ -212,20 +212,20 @@ def _robot(pose: Pose, role: Role) -> tuple[Mark, ...]:
 
 def _true_mode(spread: Spread, truth: Pose) -> int:
     """The cluster whose mean is nearest to the truth."""
-    return int(np.argmin([np.linalg.norm(one.mean.matrix - truth.matrix) for one in spread.modes]))
+    return int(np.argmin([np.linalg.norm(mode.mean.matrix - truth.matrix) for mode in spread.modes]))
 
 
-def _close(state: State) -> Panel:
+def _close_up(state: State) -> Panel:
     """A window around the true position as large as the closed forms' ellipses need; needles are drawn shorter."""
     true, stand = (STANDS[state.ask.place][k] for k in (0, 1))
-    expected = [stand.apply(one.ellipse(reach=FAR_OUT)) for one in _expected(state.ask)]
-    needle, reach = state.controls.wall > SEEN, np.abs(np.concatenate(expected) - true.t).max(axis=0)
+    ellipses = [stand.apply(covariance.ellipse(reach=FAR_OUT)) for covariance in _closed_forms(state.ask)]
+    needle, reach = state.controls.wall > SEEN, np.abs(np.concatenate(ellipses) - true.t).max(axis=0)
     half = NEEDLE if needle else np.full(2, FINE * np.ceil(SPARE * reach / FINE).max())
 
     def near(places: Array) -> Array:
         return np.asarray((places - true.t) / half)
 
-    bars = [max(bar for bar in BARS if bar <= 0.4 * each) for each in half.tolist()]
+    bars = [max(bar for bar in BARS if bar <= 0.4 * size) for size in half.tolist()]
     ends = np.array([-0.94, -0.36]) + np.diag(bars / half)
     bar: list[Mark] = [
         Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
@@ -240,9 +240,9 @@ def _close(state: State) -> Panel:
         marks.append(Points(at[np.abs(at).max(axis=1) < 1.0], "source", radius=2.5))
         if np.count_nonzero(spread.mode == mode) > 2:
             marks.append(Path(near(stand.apply(spread.modes[mode].ellipse())), "source"))
-    hessian, censi = map(near, expected)
+    hessian, censi = map(near, ellipses)
     marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
-    times = [number(PLAN.x1 / each, 0) for each in half]
+    times = [number(PLAN.x1 / size, 0) for size in half]
     caption = f"About the truth, enlarged {times[1]} times" + (f" up and {times[0]} across" if needle else "")
     if not within(hessian, WINDOW) + within(censi, WINDOW):
         caption = "About the truth: the expected regions lie outside"
@@ -263,12 +263,12 @@ class _Numbers:
 
 
 def _numbers(state: State) -> _Numbers:
-    hessian, censi = (number(s, 3 if s < 10.0 else 0) for s in (_sizes(one)[1] for one in _expected(state.ask)))
+    hessian, censi = (number(s, 3 if s < 10.0 else 0) for s in (_sizes(c)[1] for c in _closed_forms(state.ask)))
     if not state.drawn:
         return _Numbers(0.0, 0.0, (hessian, censi), (0, 0), 0, 0.0)
-    spread, hits, more = _ends(state.ask, state.drawn)
+    spread, *hits = _ends(state.ask, state.drawn)
     narrow, wide = _sizes(spread.modes[0])
-    return _Numbers(wide, narrow, (hessian, censi), (hits, more), len(spread.modes), float(spread.shares[0]))
+    return _Numbers(wide, narrow, (hessian, censi), (hits[0], hits[1]), len(spread.modes), float(spread.shares[0]))
 
 
 def _sizes(spread: Covariance) -> tuple[float, float]:

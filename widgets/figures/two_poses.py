@@ -98,8 +98,8 @@ def motion(before: State, after: State) -> Motion | None:
 
 def nearest(state: State) -> float:
     """The RMS distance of the moved source points to their nearest target points, u."""
-    apart = np.linalg.norm(state.pose.apply(state.scans.source)[:, None] - state.scans.target, axis=2)
-    return float(np.sqrt((apart.min(axis=1) ** 2).mean()))
+    distances = np.linalg.norm(state.pose.apply(state.scans.source)[:, None] - state.scans.target, axis=2)
+    return float(np.sqrt((distances.min(axis=1) ** 2).mean()))
 
 
 def draw(state: State) -> Picture:
@@ -128,17 +128,17 @@ def draw(state: State) -> Picture:
 
 
 def _note(state: State) -> str:
-    here, truth = state.pose, state.scans.truth
+    pose, truth = state.pose, state.scans.truth
     if state.by_hand is None:
-        return f"Aligned: {_off(here, truth)} from the truth." if _aligned(here, truth) else ""
+        return f"Aligned: {_errors(pose, truth)} from the truth." if _aligned(pose, truth) else ""
     if state.shown == "icp":
-        end = "stopped" if _aligned(here, truth) else "stopped in the wrong place,"
-        return f"ICP began {_off(state.by_hand, truth)} from the truth and {end} {_off(here, truth)} from it."
-    was = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
-    return f"The answer. {was} {_off(state.by_hand, truth)} from here."
+        end = "stopped" if _aligned(pose, truth) else "stopped in the wrong place,"
+        return f"ICP began {_errors(state.by_hand, truth)} from the truth and {end} {_errors(pose, truth)} from it."
+    subject = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
+    return f"The answer. {subject} {_errors(state.by_hand, truth)} from here."
 
 
-def _off(pose: Pose, truth: Pose) -> str:
+def _errors(pose: Pose, truth: Pose) -> str:
     return f"{number(float(np.degrees(rre(pose, truth))), 1)}° and {number(float(rte(pose, truth)))} u"
 
 
@@ -156,10 +156,10 @@ def _world(scans: TwoScans) -> Panel:
         hits = pose.apply(cloud[::2])
         marks.append(Segments(np.broadcast_to(pose.t, hits.shape), hits, role, weight=np.full(len(hits), 0.2)))
     marks += [Path(wall, "ink") for wall in scans.walls]
-    way = scans.target_pose.t - scans.source_pose.t
-    length = float(np.hypot(*way))
+    travel = scans.target_pose.t - scans.source_pose.t
+    length = float(np.hypot(*travel))
     if length > 1.2:
-        gap = way / length * 0.55
+        gap = travel / length * 0.55
         marks.append(Arrow(scans.source_pose.t + gap, scans.target_pose.t - gap, "guide"))
     for pose, cloud, role in views:
         marks.append(Points(pose.apply(cloud), role, "square" if role == "target" else "dot", radius=2.5))

@@ -20,8 +20,8 @@ from widgets.figures.spread import (
     SEEN,
     WIDGET,
     Controls,
+    _closed_forms,
     _ends,
-    _expected,
     act,
     draw,
     start,
@@ -88,7 +88,7 @@ def test_the_end_wall_is_pulled_by_a_handle_that_sets_the_slider(name: str) -> N
 
 def test_what_is_expected_lies_about_the_true_position() -> None:
     ask = start(Controls(), SEED).ask
-    for one in _expected(ask):
+    for one in _closed_forms(ask):
         middle = STANDS["room"][1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
         np.testing.assert_allclose(middle, STANDS["room"][0].t, atol=1e-4)
 

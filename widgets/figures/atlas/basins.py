@@ -127,8 +127,8 @@ class Runs:
             self._tracks[row, column] = self._track(start_of(row, column))
         return self._tracks[row, column]
 
-    def _compute(self, which: BoolArray) -> None:
-        rows, columns = np.nonzero(which)
+    def _compute(self, mask: BoolArray) -> None:
+        rows, columns = np.nonzero(mask)
         turn, offset = TURNS[columns], OFFSETS[rows]
         result = register(
             self.source, self.scene.target, self.ask.method, start=starts(turn, offset), **self.ask.options
@@ -225,8 +225,8 @@ def seen(level: int) -> tuple[IntArray, IntArray]:
     rows, columns = np.broadcast_arrays(np.arange(ROWS)[:, None], np.arange(COLUMNS))
     row, column = rows // 4 * 4 + 1, columns // 4 * 4 + 1
     second = rows // 2 * 2 + 1, columns // 2 * 2 + 1
-    there = has[second]
-    row, column = np.where(there, second[0], row), np.where(there, second[1], column)
+    has_second = has[second]
+    row, column = np.where(has_second, second[0], row), np.where(has_second, second[1], column)
     return np.where(has, rows, row), np.where(has, columns, column)
 
 

@@ -126,12 +126,12 @@ def draw(state: State, level: int = FINEST) -> Picture:
 
 def _map(state: State, ends: Ends) -> Panel:
     row, column = state.tile
-    here = [basins.TURNS[column], basins.OFFSETS[row]]
+    spot = [basins.TURNS[column], basins.OFFSETS[row]]
     marks: list[Mark] = [*_ground(ends), *_axes()]
     if state.ended:
         a, b = basins.around(basins.alike(ends.pose, state.track.poses[-1]))
         marks.append(Segments(a, b, "source", weight=np.ones(len(a))))
-    marks += [Ring(here, "source", radius=8.0), Points(here, "source", radius=3.0)]
+    marks += [Ring(spot, "source", radius=8.0), Points(spot, "source", radius=3.0)]
     label = "Where runs end, by the turn and the offset of their starts"
     return Panel("map", label, MAP, tuple(marks), grid=False, caption="Each start, coloured by its end")
 
@@ -165,14 +165,14 @@ def _axes() -> tuple[Mark, ...]:
 
 def _room(state: State) -> Panel:
     scene, track, k = state.atlas.scene, state.track, state.steps
-    ways = np.stack([track.poses[i].apply(TRACED) for i in range(k + 1)])
-    began = track.poses[0]
+    paths = np.stack([track.poses[i].apply(TRACED) for i in range(k + 1)])
+    initial = track.poses[0]
     source = Points(state.pose.apply(state.atlas.source), "source", radius=2.0)
     marks: tuple[Mark, ...] = (
-        *(outline(scene, began, "ghost") if k else ()),
+        *(outline(scene, initial, "ghost") if k else ()),
         *still(scene),
-        *(Path(ways[:, i], "source", weight=0.6) for i in range(len(TRACED)) if k),
-        *(Points(ways[:, i], "source", radius=1.5, weight=np.full(k + 1, 0.6)) for i in range(len(TRACED)) if k),
+        *(Path(paths[:, i], "source", weight=0.6) for i in range(len(TRACED)) if k),
+        *(Points(paths[:, i], "source", radius=1.5, weight=np.full(k + 1, 0.6)) for i in range(len(TRACED)) if k),
         Group("source", (*outline(scene, state.pose, "source"), source)),
     )
     name = "The source on its way from the chosen start, over the target"
@@ -213,8 +213,8 @@ def _readouts(state: State, counts: Count) -> tuple[Readout, ...]:
 def _note(state: State) -> str:
     c, track = state.controls, state.track
     if state.ended:
-        how = {Status.STALLED: "stalled", Status.CAPPED: "capped"}.get(track.status, "stopped")
-        return f"It {how} at step {track.steps}: {worded(track.reason)}."
+        outcome = {Status.STALLED: "stalled", Status.CAPPED: "capped"}.get(track.status, "stopped")
+        return f"It {outcome} at step {track.steps}: {worded(track.reason)}."
     if c.method == "ndt" and c.gate < OPEN:
         return "The gate has no effect in NDT."
     return ""

@@ -109,8 +109,8 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def _values(batch: Batch[BranchAndBoundState]) -> tuple[float, float]:
-    now = batch.state()
-    return float(now.objective[0]), float(now.lower[0])
+    state = batch.state()
+    return float(state.objective[0]), float(state.lower[0])
 
 
 def act(state: State, action: Action) -> State:

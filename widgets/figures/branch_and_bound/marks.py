@@ -40,14 +40,14 @@ class Floors:
 
 def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
     """The floors of boxes in world units; `held` if there is only one place."""
-    headings = _along(root, boxes)
-    headings_gone = np.isfinite(_along(root, discarded)) & np.isinf(headings)
-    nothing = np.full((TILES, TILES), np.inf)
+    headings = _by_heading(root, boxes)
+    headings_gone = np.isfinite(_by_heading(root, discarded)) & np.isinf(headings)
+    empty = np.full((TILES, TILES), np.inf)
     ends = _ends(boxes)
     if held:
-        return Floors(headings, nothing, headings_gone, np.zeros_like(nothing, dtype=np.bool_), ends)
-    there = _over(root, boxes)
-    return Floors(headings, there, headings_gone, np.isfinite(_over(root, discarded)) & np.isinf(there), ends)
+        return Floors(headings, empty, headings_gone, np.zeros_like(empty, dtype=np.bool_), ends)
+    places = _by_place(root, boxes)
+    return Floors(headings, places, headings_gone, np.isfinite(_by_place(root, discarded)) & np.isinf(places), ends)
 
 
 def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:
@@ -57,7 +57,7 @@ def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: 
     return np.clip(first, 0, count - 1).astype(np.int64), np.clip(last, 1, count).astype(np.int64)
 
 
-def _along(root: Boxes, boxes: Boxes) -> FloatArray:
+def _by_heading(root: Boxes, boxes: Boxes) -> FloatArray:
     low, size = root.middle[0, 0] - root.half[0, 0], 2.0 * root.half[0, 0]
     first, last = _span(boxes.middle[:, 0], boxes.half[:, 0], low, size, HEADINGS)
     values = np.full(HEADINGS, np.inf)
@@ -71,13 +71,13 @@ def _along(root: Boxes, boxes: Boxes) -> FloatArray:
 def _ends(boxes: Boxes) -> FloatArray:
     """The ends of boxes around the circle, without duplicates and rounded to the borders of the ring's places."""
     middle, half = boxes.middle[:, 0], boxes.half[:, 0]
-    place = np.rint(np.concatenate([middle - half, middle + half]) / (2.0 * np.pi) * HEADINGS).astype(np.int64)
+    indices = np.rint(np.concatenate([middle - half, middle + half]) / (2.0 * np.pi) * HEADINGS).astype(np.int64)
     half_turn = HEADINGS // 2
-    there = np.unique((place + half_turn) % HEADINGS) - half_turn
-    return np.asarray(there * (2.0 * np.pi / HEADINGS), dtype=np.float64)
+    borders = np.unique((indices + half_turn) % HEADINGS) - half_turn
+    return np.asarray(borders * (2.0 * np.pi / HEADINGS), dtype=np.float64)
 
 
-def _over(root: Boxes, boxes: Boxes) -> FloatArray:
+def _by_place(root: Boxes, boxes: Boxes) -> FloatArray:
     (x, y), half = root.middle[0, 1:] - root.half[0, 1], boxes.half[:, 1]
     size = 2.0 * float(root.half[0, 1])
     i, u = _span(boxes.middle[:, 1], half, x, size, TILES)
@@ -96,22 +96,22 @@ def _over(root: Boxes, boxes: Boxes) -> FloatArray:
     return values
 
 
-def ring(now: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:
+def ring(current: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:
     """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out. A tick
     where an open arc begins or ends, since neighbours' floors may be equal, and are zero at first.
 
     before: the ceiling before the last step; it scales the ring, so that a falling ceiling is seen to fall.
     """
-    gone, new = np.isinf(now.headings), now.headings_gone
+    closed, new = np.isinf(current.headings), current.headings_gone
     top = INNER + (OUTER - INNER) * ceiling / before
-    share = np.clip(np.where(gone, 1.0, now.headings / ceiling), 0.0, 1.0)
+    share = np.clip(np.where(closed, 1.0, current.headings / ceiling), 0.0, 1.0)
     radius = INNER + (top - INNER) * share
     return (
         Ring([0.0, 0.0], "guide", reach=INNER),
-        *_steps(radius, gone & ~new, "ghost"),
+        *_steps(radius, closed & ~new, "ghost"),
         *_steps(radius, new, "weak"),
-        *_steps(radius, ~gone, "accent"),
-        Segments(place(now.ends, INNER + TICK[0]), place(now.ends, INNER + TICK[1]), "accent"),
+        *_steps(radius, ~closed, "accent"),
+        Segments(place(current.ends, INNER + TICK[0]), place(current.ends, INNER + TICK[1]), "accent"),
         *_rims(ceiling, before, top),
     )
 
@@ -120,28 +120,28 @@ def _rims(ceiling: float, before: float, top: float) -> list[Mark]:
     """The ceiling with its value, and that before the last step if it was higher."""
     marks: list[Mark] = [
         Ring([0.0, 0.0], "source", reach=top, dashed=True),
-        *_named("ceiling", ceiling, "source", "start"),
+        *_rim_labels("ceiling", ceiling, "source", "start"),
     ]
     if before > ceiling:
         around = place(np.linspace(0.0, 2.0 * np.pi, 129), OUTER)
-        marks += [Path(around, "ghost", dotted=True), *_named("one step ago", before, "ghost", "end")]
+        marks += [Path(around, "ghost", dotted=True), *_rim_labels("one step ago", before, "ghost", "end")]
     return marks
 
 
-def _named(name: str, value: float, role: Role, side: Anchor) -> list[Mark]:
+def _rim_labels(name: str, value: float, role: Role, side: Anchor) -> list[Mark]:
     """A rim's name and value in the upper corner on that side of the panel, which the ring leaves free."""
-    way = 1.0 if side == "start" else -1.0
-    corner = [-way * SIZE, SIZE]
+    sign = 1.0 if side == "start" else -1.0
+    corner = [-sign * SIZE, SIZE]
     words = (name, f"{number(value, 4)} u²")
-    return [Label(corner, word, role, side, dx=8.0 * way, dy=20.0 + 18.0 * k) for k, word in enumerate(words)]
+    return [Label(corner, word, role, side, dx=8.0 * sign, dy=20.0 + 18.0 * k) for k, word in enumerate(words)]
 
 
-def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
-    """The runs of headings where `where` is true, each filled from the inner circle up to its steps."""
-    if not where.any():
+def _steps(radius: FloatArray, mask: BoolArray, role: str) -> list[Path]:
+    """The runs of headings where `mask` is true, each filled from the inner circle up to its steps."""
+    if not mask.any():
         return []
     edges = np.linspace(-np.pi, np.pi, HEADINGS + 1)
-    runs = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     paths = []
     for a, b in runs.reshape(-1, 2).tolist():
         around = edges[a : b + 1]
@@ -150,15 +150,15 @@ def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
     return paths
 
 
-def field(now: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
+def field(current: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
     """The open places of the source's centre, strongest where the floor is lowest; dots where the last box went."""
     half = float(root.half[0, 1])
     (x, y), tile = root.middle[0, 1:] - half, 2.0 * half / TILES
     across, up = x + (np.arange(TILES) + 0.5) * tile, y + (np.arange(TILES) + 0.5) * tile
     near = np.hypot(across[None, :], up[:, None]) < ROUND
-    shown = near & np.isfinite(now.places)
-    strong = np.where(shown, 0.45 - 0.35 * np.clip(now.places / ceiling, 0.0, 1.0), np.nan)
-    rows, columns = np.nonzero(near & now.places_gone)
+    visible = near & np.isfinite(current.places)
+    strong = np.where(visible, 0.45 - 0.35 * np.clip(current.places / ceiling, 0.0, 1.0), np.nan)
+    rows, columns = np.nonzero(near & current.places_gone)
     return (
         Heat(strong, (x, x + 2.0 * half, y, y + 2.0 * half), 0.0, 1.0),
         Points(np.stack([across[columns], up[rows]], axis=1), "weak", radius=1.5),

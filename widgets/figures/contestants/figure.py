@@ -85,12 +85,12 @@ class State:
 
 def start(controls: Controls, seed: int) -> State:
     """The bird at the start that the two sliders give."""
-    scene, cached = _known(seed)
+    scene, cached = _bird_states(seed)
     return State(controls, scene, bird_start(controls.turn, controls.offset), cached)
 
 
 @lru_cache(maxsize=2)
-def _known(seed: int) -> tuple[Scene, Mapping[str, Any]]:
+def _bird_states(seed: int) -> tuple[Scene, Mapping[str, Any]]:
     """The scene and the known states, which depend on no control."""
     scene = bird(seed=seed)
     batches = {c.method: c.begin(problem(scene, scene.start)) for c in CONTESTANTS}
@@ -117,9 +117,9 @@ def _at(contestant: Contestant, instance: Problem, cached: Any) -> Any:
     if isinstance(cached, SurfaceState):
         return surface_icp.start(instance, cached.options, cached.index, cached.normals, cached.covariances)
     if isinstance(cached, NdtState):
-        moved, one = instance.start.apply(instance.source), np.zeros(1, dtype=np.int64)
-        at = evaluate(cached.maps[0], moved, moved.mean(axis=1), one)
-        return replace(cached, problem=instance, pose=instance.start, level=one, at=at)
+        moved, level = instance.start.apply(instance.source), np.zeros(1, dtype=np.int64)
+        at = evaluate(cached.maps[0], moved, moved.mean(axis=1), level)
+        return replace(cached, problem=instance, pose=instance.start, level=level, at=at)
     method = METHODS[contestant.method]
     return method.start(instance, cached.options)
 
@@ -162,7 +162,7 @@ def _faint(line: Array, role: Role) -> Segments:
 def _description(state: State, links: dict[str, Linked]) -> str:
     (x, y), heading = place(state.pose, ANCHOR)
     off = float(np.degrees(rre(state.pose, state.scene.truth)))
-    summary = "; ".join(f"{LABELS[name]}: {one.value} {one.unit}".strip() for name, one in links.items())
+    summary = "; ".join(f"{LABELS[name]}: {link.value} {link.unit}".strip() for name, link in links.items())
     return (
         f"Nine pictures of {len(state.scene.source)} source and {len(state.scene.target)} target points on the outline"
         f" of a bird, the source centred at ({number(x, 1)}, {number(y, 1)}) u, turned by {degrees(heading)}° and"
@@ -175,7 +175,7 @@ def python(state: State) -> str:
     """A script that computes the same numbers with the solvers package alone."""
     c = state.controls
     instance = problem(state.scene, state.pose)
-    (icp,) = (one for one in CONTESTANTS if one.method == FIRST)
+    (icp,) = (contestant for contestant in CONTESTANTS if contestant.method == FIRST)
     near = _at(icp, instance, state.known[FIRST]).pairing.used[0, round(c.point) - 1]
     nearest = 'print("icp", at_start("icp").detail("pairing").distances[i])\n' if near else ""
     return f"""import numpy as np

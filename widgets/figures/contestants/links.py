@@ -34,9 +34,9 @@ def _nearest(state: Any, i: int) -> tuple[Array, Array, bool]:
 def icp(state: Any, i: int, view: View) -> Linked:
     """A line to the nearest point, dashed beyond the gate."""
     x, q, used = _nearest(state, i)
-    apart = float(np.hypot(*(x - q)))
+    distance = float(np.hypot(*(x - q)))
     line = Segments(x, q, "ink" if used else "outlier", dashed=not used)
-    return Linked((line,), number(apart) if used else "none within the gate", "u away" if used else "")
+    return Linked((line,), number(distance) if used else "none within the gate", "u away" if used else "")
 
 
 def plane(state: Any, i: int, view: View) -> Linked:
@@ -62,15 +62,15 @@ def gicp(state: Any, i: int, view: View) -> Linked:
     x, q, used = _nearest(state, i)
     of_source, of_target = state.covariances
     R = state.pose.R[0]
-    own, other = R @ of_source[0, i] @ R.T, of_target[0, state.pairing.rows[0, i]]
-    left = float(np.sqrt((x - q) @ state.precision[0, i] @ (x - q)))
+    source, target = R @ of_source[0, i] @ R.T, of_target[0, state.pairing.rows[0, i]]
+    distance = float(np.sqrt((x - q) @ state.precision[0, i] @ (x - q)))
     return Linked(
         (
-            Ellipses(x, own, "source", sigmas=SIGMAS, filled=True),
-            Ellipses(q, other, "target", sigmas=SIGMAS, filled=True),
+            Ellipses(x, source, "source", sigmas=SIGMAS, filled=True),
+            Ellipses(q, target, "target", sigmas=SIGMAS, filled=True),
             Segments(x, q, "ink" if used else "outlier", dashed=not used),
         ),
-        number(left) if used else "none within the gate",
+        number(distance) if used else "none within the gate",
         "deviations" if used else "",
     )
 
@@ -82,8 +82,8 @@ def ransac(state: Any, i: int, view: View) -> Linked:
     x, to = start.apply(p[[i]])[0], pose.apply(p[[i]])[0]
     marks: list[Mark] = [Arrow(x, to, "accent", head=7.0)] if np.hypot(*(to - x)) > 0.05 else []
     if state.source_pair[0, 0] >= 0:
-        one, other = start.apply(p[state.source_pair[0]]), q[state.target_pair[0]]
-        marks = [Path(one, "source", thick=True), Path(other, "target", thick=True), *marks]
+        source_pair, target_pair = start.apply(p[state.source_pair[0]]), q[state.target_pair[0]]
+        marks = [Path(source_pair, "source", thick=True), Path(target_pair, "target", thick=True), *marks]
     return Linked(tuple(marks), f"{int(state.count[0])} of {len(p)}", "agree")
 
 
@@ -105,11 +105,11 @@ def ndt(state: Any, i: int, view: View) -> Linked:
 
 def _threads(x: Array, target: Array, weights: Array, soft: Array) -> tuple[Mark, ...]:
     """Threads, the larger a weight the stronger, and the mean that they pull towards."""
-    some = weights > 1 / 64
-    if not some.any():
+    visible = weights > 1 / 64
+    if not visible.any():
         return ()
-    ends = target[some]
-    strong = np.clip((np.floor(np.log2(weights[some])) + 7.0) / 6.0, 0.0, 1.0)
+    ends = target[visible]
+    strong = np.clip((np.floor(np.log2(weights[visible])) + 7.0) / 6.0, 0.0, 1.0)
     return (
         Segments(np.broadcast_to(x, ends.shape), ends, "ink", weight=strong),
         Points(soft, "accent", "diamond", radius=4.5),
@@ -146,10 +146,10 @@ def mmd(state: Any, i: int, view: View) -> Linked:
     length = 2.0 * np.pi / float(np.hypot(*omega))
     along = omega / np.hypot(*omega)
     across = np.array([-along[1], along[0]]) * 20.0
-    places = np.arange(-12, 13)[:, None] * length * along
+    points = np.arange(-12, 13)[:, None] * length * along
     corner = np.array([view.x1, view.y1])
-    near = np.abs(places @ along) < np.abs(along) @ corner
-    crests = places[near]
+    near = np.abs(points @ along) < np.abs(along) @ corner
+    crests = points[near]
     troughs = crests + 0.5 * length * along
     return Linked(
         (

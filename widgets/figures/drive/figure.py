@@ -128,9 +128,9 @@ def marks(state: State) -> tuple[Mark, ...]:
     out += [loops(state), Path(way.t[:n], "source")]
     if c.poses == "closed" and c.wrong:
         out += wrong_loop(way, n)
-    here = way[n - 1]
-    out.append(Points(inside(here.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
-    out.append(Path(here.apply(ROBOT), "source", closed=True, filled=True))
+    pose = way[n - 1]
+    out.append(Points(inside(pose.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
+    out.append(Path(pose.apply(ROBOT), "source", closed=True, filled=True))
     return (*out, *scale_bar(VIEW, "m"))
 
 
@@ -141,10 +141,10 @@ def loops(state: State) -> Segments:
     """A line between the two scans of each loop, once both have been taken; for odometry, which leaves loops open, one
     in three, faint, so that the map shows between the lines."""
     data, way = table(), state.way
-    opened = state.controls.poses == "odometry"
-    some = np.flatnonzero(data.later < state.seen)[:: OPEN if opened else 1]
-    a, b = way.t[data.earlier[some]].reshape(-1, 2), way.t[data.later[some]].reshape(-1, 2)
-    return Segments(a, b, "inlier", np.full(len(a), 0.64) if opened else None)
+    is_odometry = state.controls.poses == "odometry"
+    rows = np.flatnonzero(data.later < state.seen)[:: OPEN if is_odometry else 1]
+    a, b = way.t[data.earlier[rows]].reshape(-1, 2), way.t[data.later[rows]].reshape(-1, 2)
+    return Segments(a, b, "inlier", np.full(len(a), 0.64) if is_odometry else None)
 
 
 def wrong_loop(way: Pose, n: int) -> list[Mark]:
@@ -163,14 +163,14 @@ def draw(state: State) -> Picture:
     """The map, the readouts and the words."""
     c, n = state.controls, state.seen
     shift, turn = table().missed(state.way, n)
-    bent = float(np.linalg.norm(state.way.t[:n] - plain(c.kernel).t[:n], axis=1).max())
+    bend = float(np.linalg.norm(state.way.t[:n] - plain(c.kernel).t[:n], axis=1).max())
     closed = c.poses == "closed"
     has_loops = len(shift) > 0
     distance, angle = driven_so_far(state.way, n)
     readouts = (
         Readout("scans", "Scans so far", str(n)),
         Readout("apart", "Median loop error", *_or_dash(float(np.median(shift)) if has_loops else None, 3, "m")),
-        Readout("bent", "Largest shift by the wrong loop", *_or_dash(bent if closed else None, 2, "m")),
+        Readout("bent", "Largest shift by the wrong loop", *_or_dash(bend if closed else None, 2, "m")),
         Readout("turn", "Median loop heading error", *_or_dash(float(np.median(turn)) if has_loops else None, 2, "°")),
         Readout("worst", "Largest loop error", *_or_dash(float(shift.max()) if has_loops else None, 3, "m")),
         Readout(
@@ -229,13 +229,13 @@ def _description(state: State, shift: Array) -> str:
     else:
         gap = number(float(np.median(shift)), 3)
         words.append(f"The poses miss {amount(len(shift), 'loop')} by {gap} m in the median.")
-        which = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
-        words.append(f"A line joins the two scans of {which}.")
+        loops_drawn = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
+        words.append(f"A line joins the two scans of {loops_drawn}.")
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
-        bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
+        bend = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
         words.append(
-            f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bent)} m."
+            f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bend)} m."
             f" A small ring marks its scan {WRONG[1]} and a large one its scan {WRONG[0]}, once they have been made."
         )
     return " ".join(words)

@@ -32,15 +32,15 @@ def kept(look: Look) -> str:
 def _responsibilities(look: Look) -> Shown:
     scene, P = look.walk.scene, cpd.responsibilities(look.before)
     clutter = 1.0 - look.before.row[0]
-    some = np.arange(len(scene.target))[SOME]
-    shares = P[PARTNERS][:, some]
-    relative = shares / np.maximum(P[:, some].max(axis=0), 1e-300)
+    rows = np.arange(len(scene.target))[SOME]
+    shares = P[PARTNERS][:, rows]
+    relative = shares / np.maximum(P[:, rows].max(axis=0), 1e-300)
     i, j = np.nonzero(relative > FAINTEST)
     marks: list[Mark] = [
         *fixed(scene),
-        Segments(look.moved[PARTNERS][i], scene.target[some[j]], "pair", weight=relative[i, j]),
+        Segments(look.moved[PARTNERS][i], scene.target[rows[j]], "pair", weight=relative[i, j]),
         Points(scene.target, "outlier", "cross", radius=4.0, weight=clutter),
-        Points(scene.target[some], "target", "square", radius=4.5),
+        Points(scene.target[rows], "target", "square", radius=4.5),
         cloud(look.moved),
     ]
     words = (
@@ -73,8 +73,8 @@ def _rotation(look: Look, step: cpd.Stages) -> Shown:
         Arrow(sweep[-2], sweep[-1], "accent"),
         *_cross(),
     ]
-    one, other = np.linalg.svd(step.correlation, compute_uv=False).tolist()
-    sizes = f"{number(one, 1)} and {number(other, 1)} u²"
+    large, small = np.linalg.svd(step.correlation, compute_uv=False).tolist()
+    sizes = f"{number(large, 1)} and {number(small, 1)} u²"
     words = f"R turns the original cloud by {degrees(angle, 1)}°; H’s singular values {sizes}."
     return Shown(tuple(marks), words)
 
@@ -90,8 +90,8 @@ def _variance(look: Look, step: cpd.Stages) -> Shown:
     marks: list[Mark] = [*fixed(scene), cloud(moved)]
     for centre in moved[SOME]:
         marks += [Ring(centre, "ghost", reach=step.sigma_before, dashed=True), Ring(centre, "accent", reach=step.sigma)]
-    now = f"{number(step.sigma_before, 3)} → {number(step.sigma, 3)} u"
-    return Shown(tuple(marks), f"σ {now}, from the remaining weighted distances; dashed: before.")
+    widths = f"{number(step.sigma_before, 3)} → {number(step.sigma, 3)} u"
+    return Shown(tuple(marks), f"σ {widths}, from the remaining weighted distances; dashed: before.")
 
 
 def _cross() -> tuple[Mark, ...]:

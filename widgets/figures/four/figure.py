@@ -53,8 +53,8 @@ def act(state: State, action: Action) -> State:
         return replace(state, walk=begun(walk.scene, pose, state.controls.project))
     if action.name.startswith("stage-"):
         return replace(state, walk=walk.at(int(action.name.removeprefix("stage-"))))
-    does = {"next": walk.next, "iterate": walk.iterated, "finish": walk.finished}
-    return replace(state, walk=does[action.name]())
+    actions = {"next": walk.next, "iterate": walk.iterated, "finish": walk.finished}
+    return replace(state, walk=actions[action.name]())
 
 
 def draw(state: State) -> Picture:
@@ -93,15 +93,15 @@ def _panel(look: Look) -> Panel:
 def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:
     """The two handles of the start, available in all panels."""
     first, *others = (panel.name for panel in panels)
-    return tuple(replace(one, panel=first, also=tuple(others)) for one in PLACING.handles(begins, ANCHOR))
+    return tuple(replace(handle, panel=first, also=tuple(others)) for handle in PLACING.handles(begins, ANCHOR))
 
 
 def _readouts(looks: tuple[Look, ...]) -> tuple[Readout, ...]:
     """The readouts method by method, so that those of a method stay together in any number of columns."""
-    return tuple(readout for look in looks for readout in _of(look))
+    return tuple(readout for look in looks for readout in _method_readouts(look))
 
 
-def _of(look: Look) -> tuple[Readout, ...]:
+def _method_readouts(look: Look) -> tuple[Readout, ...]:
     """A method's errors, and how many numbers it keeps."""
     key, name, (rotation, translation, scale) = look.track.name, SHORT[look.track.name], look.errors()
     units = {"cpd": "shares", "filterreg": "moments", "mmd": "means", "flow": "coordinates"}

@@ -16,22 +16,22 @@ CELL = 0.12  # u: finer lattices are drawn in cells of at least this size, each 
 
 def shown(look: Look) -> Shown:
     """The marks and the words of the current stage."""
-    return (_density, _filter, _query, _twist, _held)[look.walk.stage - 1](look)
+    return (_density, _filter, _query, _twist, _pause)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
     """How many moments the current filter holds: four per vertex."""
-    return f"{4 * len(_of(look).codes):,}"
+    return f"{4 * len(_grid(look).codes):,}"
 
 
-def _of(look: Look) -> Sparse:
+def _grid(look: Look) -> Sparse:
     state = look.before if look.walk.stage < 4 else look.after
-    one: Sparse = state.filters[0]
-    return one
+    grid: Sparse = state.filters[0]
+    return grid
 
 
 def _density(look: Look) -> Shown:
-    grid = _of(look)
+    grid = _grid(look)
     heat = _heat(grid, grid.places(grid.splat_codes), grid.splat[:, 0])
     marks = (heat, *fixed(look.walk.scene), cloud(look.moved))
     words = (
@@ -42,7 +42,7 @@ def _density(look: Look) -> Shown:
 
 
 def _filter(look: Look) -> Shown:
-    grid = _of(look)
+    grid = _grid(look)
     heat = _heat(grid, grid.places(grid.codes), grid.values[:, 0])
     words = f"Blurred to σ = {number(grid.sigma)} u: {len(grid.codes):,} vertices, four moments each."
     return Shown((heat, cloud(look.moved)), words)
@@ -69,16 +69,16 @@ def _twist(look: Look) -> Shown:
         f"Twist: ({number(x)}, {number(y)}) u and {degrees(turn, 1)}°; then"
         f" σ = {number(float(look.after.sigma[0]), 3)} u."
     )
-    return Shown(_moved(look), words)
+    return Shown(_motion_marks(look), words)
 
 
-def _held(look: Look) -> Shown:
-    return Shown(_moved(look), "Held while CPD finds its variance; here it came with the twist.")
+def _pause(look: Look) -> Shown:
+    return Shown(_motion_marks(look), "Held while CPD finds its variance; here it came with the twist.")
 
 
-def _moved(look: Look) -> tuple[Mark, ...]:
-    some = slice(None, None, 6)
-    before, after = look.moved[some], look.went.apply(look.walk.scene.source)[some]
+def _motion_marks(look: Look) -> tuple[Mark, ...]:
+    rows = slice(None, None, 6)
+    before, after = look.moved[rows], look.went.apply(look.walk.scene.source)[rows]
     return (*carried(look), Segments(before, after, "accent", weight=np.full(len(after), 0.7)))
 
 

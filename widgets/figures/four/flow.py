@@ -30,12 +30,12 @@ def kept(look: Look) -> str:
 
 def _encode(look: Look) -> Shown:
     state, scene = look.before, look.walk.scene
-    moving, still = look.given[::EVERY], scene.target[::EVERY]
+    moving, target = look.given[::EVERY], scene.target[::EVERY]
     m, tokens = len(moving), state.tokens.shape[1]
     present = _world(look, state.present[0, _sample(look)])
     marks = (
         *_present(present, m),
-        Points(still, "target", "square", radius=4.0),
+        Points(target, "target", "square", radius=4.0),
         cloud(moving, radius=4.0),
     )
     t = float(state.time[0])
@@ -56,24 +56,24 @@ def _endpoint(look: Look) -> Shown:
         Points(ends[m:], "target", "square", radius=4.0),
         cloud(ends[:m], radius=4.0),
     )
-    way = float(np.sqrt(np.square(ends - before).sum(axis=1).mean()))
-    words = f"Where the network predicts the ends: {number(way)} u away, RMS."
+    travel = float(np.sqrt(np.square(ends - before).sum(axis=1).mean()))
+    words = f"Where the network predicts the ends: {number(travel)} u away, RMS."
     return Shown(marks, words)
 
 
 def _project(look: Look) -> Shown:
     state, scene, sample = look.after, look.walk.scene, _sample(look)
     m = len(look.given[::EVERY])
-    ends, rigid = (_world(look, each[0, sample]) for each in (state.predicted, state.projected))
-    moving, still = (view[0, sample] for view in state.views)
+    ends, rigid = (_world(look, coordinates[0, sample]) for coordinates in (state.predicted, state.projected))
+    source_view, target_view = (view[0, sample] for view in state.views)
     radius, middle = float(state.radius[0]), state.middle[0]
     curve = look.walk.start.apply(scene.outline[0])
-    there = _world(look, moving.apply((curve - state.home[0]) / radius))
-    here = _world(look, still.apply((scene.truth.apply(scene.outline[0]) - middle) / radius))
+    source_curve = _world(look, source_view.apply((curve - state.home[0]) / radius))
+    target_curve = _world(look, target_view.apply((scene.truth.apply(scene.outline[0]) - middle) / radius))
     faint = np.full(len(ends), 0.5)
     marks: tuple[Mark, ...] = (
-        Path(here, "target"),
-        Path(there, "source"),
+        Path(target_curve, "target"),
+        Path(source_curve, "source"),
         Segments(ends, rigid, "accent"),
         Points(ends[m:], "target", "square", radius=2.5, weight=faint[m:]),
         Points(ends[:m], "source", radius=2.5, weight=faint[:m]),

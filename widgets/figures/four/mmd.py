@@ -33,8 +33,8 @@ def _encode(look: Look) -> Shown:
     state, scene = look.before, look.walk.scene
     frequency = state.frequencies[0, _slowest(look)[0]] / float(state.length[0])
     bright = [0.55 + 0.45 * np.cos(points @ frequency) for points in (scene.target, look.moved)]
-    still = Points(scene.target, "target", "square", radius=2.5, weight=bright[0])
-    marks = (crests(VIEW, frequency), *where(scene), still, cloud(look.moved, bright[1]))
+    target = Points(scene.target, "target", "square", radius=2.5, weight=bright[0])
+    marks = (crests(VIEW, frequency), *where(scene), target, cloud(look.moved, bright[1]))
     count = state.frequencies.shape[1]
     words = (
         f"ℓ = {number(float(state.length[0]), 1)} u: {count} waves, {2 * count} numbers per point."
@@ -49,7 +49,7 @@ def _average(look: Look) -> Shown:
         ("target", "fixed", state.fixed_mean[0], ROW),
         ("source", "moving", state.moving_mean[0], -ROW),
     )
-    marks: list[Mark] = [*_names(), _beside(look, "target", ROW), _beside(look, "source", -ROW)]
+    marks: list[Mark] = [*_names(), _small_copy(look, "target", ROW), _small_copy(look, "source", -ROW)]
     for role, name, mean, base in rows:
         marks += [*_bars(look, mean, base, role), Label([BESIDE, base], name, role, "middle", dy=60)]
     words = f"{len(state.fixed_mean[0])} means of each cloud, long waves first: all that is kept of it."
@@ -58,7 +58,7 @@ def _average(look: Look) -> Shown:
 
 def _compare(look: Look) -> Shown:
     residual = look.before.residual[0]
-    clouds = (_beside(look, "target", 0.0), _beside(look, "source", 0.0))
+    clouds = (_small_copy(look, "target", 0.0), _small_copy(look, "source", 0.0))
     marks = (*_names(), *clouds, *_bars(look, residual, 0.0, "accent"))
     words = f"The {len(residual)} differences; their squares add up to {_squares(look.before)}, an estimate of MMD²."
     return Shown(marks, words, grid=False)
@@ -93,7 +93,7 @@ def _bars(look: Look, entries: Array, base: float, role: Role) -> tuple[Mark, ..
     )
 
 
-def _beside(look: Look, role: Role, y: float) -> Points:
+def _small_copy(look: Look, role: Role, y: float) -> Points:
     """A small copy of a cloud, as in the stage before: the bars beside it were computed from it."""
     points = look.walk.scene.target if role == "target" else look.moved
     return Points(SMALL * points + [BESIDE, y], role, "square" if role == "target" else "dot", radius=1.2)

@@ -157,8 +157,8 @@ def _rms_chart(run: Run) -> Panel:
         series.append(Series(k, mean, "accent", "√(objective/n)", dashed=True))
     half, gap = k[1:] - 0.5 * step, np.full(len(k) - 1, np.nan)
     series += [
-        Series(_woven(half, k[1:], gap), _woven(moved[1:], rms[1:], gap), "target"),
-        Series(_woven(k[:-1], half, gap), _woven(rms[:-1], moved[1:], gap), "source"),
+        Series(_interleave(half, k[1:], gap), _interleave(moved[1:], rms[1:], gap), "target"),
+        Series(_interleave(k[:-1], half, gap), _interleave(rms[:-1], moved[1:], gap), "source"),
     ]
     panel = chart(
         "rms",
@@ -175,7 +175,7 @@ def _rms_chart(run: Run) -> Panel:
     )
 
 
-def _woven(*columns: Array) -> Array:
+def _interleave(*columns: Array) -> Array:
     """The columns interleaved: the first value of each, then the second of each, …"""
     return np.stack(columns, axis=1).reshape(-1)
 
@@ -218,10 +218,10 @@ def _note(c: Controls, run: Run) -> str:
             return "Trimming has no effect when distances are capped."
         return ""
     before, last = run.course[-2:]
-    rose = ", a rise" if run.steps in run.rises else ""
+    rise = ", a rise" if run.steps in run.rises else ""
     return (
         f"Step {run.steps}. Move: {before.used} pairs, {number(before.rms, 3)} → {number(last.moved, 3)} u."
-        f" Match: {last.changed} changed, {number(last.rms, 3)} u{rose}."
+        f" Match: {last.changed} changed, {number(last.rms, 3)} u{rise}."
     )
 
 

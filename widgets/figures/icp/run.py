@@ -108,20 +108,20 @@ def begun(rule: Rule, scene: Scene, start: Pose, steps: int, truth: Pairing | No
     return Run(rule, scene, start, batch, (_entry(scene, state, None),), truth)
 
 
-def _entry(scene: Scene, now: IcpState, before: IcpState | None) -> Entry:
-    pairing, pose = now.pairing, single(now.pose)
+def _entry(scene: Scene, state: IcpState, before: IcpState | None) -> Entry:
+    pairing, pose = state.pairing, single(state.pose)
     moved, changed = np.nan, 0
     if before is not None:
-        old = before.pairing
-        squares = np.square(pairing.moved[0] - now.index.points[0, old.rows[0]]).sum(axis=1)
-        moved = float(np.sqrt(squares[old.used[0]].mean()))
-        changed = int((old.rows[0] != pairing.rows[0]).sum())
+        previous = before.pairing
+        squares = np.square(pairing.moved[0] - state.index.points[0, previous.rows[0]]).sum(axis=1)
+        moved = float(np.sqrt(squares[previous.used[0]].mean()))
+        changed = int((previous.rows[0] != pairing.rows[0]).sum())
     return Entry(
         rms=float(pairing.rms[0]),
         moved=moved,
         used=int(pairing.count[0]),
         changed=changed,
-        mean=float(np.sqrt(now.objective[0] / len(scene.source))),
+        mean=float(np.sqrt(state.objective[0] / len(scene.source))),
         rotation=float(np.degrees(rre(pose, scene.truth))),
         translation=float(rte(pose, scene.truth)),
     )

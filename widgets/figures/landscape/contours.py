@@ -67,10 +67,10 @@ def _crossings(at: Array, x: Array, y: Array, rows: IntArray, columns: IntArray,
     """Where the field crosses the level on each side of the tiles with corner values (4, k), as arrays (k, 2); an
     arbitrary point of a side that it does not cross."""
     left, right, lower, upper = x[columns], x[columns + 1], y[rows], y[rows + 1]
-    places = [np.stack(place, axis=1) for place in ((left, lower), (right, lower), (right, upper), (left, upper))]
+    corners = [np.stack(corner, axis=1) for corner in ((left, lower), (right, lower), (right, upper), (left, upper))]
     sides = []
     for i, j in ((0, 1), (1, 2), (3, 2), (0, 3)):
         rise = at[j] - at[i]
         part = np.clip((level - at[i]) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
-        sides.append(places[i] + part[:, None] * (places[j] - places[i]))
+        sides.append(corners[i] + part[:, None] * (corners[j] - corners[i]))
     return sides

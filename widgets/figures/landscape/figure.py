@@ -79,9 +79,9 @@ def _terrain(controls: Controls, scene: Scene, draw: int) -> Terrain:
 def act(state: State, action: Action) -> State:
     """Begin at the clicked place or at a lattice of places, clear all runs, or redraw the frequencies."""
     if action.kind == "click":
-        return _begun(state, np.clip([[action.x, action.y]], -REACH, REACH))
+        return _with_descents(state, np.clip([[action.x, action.y]], -REACH, REACH))
     if action.name == "sow":
-        return _begun(state, LATTICE)
+        return _with_descents(state, LATTICE)
     if action.name == "clear":
         return replace(state, runs=())
     redraws = state.redraws + 1
@@ -89,14 +89,14 @@ def act(state: State, action: Action) -> State:
     return replace(state, terrain=terrain, redraws=redraws, runs=tuple(Descent(terrain, r.starts) for r in state.runs))
 
 
-def _begun(state: State, starts: Array) -> State:
-    starts = _unbegun(state, starts)
+def _with_descents(state: State, starts: Array) -> State:
+    starts = _new_starts(state, starts)
     if not len(starts) or state.count + len(starts) > MOST:
         return state
     return replace(state, runs=(*state.runs, Descent(state.terrain, starts)))
 
 
-def _unbegun(state: State, starts: Array) -> Array:
+def _new_starts(state: State, starts: Array) -> Array:
     """The starts from which no descent has begun yet: a repeated one would be counted twice."""
     earlier = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
     return np.asarray(starts[~(starts[:, None] == earlier).all(axis=2).any(axis=1)])
@@ -105,8 +105,8 @@ def _unbegun(state: State, starts: Array) -> Array:
 def motion(before: State, after: State) -> Trace | None:
     """A trace of the descents that have just begun."""
     (*_, last) = after.runs or (None,)
-    known = last is not None and "path" in last.__dict__  # where cached_property keeps its values
-    return Trace("descents", "map") if known and after.count > before.count else None
+    is_ready = last is not None and "path" in last.__dict__  # where cached_property keeps its values
+    return Trace("descents", "map") if is_ready and after.count > before.count else None
 
 
 @dataclass(frozen=True)
@@ -155,17 +155,17 @@ def draw(state: State, detail: int = BANDS) -> Picture:
     """The terrain with its descents, the scan where the last one ended, and a section of the terrain there."""
     stats = _numbers(state, detail)
     return Picture(
-        (_map(state, stats, detail), _room(state, stats), _cut(state, stats, detail)),
+        (_map(state, stats, detail), _room(state, stats), _section(state, stats, detail)),
         _readouts(state, stats),
         _description(state, stats),
         note=_note(state, stats),
-        disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _sown(state) else ()),
+        disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _is_full(state) else ()),
     )
 
 
-def _sown(state: State) -> bool:
+def _is_full(state: State) -> bool:
     """Whether the lattice has nothing left to begin, or would exceed the starts that are kept."""
-    return not 0 < len(_unbegun(state, LATTICE)) <= MOST - state.count
+    return not 0 < len(_new_starts(state, LATTICE)) <= MOST - state.count
 
 
 # The map
@@ -173,7 +173,7 @@ def _sown(state: State) -> bool:
 
 def _map(state: State, stats: _Numbers, detail: int) -> Panel:
     field, top = state.terrain.field, state.terrain.top
-    what = "MMD²" if state.controls.objective == "mmd" else "Mean of min(d², τ²), u²,"
+    objective = "MMD²" if state.controls.objective == "mmd" else "Mean of min(d², τ²), u²,"
     decimals = 3 if top < 0.05 else 2 if top < 0.4 else 1
     marks: tuple[Mark, ...] = (
         field.heat(detail, 0.0, top, strong="low"),
@@ -184,7 +184,7 @@ def _map(state: State, stats: _Numbers, detail: int) -> Panel:
         *_ways(state, stats),
     )
     name = "The objective over translations at the true rotation, with the descents on it"
-    return Panel("map", name, MAP, marks, grid=False, caption=f"{what} over translations")
+    return Panel("map", name, MAP, marks, grid=False, caption=f"{objective} over translations")
 
 
 def _ways(state: State, stats: _Numbers) -> list[Mark]:
@@ -216,38 +216,38 @@ def _inside(ends: Array) -> BoolArray:
 # Beside the map
 
 
-def _shown(stats: _Numbers) -> Array:
+def _end_shift(stats: _Numbers) -> Array:
     """The shift that the other panels show: where the last descent ended, or the truth."""
     return stats.ends[-1] if stats.ends is not None and len(stats.ends) else np.zeros(2)
 
 
 def _room(state: State, stats: _Numbers) -> Panel:
-    scene, at = state.scene, _shown(stats)
+    scene, at = state.scene, _end_shift(stats)
     marks: tuple[Mark, ...] = (
         *(Path(line, "truth", thick=True) for line in scene.outline),
         Points(scene.target, "target", "square", radius=2.0),
         Points(state.terrain.turned + at, "source", radius=2.0),
     )
     name = "The source over the target, where the last descent ended or at the truth"
-    ended = stats.ends is not None and len(stats.ends) > 0
-    caption = "Where the last descent ended" if ended else "No descent yet: the source at the truth"
+    has_ended = stats.ends is not None and len(stats.ends) > 0
+    caption = "Where the last descent ended" if has_ended else "No descent yet: the source at the truth"
     return Panel("room", name, ROOM, marks, caption=caption)
 
 
-def _cut(state: State, stats: _Numbers, detail: int) -> Panel:
+def _section(state: State, stats: _Numbers, detail: int) -> Panel:
     """Both objectives along x through the end; the one not chosen only once everything else is drawn."""
-    at = _shown(stats)
+    at = _end_shift(stats)
     x = np.linspace(-REACH, REACH, 121)
     line = np.stack([x, np.full_like(x, at[1])], axis=1)
     series = []
     for name in NAMES:
-        chosen = name == state.controls.objective
-        if not chosen and detail < BANDS:
+        is_chosen = name == state.controls.objective
+        if not is_chosen and detail < BANDS:
             continue
         values = (state.terrain.mmd if name == "mmd" else state.terrain.capped).values(line)
         high = float(values.max())
-        scaled = values / (high if high > 0.0 else 1.0)
-        series.append(Series(x, scaled, "accent" if name == "mmd" else "ink", dashed=name == "capped"))
+        relative = values / (high if high > 0.0 else 1.0)
+        series.append(Series(x, relative, "accent" if name == "mmd" else "ink", dashed=name == "capped"))
     return chart(
         "cut",
         "Both objectives along x through the last end",
@@ -265,15 +265,16 @@ def _cut(state: State, stats: _Numbers, detail: int) -> Panel:
 
 def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     unit = "" if state.controls.objective == "mmd" else "u²"
-    some, later = stats.status is not None, stats.ends is None
-    value = (number(stats.end_value, 4), unit) if some else ("…" if later else "–", "")
-    empty = "…" if later else "–"
-    ends = "…" if stats.ends is None else str(places(stats.ends, 0.1)) if some else "–"
-    share = f"{stats.reached} of {state.count}" if some else empty
+    ended, pending = stats.status is not None, stats.ends is None
+    value = (number(stats.end_value, 4), unit) if ended else ("…" if pending else "–", "")
+    empty = "…" if pending else "–"
+    ends = "…" if stats.ends is None else str(places(stats.ends, 0.1)) if ended else "–"
+    share = f"{stats.reached} of {state.count}" if ended else empty
+    away = number(stats.end_away, 3) if ended else empty
     return (
         Readout("value", "Objective at the last end", *value, "source"),
-        Readout("away", "Last end, from the truth", number(stats.end_away, 3) if some else empty, "u" * some, "source"),
-        Readout("steps", "Its steps", f"{stats.steps}" if some else empty),
+        Readout("away", "Last end, from the truth", away, "u" * ended, "source"),
+        Readout("steps", "Its steps", f"{stats.steps}" if ended else empty),
         Readout("truth", "Objective at the truth", number(stats.truth, 4), unit, "truth"),
         Readout("lowest", "Deepest tile, from the truth", number(float(np.hypot(*stats.lowest))), "u"),
         Readout("minima", "Local minima on the map", "…" if stats.minima is None else str(stats.minima)),
@@ -302,15 +303,15 @@ def _note(state: State, stats: _Numbers) -> str:
 def _description(state: State, stats: _Numbers) -> str:
     c = state.controls
     if c.objective == "mmd":
-        what = (
+        objective = (
             f"The squared maximum mean discrepancy with {round(c.count)} random frequencies at a length scale of"
             f" {number(c.length, 1)} u"
         )
     else:
-        what = f"The mean squared distance to the nearest target point, each capped at {number(c.cap, 1)} u,"
+        objective = f"The mean squared distance to the nearest target point, each capped at {number(c.cap, 1)} u,"
     x, y = stats.lowest.tolist()
     words = [
-        f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
+        f"{objective} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
         f" strong colours are low. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
         f" at the truth, a green ring at the centre, is {number(stats.truth, 4)}."

@@ -124,6 +124,6 @@ def places(ends: Array, apart: float) -> int:
     """How many distinct places the ends (k, 2) are at; an end closer than `apart` to an earlier place is not new."""
     distinct: list[Array] = []
     for end in ends:
-        if all(np.hypot(*(end - other)) >= apart for other in distinct):
+        if all(np.hypot(*(end - place)) >= apart for place in distinct):
             distinct.append(end)
     return len(distinct)

@@ -103,9 +103,9 @@ def act(state: State, action: Action) -> State:
     """Step both runs; a drag moves the start, and both begin again."""
     if action.kind == "press":
         return replace(state, one=climb.step(state.one), fine=climb.step(state.fine))
-    placed = PLACING.act(state.placed, state.anchor, action)
-    one, fine = (climb.restart(run, state.scene, placed) for run in state.runs.values())
-    return replace(state, placed=placed, one=one, fine=fine)
+    pose = PLACING.act(state.placed, state.anchor, action)
+    one, fine = (climb.restart(run, state.scene, pose) for run in state.runs.values())
+    return replace(state, placed=pose, one=one, fine=fine)
 
 
 def draw(state: State) -> Picture:
@@ -144,17 +144,17 @@ def _map(state: State, name: str) -> Panel:
 
 def _traces(run: Climb, role: Role) -> list[Mark]:
     """The paths of three points of the scan: a dot per step, with a diamond, cross or ring at special steps."""
-    ways = np.stack([state.pose[0].apply(TRACED) for state in run.states])  # (k + 1, 3, 2)
+    paths = np.stack([state.pose[0].apply(TRACED) for state in run.states])  # (k + 1, 3, 2)
     dashed = role == ROLES["one"]
-    marks: list[Mark] = [Path(ways[:, i], role, dashed=dashed) for i in range(len(TRACED))]
-    marks.append(Points(ways.reshape(-1, 2), role, radius=2.5))
+    marks: list[Mark] = [Path(paths[:, i], role, dashed=dashed) for i in range(len(TRACED))]
+    marks.append(Points(paths.reshape(-1, 2), role, radius=2.5))
     for shape, radius, steps in (
         ("diamond", 3.5, [k for k, cap in enumerate(run.caps) if cap]),
         ("cross", 3.0, [k for k, times in enumerate(run.halved) if times]),
         ("ring", 6.0, run.rises),
     ):
         if steps:
-            marks.append(Points(ways[steps].reshape(-1, 2), role, shape, radius))  # type: ignore[arg-type]
+            marks.append(Points(paths[steps].reshape(-1, 2), role, shape, radius))  # type: ignore[arg-type]
     return marks
 
 
@@ -199,7 +199,7 @@ def _chart(state: State, name: str, y: Axis, values: dict[str, Array]) -> Panel:
 # Numbers and words
 
 
-def _reached(state: State) -> dict[str, float]:
+def _scores(state: State) -> dict[str, float]:
     """The scores on the cells of size h, whichever level the second run is on: only those are comparable."""
     last = {name: len(run.truth) - 1 for name, run in state.runs.items()}
     return {name: climb.score(run.now, last[name], run.pose) for name, run in state.runs.items()}
@@ -208,29 +208,29 @@ def _reached(state: State) -> dict[str, float]:
 def _readouts(state: State) -> tuple[Readout, ...]:
     """The readouts in rows of three: a reference, then the two runs."""
     truth, cells = state.scene.truth, state.one.now.maps[0]
-    score, poses = _reached(state), {name: run.pose for name, run in state.runs.items()}
+    score, poses = _scores(state), {name: run.pose for name, run in state.runs.items()}
     stop = {name: f"{run.status.label}, {run.steps}" for name, run in state.runs.items()}
 
-    def both(name: str, label: str, values: dict[str, str], unit: str = "") -> list[Readout]:
+    def pair(name: str, label: str, values: dict[str, str], unit: str = "") -> list[Readout]:
         return [Readout(f"{name}_{k}", f"{NAMES[k]}: {label}", values[k], unit) for k in NAMES]
 
     return (
         Readout("score_truth", "Score at the truth", number(state.one.truth[0], 1), "", "truth"),
-        *both("score", "score", {k: number(v, 1) for k, v in score.items()}),
-        Readout("rotation_start", "Start: rotation error", number(_turned(state.placed, truth), 1), "°", "ghost"),
-        *both("rotation", "rotation error", {k: number(_turned(v, truth), 1) for k, v in poses.items()}, "°"),
-        Readout("translation_start", "Start: translation error", number(_moved(state.placed, truth)), "u", "ghost"),
-        *both("translation", "translation error", {k: number(_moved(v, truth)) for k, v in poses.items()}, "u"),
+        *pair("score", "score", {k: number(v, 1) for k, v in score.items()}),
+        Readout("rotation_start", "Start: rotation error", number(_turn(state.placed, truth), 1), "°", "ghost"),
+        *pair("rotation", "rotation error", {k: number(_turn(v, truth), 1) for k, v in poses.items()}, "°"),
+        Readout("translation_start", "Start: translation error", number(_distance(state.placed, truth)), "u", "ghost"),
+        *pair("translation", "translation error", {k: number(_distance(v, truth)) for k, v in poses.items()}, "u"),
         Readout("gaussians", "Gaussians at cell size h", str(int(cells.kept.sum())), "", "target"),
-        *both("stop", "status, steps", stop),
+        *pair("stop", "status, steps", stop),
     )
 
 
-def _turned(pose: Pose, truth: Pose) -> float:
+def _turn(pose: Pose, truth: Pose) -> float:
     return float(np.degrees(rre(pose, truth)))
 
 
-def _moved(pose: Pose, truth: Pose) -> float:
+def _distance(pose: Pose, truth: Pose) -> float:
     return float(rte(pose, truth))
 
 
@@ -243,28 +243,28 @@ def _note(state: State) -> str:
             parts.append(f"{NAMES[name]}: {run.status.label} after {run.steps} steps.")
             continue
         lam = float(run.now.damping[0])
-        what = f"λ = {number(lam, 0)}" if lam > 0 else "no λ needed"
+        damping = f"λ = {number(lam, 0)}" if lam > 0 else "no λ needed"
         cap = f", {run.caps[-1]} capped" if run.caps[-1] else ""
         times = run.halved[-1]
         halving = f", halved {times} ×" if times else ""
-        parts.append(f"{NAMES[name]}: {what}{cap}{halving}.")
+        parts.append(f"{NAMES[name]}: {damping}{cap}{halving}.")
     return " ".join(parts)
 
 
 def _description(state: State) -> str:
     c, truth = state.controls, state.scene.truth
-    at = f"{number(_turned(state.placed, truth), 1)}° and {number(_moved(state.placed, truth))} u"
-    scores = _reached(state)
+    at = f"{number(_turn(state.placed, truth), 1)}° and {number(_distance(state.placed, truth))} u"
+    scores = _scores(state)
     words = [
         f"A scan of {len(state.scene.source)} points lies on the Gaussians of a room’s cells, with noise of"
         f" σ = {number(c.noise)} u, and starts {at} from the true pose; {'four grids' if c.four else 'one grid'}."
     ]
     for name, run in state.runs.items():
         sizes = " → ".join(number(h, 1) for h in _cells(c, name))
-        error = f"{number(_turned(run.pose, truth), 1)}° and {number(_moved(run.pose, truth))} u from the truth"
-        went = f"after {run.steps} steps, {error}," if run.steps else "at its start"
+        error = f"{number(_turn(run.pose, truth), 1)}° and {number(_distance(run.pose, truth))} u from the truth"
+        progress = f"after {run.steps} steps, {error}," if run.steps else "at its start"
         words.append(
-            f"{NAMES[name]} ({sizes} u) is {run.status.label} {went} with a score of {number(scores[name], 1)} on"
+            f"{NAMES[name]} ({sizes} u) is {run.status.label} {progress} with a score of {number(scores[name], 1)} on"
             f" cells of {number(c.cell, 1)} u; the true pose scores {number(run.truth[-1], 1)} there."
         )
         caps = [cap for cap in run.caps if cap]

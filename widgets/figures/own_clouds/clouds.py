@@ -94,7 +94,7 @@ def example(name: str, seed: int) -> Raw:
 def driven(scan: int, onto: int) -> Raw:
     """Two scans of the recorded drive, 0 to 224, the source first, in metres."""
     drive, poses = telecom_loop(), table()
-    wheels, graph = (poses.way(way, "cauchy", False) for way in ("odometry", "closed"))
+    wheels, graph = (poses.way(name, "cauchy", False) for name in ("odometry", "closed"))
     return Raw(
         drive.points(scan, FARTHEST),
         drive.points(onto, FARTHEST),
@@ -195,19 +195,19 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, start: str)
         low, high = float(heights.min()), float(heights.max())
         middle, half = low + height * (high - low), thickness * (high - low) / 2
         cut = round(middle - half, 9), round(middle + half, 9)
-    above = [_above(p, cut) for p in (raw.source, raw.target)]
-    source, target = (thinned(p, points) if len(p) else p for p in above)
+    planar = [_planar(p, cut) for p in (raw.source, raw.target)]
+    source, target = (thinned(p, points) if len(p) else p for p in planar)
     first, anchor = Pose.identity(), source.mean(axis=0) if len(source) else np.zeros(2)
     if start == "wheels" and raw.wheels is not None:
         first = raw.wheels
     if start == "centred" and len(source) and len(target):
         first = Pose(np.eye(2), target.mean(axis=0) - anchor)
-    both = np.concatenate([target, first.apply(source)])
-    fit = Fit() if raw.drawn or not len(both) else about(both)
-    apart = _steady(spacing(target)) if len(target) else 0.0
-    if len(target) and apart <= _blur(target):
-        apart = 0.0
-    return Clouds(raw, source, target, cut, (len(above[0]), len(above[1])), first, fit, apart, anchor)
+    points_of_both = np.concatenate([target, first.apply(source)])
+    fit = Fit() if raw.drawn or not len(points_of_both) else about(points_of_both)
+    gap = _steady(spacing(target)) if len(target) else 0.0
+    if len(target) and gap <= _blur(target):
+        gap = 0.0
+    return Clouds(raw, source, target, cut, (len(planar[0]), len(planar[1])), first, fit, gap, anchor)
 
 
 def _steady(length: float) -> float:
@@ -220,7 +220,7 @@ def _blur(points: Array) -> float:
     return max(ROUNDING * float(np.abs(points).max()), FINEST)
 
 
-def _above(points: Array | None, cut: tuple[float, float] | None) -> Array:
+def _planar(points: Array | None, cut: tuple[float, float] | None) -> Array:
     if points is None:
         return np.zeros((0, 2))
     if points.shape[1] == 2:

@@ -41,12 +41,12 @@ def steady(value: float) -> float:
     return float(f"{value:.13g}") + 0.0
 
 
-def _told(value: Any) -> Any:
+def _steady_data(value: Any) -> Any:
     """Plain data with every float made `steady`."""
     if isinstance(value, dict):
-        return {key: _told(each) for key, each in value.items()}
+        return {key: _steady_data(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_told(each) for each in value]
+        return [_steady_data(item) for item in value]
     return steady(value) if isinstance(value, float) else value
 
 
@@ -77,7 +77,7 @@ def pose_json(run: Run) -> str:
             "explained": float(signs.share),
             "conditioning": float(signs.weakest),
         }
-    return json.dumps(_told(document), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_steady_data(document), indent=2, ensure_ascii=False) + "\n"
 
 
 def pose_csv(run: Run) -> str:
@@ -94,7 +94,7 @@ def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
     start = f"Pose.from_angle({turn!r}, ({x!r}, {y!r}))"
     if not c.whole:
         head = ["import numpy as np", "from solvers import Pose"]
-        return "\n".join([*head, "", f"pose = {start}  # two clouds are still missing", *_printed()]) + "\n"
+        return "\n".join([*head, "", f"pose = {start}  # two clouds are still missing", *_print_lines()]) + "\n"
     named_files = any(c.raw.names)
     lines = [
         *(["from pathlib import Path", ""] if named_files else []),
@@ -105,9 +105,9 @@ def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
         f"from solvers.thinning import {'slab, ' if c.slice else ''}thinned",
         "from solvers.verify import evidence",
         "",
-        *_made(c.raw, example, run.seed, scans),
-        *_above("source", c.raw.source, c),
-        *_above("target", c.raw.target, c),
+        *_input_lines(c.raw, example, run.seed, scans),
+        *_projection("source", c.raw.source, c),
+        *_projection("target", c.raw.target, c),
         f"source, target = thinned(source, {points}), thinned(target, {points})",
         "",
         f"start = {start}",
@@ -118,7 +118,7 @@ def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
         ),
         "pose = result.pose",
         f"signs = evidence(source, target, pose, reach={run.reach!r})",
-        *_printed(),
+        *_print_lines(),
         *(['print("rms", signs.rms)'] if run.evidence is not None and run.evidence.share else []),
         'print("explained", 100 * signs.share)',
         'print("conditioning", signs.weakest)',
@@ -126,7 +126,7 @@ def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _printed() -> list[str]:
+def _print_lines() -> list[str]:
     return [
         "",
         'print("rotation", np.degrees(np.arctan2(pose.R[1, 0], pose.R[0, 0])))',
@@ -135,7 +135,7 @@ def _printed() -> list[str]:
     ]
 
 
-def _made(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str]:
+def _input_lines(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str]:
     """The lines that make the original `source` and `target`."""
     if example == "drive":
         calls = ", ".join(f"drive.points({k}, {FARTHEST!r})" for k in scans)
@@ -152,19 +152,19 @@ def _made(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str
     return [*_cloud("source", raw.names[0], raw.source), *_cloud("target", raw.names[1], raw.target)]
 
 
-def _cloud(place: str, name: str, points: Array | None) -> list[str]:
+def _cloud(variable: str, name: str, points: Array | None) -> list[str]:
     if name or points is None:
-        return [f"{place} = read(Path({name!r}).read_bytes()).points"]
+        return [f"{variable} = read(Path({name!r}).read_bytes()).points"]
     rows = [f"({x!r}, {y!r})" for x, y in points.tolist()]
     lines = [", ".join(rows[k : k + 3]) for k in range(0, len(rows), 3)]
-    return [f"{place} = np.array([", *(f"    {line}," for line in lines), "])"]
+    return [f"{variable} = np.array([", *(f"    {line}," for line in lines), "])"]
 
 
-def _above(place: str, points: Array | None, clouds: Clouds) -> list[str]:
+def _projection(variable: str, points: Array | None, clouds: Clouds) -> list[str]:
     """The lines that project a 3-D cloud onto the plane."""
     if points is None or points.shape[1] == 2:
         return []
     if clouds.slice is None:
-        return [f"{place} = {place}[:, :2]"]
+        return [f"{variable} = {variable}[:, :2]"]
     low, high = clouds.slice
-    return [f"{place} = slab({place}, {low!r}, {high!r})"]
+    return [f"{variable} = slab({variable}, {low!r}, {high!r})"]

@@ -169,8 +169,8 @@ def _share(run: Run) -> str:
     return "–" if run.evidence is None else number(100 * float(run.evidence.share), 1)
 
 
-def _counted(clouds: Clouds, which: int) -> str:
-    n, total = len((clouds.source, clouds.target)[which]), clouds.seen[which]
+def _counted(clouds: Clouds, side: int) -> str:
+    n, total = len((clouds.source, clouds.target)[side]), clouds.seen[side]
     return f"{n:,}" if n == total else f"{n:,} of {total:,}"
 
 

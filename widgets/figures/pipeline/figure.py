@@ -124,13 +124,13 @@ def act(state: State, action: Action) -> State:
         if name == "verify":
             state = replace(_at(c, scene, state.backdrop, stages), verdict=True)
         else:
-            stages = (*stages, _done(name, c, scene, stages[-1]))
+            stages = (*stages, _stage(name, c, scene, stages[-1]))
         if action.name == "next":
             break
     return state if state.verdict else _at(c, scene, state.backdrop, stages)
 
 
-def _done(name: str, c: Controls, scene: Scene, before: Stage) -> Stage:
+def _stage(name: str, c: Controls, scene: Scene, before: Stage) -> Stage:
     return proposed(scene, int(c.draws)) if name == "propose" else refined(scene, before, c.refine, c.gate)
 
 
@@ -199,16 +199,16 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     judgement = state.judgement
     evidence = judgement.evidence
     verdict = ("accepted" if state.accepted else "refused") if state.verdict else "–"
-    apart = ("–", "") if judgement.apart is None else (number(judgement.apart, 3), "u")
-    some = float(evidence.share) > 0.0
-    rms = (number(float(evidence.rms), 3), "u") if some else ("–", "")
+    gap = ("–", "") if judgement.apart is None else (number(judgement.apart, 3), "u")
+    has_share = float(evidence.share) > 0.0
+    rms = (number(float(evidence.rms), 3), "u") if has_share else ("–", "")
     return (
         Readout("stop", "The last stage stopped", state.stages[-1].stop or "–"),
         Readout("verdict", "Verdict", verdict),
         Readout("share", "Source explained", number(100 * float(evidence.share), 0), "%"),
         Readout("rms", "RMS of what is explained", *rms),
-        Readout("conditioning", "Smallest eigenvalue / largest", ratio(float(evidence.weakest)) if some else "–"),
-        Readout("halves", "Gap between two halves", *apart),
+        Readout("conditioning", "Smallest eigenvalue / largest", ratio(float(evidence.weakest)) if has_share else "–"),
+        Readout("halves", "Gap between two halves", *gap),
         Readout("prediction", "Angle from the prediction", number(judgement.turn, 0), "°"),
         Readout("right", "Within 5° and 0.2\u00a0u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°", "truth"),
@@ -229,8 +229,8 @@ def _note(state: State) -> str:
         (False, False): "The pose is wrong.",
     }[state.accepted, fits]
     failures = state.judgement.failed if state.controls.accept == "signs" else ()
-    because = f": {', '.join(failures)}" if failures else ""
-    return f"{'Accepted' if state.accepted else 'Refused'} by {by}{because}. {end}"
+    reason = f": {', '.join(failures)}" if failures else ""
+    return f"{'Accepted' if state.accepted else 'Refused'} by {by}{reason}. {end}"
 
 
 def _description(state: State) -> str:
@@ -284,18 +284,18 @@ def python(state: State) -> str:
         f"start = pose = {written(state.stages[0].pose)}",
     ]
     if "propose" in stages:
-        how = f"seed={seed}", f"max_steps={int(c.draws)}", *named(SEARCH)
-        lines += called("pose = register", "*both", '"ransac-congruent"', *how, after=".pose")
+        arguments = f"seed={seed}", f"max_steps={int(c.draws)}", *named(SEARCH)
+        lines += called("pose = register", "*both", '"ransac-congruent"', *arguments, after=".pose")
     if "refine" in stages:
         lines.append(f'pose = register(*both, "{METHODS_OF[c.refine]}", start=pose, gate={c.gate!r}).pose')
-    way = METHODS_OF["point" if c.refine == "none" else c.refine]
-    some = float(state.judgement.evidence.share) > 0.0
+    method = METHODS_OF["point" if c.refine == "none" else c.refine]
+    has_share = float(state.judgement.evidence.share) > 0.0
     lines += [
         f"signs = evidence(*both, pose, reach={REACH!r})",
         "",
         'print("share", 100 * signs.share)',
-        *(['print("rms", signs.rms)', 'print("conditioning", signs.weakest)'] if some else []),
-        *([f'print("halves", halves(*both, pose, "{way}", gate={c.gate!r}))'] if len(stages) > 1 else []),
+        *(['print("rms", signs.rms)', 'print("conditioning", signs.weakest)'] if has_share else []),
+        *([f'print("halves", halves(*both, pose, "{method}", gate={c.gate!r}))'] if len(stages) > 1 else []),
         'print("prediction", np.degrees(rre(pose, start)))',
         'print("rotation_error", np.degrees(rre(pose, scene.truth)))',
         'print("translation_error", rte(pose, scene.truth))',

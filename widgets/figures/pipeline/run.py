@@ -94,12 +94,12 @@ class Judgement:
 
 
 @lru_cache(maxsize=16)
-def _seen(scene: Scene, stage: Stage) -> Evidence:
+def _evidence(scene: Scene, stage: Stage) -> Evidence:
     return evidence(scene.source, scene.target, stage.pose, REACH)
 
 
 @lru_cache(maxsize=16)
-def _parted(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
+def _halves_apart(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
     return float(halves(scene.source, scene.target, stage.pose, METHODS_OF[residual], gate=gate))
 
 
@@ -109,18 +109,18 @@ def judged(
     """The signs at the last stage's pose. least: the fraction that must be explained; trust: by how many degrees the
     turn of the first stage, the prediction, may be missed; 180 if it is not used."""
     pose, predicted = stages[-1].pose, stages[0].pose
-    measures = _seen(scene, stages[-1])
+    measures = _evidence(scene, stages[-1])
     share, rms, weakest = float(measures.share), float(measures.rms), float(measures.weakest)
-    some = share > 0.0  # if nothing is explained, there are no residuals, and nothing constrains the pose
-    apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
+    has_share = share > 0.0  # if nothing is explained, there are no residuals, and nothing constrains the pose
+    apart = _halves_apart(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
-    share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
+    share_text, least_text = (f"{number(100 * value, 0)} %" for value in (share, least))
     signs = (
-        Sign("overlap", share_said, f"≥ {least_said}", share >= least - 1e-9, share, least, True),
-        _small("residual", rms if some else None, LARGEST_RMS, 0.3, "u", 3),
+        Sign("overlap", share_text, f"≥ {least_text}", share >= least - 1e-9, share, least, True),
+        _small("residual", rms if has_share else None, LARGEST_RMS, 0.3, "u", 3),
         Sign(
-            "conditioning", ratio(weakest) if some else "–", f"≥ {LEAST_HELD}", weakest >= LEAST_HELD,
-            _decades(weakest) if some else None, _decades(LEAST_HELD), True,
+            "conditioning", ratio(weakest) if has_share else "–", f"≥ {LEAST_HELD}", weakest >= LEAST_HELD,
+            _decades(weakest) if has_share else None, _decades(LEAST_HELD), True,
         ),
         _small("two halves", apart, FARTHEST_HALVES, 0.5, "u", 3),
         _small("prediction", turn, trust, 180.0, "°", 0),

@@ -36,13 +36,13 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
     if share is None:
         return panel
     budget = float(trials(share, confidence, sample))
-    here = np.array([share, np.log10(min(max(budget, 1.0), TOP))])
-    marks: list[Mark] = [Points(here, "inlier", "diamond", radius=6.0)]
+    point = np.array([share, np.log10(min(max(budget, 1.0), TOP))])
+    marks: list[Mark] = [Points(point, "inlier", "diamond", radius=6.0)]
     if budget < TOP:
         # The name is above the curve, below it near its right end, and above again where the curve reaches the axis.
         high, name = share < 0.78, f"N = {whole(budget)}"
         dx, dy = (10.0, -9.0) if high else (-18.0, 4.0) if budget > 1.0 else (-8.0, -26.0)
-        marks.append(Label(here, name, "inlier", "start" if high else "end", dx=dx, dy=dy))
+        marks.append(Label(point, name, "inlier", "start" if high else "end", dx=dx, dy=dy))
     return replace(panel, marks=(*panel.marks, *marks))
 
 

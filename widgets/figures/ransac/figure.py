@@ -149,58 +149,58 @@ def _run(state: State) -> Run:
 
 def draw(state: State) -> Picture:
     """The matches between the two views, the trials needed over the fraction of right pairs, and the words."""
-    c, ran = state.controls, state.run
-    now = ran.now
-    shown = Shown(
+    c, run = state.controls, state.run
+    now = run.now
+    view = Shown(
         state.scene,
         state.target,
         state.wrong,
         now.inliers[0],
-        now.pose[0] if ran.found else None,
+        now.pose[0] if run.found else None,
         now.ghost[0],
-        (now.last_sample[0], now.last_pose[0]) if _trying(state, ran) else None,
+        (now.last_sample[0], now.last_pose[0]) if _trying(state, run) else None,
         c.epsilon,
     )
-    chart = budget_chart(float(c.confidence), 2, MOST, ran.share if ran.found else None)
+    chart = budget_chart(float(c.confidence), 2, MOST, run.share if run.found else None)
     return Picture(
-        (match_panel(shown), chart),
-        _readouts(state, ran),
-        _description(state, ran),
+        (match_panel(view), chart),
+        _readouts(state, run),
+        _description(state, run),
         (match_handle(state.target),),
-        _note(state, ran),
-        frozenset({"step", "finish"} if ran.over else ()),
+        _note(state, run),
+        frozenset({"step", "finish"} if run.over else ()),
     )
 
 
-def _trying(state: State, ran: Run) -> bool:
+def _trying(state: State, run: Run) -> bool:
     """Whether the last step was a trial."""
-    return bool(state.steps) and ran.before is None
+    return bool(state.steps) and run.before is None
 
 
 def _errors(pose: Pose, truth: Pose) -> tuple[str, str]:
     return number(float(np.degrees(rre(pose, truth))), 1), number(float(rte(pose, truth)))
 
 
-def _readouts(state: State, ran: Run) -> tuple[Readout, ...]:
-    now, found = ran.now, ran.found
+def _readouts(state: State, run: Run) -> tuple[Readout, ...]:
+    now, has_pose = run.now, run.found
     inliers, wrong = now.inliers[0], state.wrong
-    turn, shift = _errors(now.pose[0], state.scene.truth) if found else ("–", "–")
+    turn, shift = _errors(now.pose[0], state.scene.truth) if has_pose else ("–", "–")
     ghost_turn, ghost_shift = _errors(now.ghost[0], state.scene.truth)
 
-    def known(value: str) -> str:
-        return value if found else "–"
+    def dash(value: str) -> str:
+        return value if has_pose else "–"
 
     return (
         Readout("trials", "Trials made", str(int(now.trials[0]))),
-        Readout("budget", "Budget N", known(whole(float(now.budget[0])))),
-        Readout("trial_count", "This trial, within ε", str(int(now.last_count[0])) if _trying(state, ran) else "–"),
-        Readout("count", "Best so far, within ε", known(str(int(now.count[0]))), "of 40" if found else "", "inlier"),
-        Readout("share", "Estimated right fraction w", known(number(ran.share, 3)), "", "inlier"),
-        Readout("capped_sum", "Capped sum of squares", known(number(float(now.objective[0]), 3)), "u²" * found),
-        Readout("admitted", "Wrong pairs counted", known(str(int((inliers & wrong).sum()))), "", "outlier"),
-        Readout("lost", "Right pairs left out", known(str(int((~inliers & ~wrong).sum()))), "", "truth"),
-        Readout("rotation_error", "Rotation error, consensus", turn, "°" * found, "source"),
-        Readout("translation_error", "Translation error, consensus", shift, "u" * found, "source"),
+        Readout("budget", "Budget N", dash(whole(float(now.budget[0])))),
+        Readout("trial_count", "This trial, within ε", str(int(now.last_count[0])) if _trying(state, run) else "–"),
+        Readout("count", "Best so far, within ε", dash(str(int(now.count[0]))), "of 40" if has_pose else "", "inlier"),
+        Readout("share", "Estimated right fraction w", dash(number(run.share, 3)), "", "inlier"),
+        Readout("capped_sum", "Capped sum of squares", dash(number(float(now.objective[0]), 3)), "u²" * has_pose),
+        Readout("admitted", "Wrong pairs counted", dash(str(int((inliers & wrong).sum()))), "", "outlier"),
+        Readout("lost", "Right pairs left out", dash(str(int((~inliers & ~wrong).sum()))), "", "truth"),
+        Readout("rotation_error", "Rotation error, consensus", turn, "°" * has_pose, "source"),
+        Readout("translation_error", "Translation error, consensus", shift, "u" * has_pose, "source"),
         Readout("ghost_rotation", "Rotation error, all pairs", ghost_turn, "°", "ghost"),
         Readout("ghost_translation", "Translation error, all pairs", ghost_shift, "u", "ghost"),
     )
@@ -210,31 +210,31 @@ def _runs(now: RansacState) -> str:
     return f"{amount(int(now.trials[0]), 'trial')}, {amount(int(now.refits[0]), 'refit')}"
 
 
-def _note(state: State, ran: Run) -> str:
-    now = ran.now
+def _note(state: State, run: Run) -> str:
+    now = run.now
     if state.steps == 0:
         return ""
     if now.status[0] == Status.DEGENERATE:
         return f"No pose: {now.reason[0]}."
-    if _trying(state, ran):
+    if _trying(state, run):
         i, j = (now.last_sample[0] + 1).tolist()
         text = f"Trial {int(now.trials[0])}: pairs {i} and {j}, {int(now.last_count[0])} of 40 within ε"
         best = (now.last_sample[0] == now.sample[0]).all()
-        ends = " The last one: refits follow." if ran.searched is not None else ""
+        ends = " The last one: refits follow." if run.searched is not None else ""
         return f"{text}{', the best so far' * bool(best)}.{ends}"
-    old = ran.searched if state.steps is None else ran.before
-    assert old is not None
-    was, count = int(old.count[0]), int(now.count[0])
+    previous = run.searched if state.steps is None else run.before
+    assert previous is not None
+    previous_count, count = int(previous.count[0]), int(now.count[0])
     refits = int(now.refits[0])
     name = _runs(now) if state.steps is None else f"Refit {refits}"
-    sums = f"capped sum {number(float(old.objective[0]), 2)} → {number(float(now.objective[0]), 2)} u²"
-    fell = " (the count may fall)" if count < was else ""
-    ends = " Capped short of N." if now.status[0] == Status.CAPPED else " Stable." * ran.over
-    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"  # must fit two lines on a phone
+    sums = f"capped sum {number(float(previous.objective[0]), 2)} → {number(float(now.objective[0]), 2)} u²"
+    hint = " (the count may fall)" if count < previous_count else ""
+    ends = " Capped short of N." if now.status[0] == Status.CAPPED else " Stable." * run.over
+    return f"{name}: {sums}, {previous_count} → {count} within ε{hint}.{ends}"  # must fit two lines on a phone
 
 
-def _description(state: State, ran: Run) -> str:
-    c, now, truth = state.controls, ran.now, state.scene.truth
+def _description(state: State, run: Run) -> str:
+    c, now, truth = state.controls, run.now, state.scene.truth
     wrong = int(state.wrong.sum())
     kind = "scattered over windows on the right" if c.scene == "occluded" else "all one window to the side"
     words = [
@@ -246,7 +246,7 @@ def _description(state: State, ran: Run) -> str:
         words.append("One partner has been pulled away by hand.")
     turn, shift = _errors(now.ghost[0], truth)
     words.append(f"The grey least-squares fit of all pairs is {turn}° and {shift} u from the true pose.")
-    if not ran.found:
+    if not run.found:
         words.append("No trial has been made." if not state.steps and state.steps is not None else "No consensus yet.")
         return " ".join(words)
     turn, shift = _errors(now.pose[0], truth)
@@ -254,7 +254,7 @@ def _description(state: State, ran: Run) -> str:
     budget = float(now.budget[0])
     words.append(
         f"After {_runs(now)} the best pose has {int(now.count[0])} pairs within ε, {wrong_inliers} of them wrong, and"
-        f" is {turn}° and {shift} u from the truth; at an estimated fraction of {number(ran.share, 3)} the formula asks"
+        f" is {turn}° and {shift} u from the truth; at an estimated fraction of {number(run.share, 3)} the formula asks"
         f" for {whole(budget)} trial{'s' * (budget > 1.0)} at {100 * float(c.confidence):g} % confidence, of at most"
         f" {MOST}."
     )
@@ -264,8 +264,8 @@ def _description(state: State, ran: Run) -> str:
 def python(state: State) -> str:
     """A script that computes the same numbers with the solvers package alone."""
     c, s = state.controls, state.scene
-    ran = state.run
-    steps = int(ran.now.trials[0] + ran.now.refits[0])
+    run = state.run
+    steps = int(run.now.trials[0] + run.now.refits[0])
     lines = [
         "import numpy as np",
         "from solvers import fit_rigid, register",
@@ -282,13 +282,13 @@ def python(state: State) -> str:
         *called(
             "result = register", "scene.source", "target", '"ransac"', f"seed={s.seed}", f"inlier={c.epsilon!r}",
             f"confidence={c.confidence}", f"most={MOST}", f"separation={SEPARATION}", "per_step=1",
-            f"max_steps={steps if not ran.over else STEPS}",
+            f"max_steps={steps if not run.over else STEPS}",
         ),
         "ghost = fit_rigid(scene.source, target).pose  # of all pairs, right and wrong",
         "",
         'print("trials", result.detail("trials"))',
     ]  # fmt: skip
-    if ran.found:
+    if run.found:
         lines += [
             'print("count", result.detail("count"))',
             'print("capped_sum", result.objective)',

@@ -50,41 +50,41 @@ class Shown:
     epsilon: float
 
 
-def match_panel(shown: Shown) -> Panel:
+def match_panel(view: Shown) -> Panel:
     """Both views, a line per match, ε round every target point, the poses as outlines of the façade."""
-    scene, q = shown.scene, shown.target + RIGHT
+    scene, q = view.scene, view.target + RIGHT
     p = scene.source + LEFT
-    front, known = scene.outline[0], shown.pose is not None
-    faint = min(1.0, 0.3 / shown.epsilon)  # wide rings overlap, and must not hide the façade
-    chosen, left = shown.inliers & known, ~shown.inliers & known
+    front, has_pose = scene.outline[0], view.pose is not None
+    faint = min(1.0, 0.3 / view.epsilon)  # wide rings overlap, and must not hide the façade
+    inliers, outliers = view.inliers & has_pose, ~view.inliers & has_pose
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
-    if known:
+    if has_pose:
         marks += [
-            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), FAINT), dashed=True),
-            Segments(p[chosen], q[chosen], "inlier", weight=np.full(chosen.sum(), 0.5)),
+            Segments(p[outliers], q[outliers], "outlier", weight=np.full(outliers.sum(), FAINT), dashed=True),
+            Segments(p[inliers], q[inliers], "inlier", weight=np.full(inliers.sum(), 0.5)),
         ]
     else:
         marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5)))
     marks += [
-        Points(q, "ghost", "ring", radius=shown.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
+        Points(q, "ghost", "ring", radius=view.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
-        Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
+        Path(view.ghost.apply(front) + RIGHT, "ghost", thick=True),
     ]
     marks += [
-        Points(q[~left], "target", "square", radius=4.0),
-        Points(q[left], "target", "ring", radius=4.0),
+        Points(q[~outliers], "target", "square", radius=4.0),
+        Points(q[outliers], "target", "ring", radius=4.0),
         Points(p, "source", radius=4.0),
     ]
-    if shown.pose is not None:
+    if view.pose is not None:
         marks += [
-            Path(shown.pose.apply(front) + RIGHT, "source", thick=True),
-            Points(shown.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
+            Path(view.pose.apply(front) + RIGHT, "source", thick=True),
+            Points(view.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
         ]
-    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count, a pose by its pairs
-        admitted, lost = chosen & shown.wrong, left & ~shown.wrong
-        marks += [Points(q[admitted], "outlier", "ring", radius=8.0), Points(q[lost], "truth", "ring", radius=8.0)]
-    if shown.trial is not None:
-        sample, pose = shown.trial
+    if view.pose is not None and view.trial is None:  # a trial is judged by its count, a pose by its pairs
+        admissions, losses = inliers & view.wrong, outliers & ~view.wrong
+        marks += [Points(q[admissions], "outlier", "ring", radius=8.0), Points(q[losses], "truth", "ring", radius=8.0)]
+    if view.trial is not None:
+        sample, pose = view.trial
         marks += [
             *(Path([p[i], q[i]], "accent", thick=True) for i in sample.tolist()),
             Path(pose.apply(front) + RIGHT, "accent", dashed=True, thick=True),

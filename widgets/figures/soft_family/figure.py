@@ -167,7 +167,7 @@ def _objective_chart(run: Run) -> Panel:
     values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
     least, most = float(np.min(values)), float(np.max(values))
     low, top = min(NATS[0], np.floor(2.0 * least) / 2.0), max(NATS[1], np.ceil(2.0 * most) / 2.0)
-    objective, truth = (_decades(each) if log else (np.array(each) - low) / (top - low) for each in values)
+    objective, truth = (_decades(v) if log else (np.array(v) - low) / (top - low) for v in values)
     cuts = np.array([e.staged for e in run.course])
     x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, objective))
     decades = tuple((i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1")))
@@ -239,9 +239,9 @@ def _note(c: Controls, run: Run) -> str:
         return f"Stopped at step {run.steps}: {run.stop}."
     if run.steps:
         a, b = run.course[-2:]
-        rose = ", a rise" if run.steps in run.rises else ", another function" if b.staged else ""
+        rise = ", a rise" if run.steps in run.rises else ", another function" if b.staged else ""
         return (
-            f"Step {run.steps}: objective {number(a.objective, 3)} → {number(b.objective, 3)}{rose};"
+            f"Step {run.steps}: objective {number(a.objective, 3)} → {number(b.objective, 3)}{rise};"
             f" σ {number(a.sigma, 3)} → {number(b.sigma, 3)} u."
         )
     if c.method == "gmmreg":

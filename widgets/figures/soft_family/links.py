@@ -46,17 +46,17 @@ def _partners(P: Array) -> float:
     return float(np.exp(entropy).mean())
 
 
-def threads(moved: Array, fixed: Array, found: Links) -> Segments:
+def threads(moved: Array, fixed: Array, result: Links) -> Segments:
     """One thread per pair, from the moved (m, 2) to the fixed points (n, 2), in six weights: above 1/2, 1/4 … 1/64.
 
     Overlaps that add up to more than one at a point are divided by their sum: wide ones would hide the clouds.
     """
-    shares = found.shares
-    if found.side == "pair":
+    shares = result.shares
+    if result.side == "pair":
         shares = shares / np.maximum(shares.sum(axis=1, keepdims=True), 1.0)
     level = np.floor(np.log2(np.maximum(shares, 1e-9)) + 1e-6) + LEVELS + 1.0
     i, j = np.nonzero(level > 0.0)
-    return Segments(moved[i], fixed[j], found.side, weight=np.minimum(level[i, j], LEVELS) / LEVELS)
+    return Segments(moved[i], fixed[j], result.side, weight=np.minimum(level[i, j], LEVELS) / LEVELS)
 
 
 def circles(centres: Array, sigma: float, role: Role, view: View) -> Points:

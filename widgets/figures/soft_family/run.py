@@ -57,12 +57,12 @@ class Rule:
         common = {"clutter": self.clutter, "volume": self.volume}
         if self.method != "filterreg":
             return {"sigma": sigma, **common, "tolerance": REST}
-        how: dict[str, Any] = {"variance": "estimated" if self.width == "estimated" else "scheduled"}
+        settings: dict[str, Any] = {"variance": "estimated" if self.width == "estimated" else "scheduled"}
         if self.width == "held":
-            how |= {"last": sigma, "shrink": 1.0}
+            settings |= {"last": sigma, "shrink": 1.0}
         elif self.width == "scheduled":
-            how |= {"last": self.last, "shrink": SHRINK}
-        return {"filter": self.filter, **how, "first": sigma, **common, "tolerance": REST}
+            settings |= {"last": self.last, "shrink": SHRINK}
+        return {"filter": self.filter, **settings, "first": sigma, **common, "tolerance": REST}
 
     def after(self, sigma: float) -> float:
         """The σ of the next step, if this figure sets it."""
@@ -144,18 +144,18 @@ class Run:
         if self.rule.restarts and not batch.done:
             state, sigma = batch.state(), self.rule.after(self.sigma)
             rest = bool(state.change[0] <= REST) and sigma == self.sigma
-            batch = _begun(self.rule, self.scene, single(state.pose), sigma, self.most)
+            batch = _new_batch(self.rule, self.scene, single(state.pose), sigma, self.most)
         entry = _entry(self.rule, self.scene, batch.state(), self.now)
         return replace(self, batch=batch, rest=rest, course=(*self.course, entry))
 
 
 def begun(rule: Rule, scene: Scene, start: Pose, most: int) -> Run:
     """A run of the scene from `start`, before its first of at most `most` steps."""
-    batch = _begun(rule, scene, start, rule.sigma, most)
+    batch = _new_batch(rule, scene, start, rule.sigma, most)
     return Run(rule, scene, start, batch, (_entry(rule, scene, batch.state(), None),), most)
 
 
-def _begun(rule: Rule, scene: Scene, start: Pose, sigma: float, most: int) -> Batch[Any]:
+def _new_batch(rule: Rule, scene: Scene, start: Pose, sigma: float, most: int) -> Batch[Any]:
     method = METHODS[rule.method]
     p = problem(scene, start)
     # A similarity may have scaled its cloud already.
@@ -174,13 +174,13 @@ def measured(rule: Rule, state: Any) -> float:
 
 def at(rule: Rule, scene: Scene, pose: Pose, sigma: float) -> float:
     """The objective at another pose with this σ."""
-    return measured(rule, _begun(rule, scene, pose, sigma, 1).state())
+    return measured(rule, _new_batch(rule, scene, pose, sigma, 1).state())
 
 
-def _entry(rule: Rule, scene: Scene, now: Any, before: Any) -> Entry:
-    pose, sigma = single(now.pose), float(now.sigma[0])
+def _entry(rule: Rule, scene: Scene, state: Any, before: Any) -> Entry:
+    pose, sigma = single(state.pose), float(state.sigma[0])
     return Entry(
-        objective=measured(rule, now),
+        objective=measured(rule, state),
         truth=at(rule, scene, scene.truth, sigma),
         sigma=sigma,
         scale=float(np.asarray(pose.scale)),

@@ -97,12 +97,12 @@ def _marks(state: State) -> tuple[Mark, ...]:
     """The lines of both mugs, the links and the points of each level of depth, from far to near."""
     run, eye = state.run, state.eye
     scene, moved = run.scene, run.moved
-    here = run.pose.compose(scene.truth.inverse())  # takes the upright mug to the source's place
+    motion = run.pose.compose(scene.truth.inverse())  # takes the upright mug to the source's place
     lines: tuple[tuple[Role, tuple[Array, Array]], ...] = (
         ("target", _pieces(_lines(scene, Pose.identity(3), eye))),
-        ("source", _pieces(_lines(scene, here, eye))),
+        ("source", _pieces(_lines(scene, motion, eye))),
     )
-    known = run.task not in UNKNOWN
+    has_pairs = run.task not in UNKNOWN
     marks: list[Mark] = [*_ghosts(state)]
     if run.task == "line":
         marks.append(_hinge(scene, eye))
@@ -117,20 +117,20 @@ def _marks(state: State) -> tuple[Mark, ...]:
         marks.append(Segments(eye.seen(moved[rows]), eye.seen(run.partners[rows]), "pair"))
         for role, points in clouds:
             rows = eye.level(points) == k
-            weight = None if known else np.full(int(rows.sum()), strength)
+            weight = None if has_pairs else np.full(int(rows.sum()), strength)
             shape: Shape = "square" if role == "target" else "dot"
-            marks.append(Points(eye.seen(points[rows]), role, shape, 5.0 if known else RADII[k], weight))
+            marks.append(Points(eye.seen(points[rows]), role, shape, 5.0 if has_pairs else RADII[k], weight))
     return tuple(marks)
 
 
 def _lines(scene: Mug, pose: Pose, eye: Eye) -> list[Array]:
     """Rim, foot, handle and the two visible edges of the wall of a mug, which `pose` moves from its upright place."""
-    place = pose.compose(scene.truth)
+    placement = pose.compose(scene.truth)
     turn = eye.sides(pose.R)
     ring = RADIUS * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     heights = np.linspace(-0.5 * HEIGHT, 0.5 * HEIGHT, 7)
     walls = [np.column_stack([np.broadcast_to(side, (7, 2)), heights]) for side in ring]
-    return [*(place.apply(line) for line in scene.outline), *(pose.apply(wall) for wall in walls)]
+    return [*(placement.apply(line) for line in scene.outline), *(pose.apply(wall) for wall in walls)]
 
 
 def _pieces(lines: list[Array]) -> tuple[Array, Array]:
@@ -145,7 +145,7 @@ def _ghosts(state: State) -> list[Mark]:
         return []
     if run.task == "line":
         spin = np.radians(state.controls.spin)
-        poses = [poses_about_line(run.scene.source, run.scene.target, spin + other) for other in OTHERS]
+        poses = [poses_about_line(run.scene.source, run.scene.target, spin + angle) for angle in OTHERS]
     else:
         poses = [state.began]
     back = run.scene.truth.inverse()
@@ -173,18 +173,18 @@ def _description(state: State) -> str:
     n, m = len(run.scene.source), len(run.scene.target)
     if run.task in UNKNOWN:
         mug = "A mug with a handle" if c.handle else "A mug without a handle"
-        what = (
+        scene = (
             f"{mug}, sampled twice, {n} and {m} points, noise of σ = {number(c.noise)} u, overlap"
             f" {number(c.overlap, 0)} %. A line joins each source point to the nearest target point."
         )
     else:
-        where = "in a line up its wall" if run.task == "line" else "in no plane"
-        what = (
-            f"Two outlines of one mug, and {n} places on it, {where}, whose partners are known; the targets have noise"
+        spread = "in a line up its wall" if run.task == "line" else "in no plane"
+        scene = (
+            f"Two outlines of one mug, and {n} places on it, {spread}, whose partners are known; the targets have noise"
             f" of σ = {number(c.noise)} u."
         )
     words = [
-        what,
+        scene,
         f"It is seen from {state.eye.words}.",
         f"After {amount(run.steps, 'step')} the residual is {number(run.residual, 3)} u RMS over"
         f" {run.used} pairs, and the moving mug is {number(run.rotation, 1)}° and {number(run.away)} u from its true"
@@ -223,9 +223,9 @@ def python(state: State) -> str:
         lines.append(f'scene = mug_pairs("{run.task}", seed={run.scene.seed}, noise={c.noise!r})')
         line = f"poses_about_line(scene.source, scene.target, np.radians({c.spin!r}))"
         pose = line if run.task == "line" else 'register(scene.source, scene.target, "kabsch").pose'
-        began = f"mug_start({c.turn!r}, {OFFSET!r})"
+        call = f"mug_start({c.turn!r}, {OFFSET!r})"
         lines += [
-            f"pose = {pose if run.done else f'{began}  # once solved: {pose}'}",
+            f"pose = {pose if run.done else f'{call}  # once solved: {pose}'}",
             "",
             'print("rms", rms(pose, scene.source, scene.target))',
         ]

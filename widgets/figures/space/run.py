@@ -63,8 +63,8 @@ class Run:
         if self.done:
             return self
         if self.batch is not None:
-            return _read(self.task, self.scene, advance(self.batch), self.steps + 1)
-        return replace(_known(self.task, self.scene, solved(self.task, self.scene, spin), True), steps=1)
+            return _batch_run(self.task, self.scene, advance(self.batch), self.steps + 1)
+        return replace(_paired_run(self.task, self.scene, solved(self.task, self.scene, spin), True), steps=1)
 
 
 @lru_cache(maxsize=4)
@@ -79,11 +79,11 @@ def begun(task: str, scene: Mug, turn: float) -> Run:
     """A run before its first step; turn: that of the start, degrees."""
     start = mug_start(turn, OFFSET)
     if task not in UNKNOWN:
-        return _known(task, scene, start, False)
+        return _paired_run(task, scene, start, False)
     weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
     problem = Problem(scene.source[None], scene.target[None], weights, alone(start), seed)
     method = METHODS[UNKNOWN[task]]
-    return _read(task, scene, begin(method, problem, method.options(**OPTIONS[task]), STEPS), 0)
+    return _batch_run(task, scene, begin(method, problem, method.options(**OPTIONS[task]), STEPS), 0)
 
 
 def solved(task: str, scene: Mug, spin: float) -> Pose:
@@ -93,14 +93,15 @@ def solved(task: str, scene: Mug, spin: float) -> Pose:
     return fit_rigid(scene.source, scene.target).pose
 
 
-def _known(task: str, scene: Mug, pose: Pose, done: bool) -> Run:
+def _paired_run(task: str, scene: Mug, pose: Pose, done: bool) -> Run:
     line = task == "line"
     reason = ("the rotation about the line is free" if line else "the pairs fix the pose") if done else ""
-    left = float(rms(pose, scene.source, scene.target))
-    return Run(task, scene, pose, 0, scene.target, len(scene.source), left, int(line) if done else None, done, reason)
+    residual = float(rms(pose, scene.source, scene.target))
+    free = int(line) if done else None
+    return Run(task, scene, pose, 0, scene.target, len(scene.source), residual, free, done, reason)
 
 
-def _read(task: str, scene: Mug, batch: Batch[Any], steps: int) -> Run:
+def _batch_run(task: str, scene: Mug, batch: Batch[Any], steps: int) -> Run:
     state = batch.state()
     pairing = state.pairing
     pose = single(state.pose)
@@ -108,5 +109,5 @@ def _read(task: str, scene: Mug, batch: Batch[Any], steps: int) -> Run:
     status = Status(int(state.status[0]))
     reason = "" if status is Status.RUNNING else worded(str(state.reason[0]))
     partners = state.index.points[0, pairing.rows[0]]
-    count, left = int(pairing.count[0]), float(pairing.rms[0])
-    return Run(task, scene, pose, steps, partners, count, left, free, batch.done, reason, batch)
+    count, residual = int(pairing.count[0]), float(pairing.rms[0])
+    return Run(task, scene, pose, steps, partners, count, residual, free, batch.done, reason, batch)

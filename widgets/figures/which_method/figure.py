@@ -75,14 +75,14 @@ def act(state: State, action: Action) -> State:
 
 def known(state: State) -> int:
     """How many of the runs have been made."""
-    made = [not state.tried or "errors" in each.__dict__ for each in state.runs]
-    return DETAILS - 1 if all(made) else made.index(False)
+    computed = [not state.tried or "errors" in r.__dict__ for r in state.runs]
+    return DETAILS - 1 if all(computed) else computed.index(False)
 
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """The ladder with its lit path, and how often each run found the truth."""
     runs = state.runs[:detail] if state.tried else ()
-    counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(runs)}
+    counts = {("judge" if k == 0 else r.path[0]): r.found for k, r in enumerate(runs)}
     return Picture(
         (Panel("ladder", "The ladder, with the recommended path", VIEW, _marks(state, counts), grid=False),),
         _readouts(state, runs),
@@ -97,7 +97,7 @@ def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
     height = {name: (k + 0.5) * ROW for k, name in enumerate(names)}
     rails = [Path([(x, 0.0), (x, ROW * len(names))], "ghost", thick=True) for x in RAILS]
     bands = [_band(height[name]) for name in state.advice.path]
-    marks: list[Mark] = [*bands, *rails, *_way([height[name] for name in state.advice.path])]
+    marks: list[Mark] = [*bands, *rails, *_route([height[name] for name in state.advice.path])]
     for name, (verdict, words) in state.advice.why.items():
         y, role = height[name], ROLES[verdict]
         bar = [(RAILS[0], y), (RAILS[1], y)]
@@ -110,7 +110,7 @@ def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
         ]
         if name in counts:
             marks.append(Label((COUNT_AT, y), str(counts[name]), role, "end", dy=5))
-        elif state.tried and name in {"judge", *(each.path[0] for each in state.runs[1:])}:
+        elif state.tried and name in {"judge", *(r.path[0] for r in state.runs[1:])}:
             marks.append(Label((COUNT_AT, y), "…", role, "end", dy=5))
     if state.tried:
         marks.append(Label((COUNT_AT, ROW * len(names)), f"right, of {OF}", "ink", "end", dy=-12))
@@ -132,7 +132,7 @@ def _sign(verdict: Verdict, y: float) -> tuple[Mark, ...]:
     return (Points(middle, "ghost", "cross", radius=5.0),) if verdict == "not" else ()
 
 
-def _way(heights: Sequence[float]) -> list[Mark]:
+def _route(heights: Sequence[float]) -> list[Mark]:
     """The numbered stages of the path, each in a lane of its own, with lines from one to the next."""
     marks: list[Mark] = []
     lanes = LANES[-len(heights) :]
@@ -151,22 +151,22 @@ def _way(heights: Sequence[float]) -> list[Mark]:
 def _readouts(state: State, runs: Sequence[Run]) -> tuple[Readout, ...]:
     source, target, _ = clouds_of(state.runs[0].answers)
     others = runs[1:] if len(runs) == len(state.runs) else ()
-    unfit = [each.found for each in others if state.advice.why[each.path[0]][0] == "not"]
-    waits = "…" if state.tried else "–"
-    turn = (number(runs[0].turn), "°") if runs else (waits, "")
-    lacks = waits if len(state.runs) > 1 and not others else "–"
+    unfit = [r.found for r in others if state.advice.why[r.path[0]][0] == "not"]
+    pending = "…" if state.tried else "–"
+    turn = (number(runs[0].turn), "°") if runs else (pending, "")
+    missing = pending if len(state.runs) > 1 and not others else "–"
     off = STARTS[state.answers.start][0]
     return (
-        Readout("found", f"The path succeeds, of\u00a0{OF}", str(runs[0].found) if runs else waits, "", "accent"),
+        Readout("found", f"The path succeeds, of\u00a0{OF}", str(runs[0].found) if runs else pending, "", "accent"),
         Readout("rotation_error", "Its median rotation error", *turn),
-        Readout("unfit", f"Best crossed-out rung, of\u00a0{OF}", str(max(unfit)) if unfit else lacks),
+        Readout("unfit", f"Best crossed-out rung, of\u00a0{OF}", str(max(unfit)) if unfit else missing),
         Readout("points_source", "Points of the source", str(source.shape[1])),
         Readout("points_target", "Points of the target", str(target.shape[1])),
         Readout("rotation_start", "Rotation error at the start", number(off, 0), "°", "ghost"),
     )
 
 
-def _named(names: Sequence[str]) -> str:
+def _titles(names: Sequence[str]) -> str:
     titles = [RUNGS[name].title for name in names]
     return titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
 
@@ -181,10 +181,10 @@ def _sentence(advice: Advice) -> str:
 def _description(state: State, counts: dict[str, int]) -> str:
     advice = state.advice
     text = "; ".join(f"{key}: {QUESTIONS[key][answer].lower()}" for key, answer in vars(state.answers).items())
-    words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {text}. Lit, in this order: {_named(advice.path)}."]
+    words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {text}. Lit, in this order: {_titles(advice.path)}."]
     words += [
-        f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {why}{' (crossed out)' if verdict == 'not' else ''}."
-        for name, (verdict, why) in advice.why.items()
+        f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {reason}{' (crossed out)' if verdict == 'not' else ''}."
+        for name, (verdict, reason) in advice.why.items()
     ]
     if counts:
         ends = ", ".join(f"{RUNGS[name].title} {count}" for name, count in counts.items() if name != "judge")

@@ -140,9 +140,11 @@ def advise(answers: Answers) -> Advice:
 
 def _first(table: Sequence[Row[Of]], answers: Answers) -> Of:
     """The result of the first row that fits the answers."""
-    return next(of for when, of in table if all(getattr(answers, name) == value for name, value in when.items()))
+    return next(
+        result for conditions, result in table if all(getattr(answers, k) == v for k, v in conditions.items())
+    )
 
 
 def every() -> tuple[Answers, ...]:
     """All possible answers."""
-    return tuple(Answers(*each) for each in product(*QUESTIONS.values()))
+    return tuple(Answers(*values) for values in product(*QUESTIONS.values()))

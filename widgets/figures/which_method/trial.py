@@ -45,23 +45,23 @@ def options(name: str, near: bool) -> dict[str, Any]:
     return {**gate, **OPTIONS.get(name, {})}
 
 
-def grove(seed: int, seen: float) -> tuple[Array, Array]:
+def grove(seed: int, share: float) -> tuple[Array, Array]:
     """Two clouds of scattered points, the trunks of a grove: the source has all, the target the leftmost ones.
 
-    seen: the fraction that the target sees, as in `SEEN`.
+    share: the fraction that the target sees, as in `SEEN`.
     """
     rng = np.random.default_rng(seed)
     trunks = np.empty((0, 2))
-    for place in rng.uniform((-5.0, -3.2), (5.0, 3.2), (2000, 2)):
-        if len(trunks) < TREES and (not len(trunks) or np.hypot(*(trunks - place).T).min() > APART):
-            trunks = np.vstack([trunks, place])
+    for trunk in rng.uniform((-5.0, -3.2), (5.0, 3.2), (2000, 2)):
+        if len(trunks) < TREES and (not len(trunks) or np.hypot(*(trunks - trunk).T).min() > APART):
+            trunks = np.vstack([trunks, trunk])
     source, target = (trunks + NOISE * rng.standard_normal(trunks.shape) for _ in range(2))
-    return source, target[np.sort(np.argsort(trunks[:, 0])[: kept(seen)])]
+    return source, target[np.sort(np.argsort(trunks[:, 0])[: kept(share)])]
 
 
-def kept(seen: float) -> int:
+def kept(share: float) -> int:
     """The number of trunks in a target."""
-    return round(0.9 * seen * TREES)
+    return round(0.9 * share * TREES)
 
 
 def clouds_of(answers: Answers) -> Clouds:
@@ -88,9 +88,9 @@ def _ends(path: tuple[str, ...], answers: Answers) -> Pose:
     source, target, truth = clouds_of(answers)
     if not path:
         return room_start(*STARTS[answers.start]).compose(truth)
-    before, near = _ends(path[:-1], answers), answers.start == "near" or len(path) > 1
+    start, near = _ends(path[:-1], answers), answers.start == "near" or len(path) > 1
     settings = options(path[-1], near)
-    return register(source, target, RUNGS[path[-1]].method, start=before, seed=list(SEEDS), **settings).pose
+    return register(source, target, RUNGS[path[-1]].method, start=start, seed=list(SEEDS), **settings).pose
 
 
 @dataclass(frozen=True, eq=False)
