@@ -81,20 +81,20 @@ def drive(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code. Raises ValueError if an argument or the file is wrong."""
     args = parser().parse_args(arguments)
     with contextlib.redirect_stdout(None if args.json else sys.stdout):
-        code, report = _driven(args)
+        code, report = _run(args)
     if args.json:
         printed(report)
     return code
 
 
-def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
+def _run(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     """The exit code, and a report by name, whose lines are printed on the way; angles in degrees."""
     for path in args.out:
         able_to_write(path, KINDS)
-    matching, looking = MatchOptions(gate=args.gate), LoopOptions(radius=args.radius)
+    matching, loop_options = MatchOptions(gate=args.gate), LoopOptions(radius=args.radius)
     validate.number(args.farthest, "--farthest", 0.1)
     validate.count(args.turns, "--turns")
-    recording = _included(args) if args.file == INCLUDED else _opened(Path(args.file), args)
+    recording = _included_drive(args) if args.file == INCLUDED else _drive_of(Path(args.file), args)
     report = _recording(args.file, recording)
     scans, wheels = prepare(recording, args.farthest), chained(recording.motion)
     chain, unmatched = _matched(recording, scans, args.to, matching)
@@ -103,7 +103,7 @@ def _driven(args: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         "length": _length(chain.poses), "not_matched": unmatched, "end_by_odometry": _by_name(wheels[-1]),
         "end_matched": _by_name(chain.poses[-1]),
     }  # fmt: skip
-    loops = _loops(scans, chain, looking, matching, args.no_loops)
+    loops = _loops(scans, chain, loop_options, matching, args.no_loops)
     loop_count, poses, settled = int(loops.believed.sum()), chain.poses, True
     report["candidates"] = len(loops.believed)
     ways = {"By odometry": wheels, "By matched scans": chain.poses}
@@ -140,13 +140,13 @@ def _matched(recording: Drive, scans: Scans, to: str, matching: MatchOptions) ->
     return chain, unmatched
 
 
-def _loops(scans: Scans, chain: Chain, looking: LoopOptions, matching: MatchOptions, none: bool) -> Matches:
+def _loops(scans: Scans, chain: Chain, loop_options: LoopOptions, matching: MatchOptions, none: bool) -> Matches:
     """The places seen again, those believed and those not. none: do not look for any."""
-    later, earlier = candidates(chain.poses, looking)
+    later, earlier = candidates(chain.poses, loop_options)
     if none:
         later, earlier = later[:0], earlier[:0]
     with Bar("closing loops") as bar:
-        loops = verified(scans, chain.poses, later, earlier, looking, matching, bar)
+        loops = verified(scans, chain.poses, later, earlier, loop_options, matching, bar)
     if not none:
         print(f"loops     {int(loops.believed.sum())} of {len(later)} candidates accepted")
     return loops
@@ -178,7 +178,7 @@ def _length(poses: Pose) -> float:
     return float(np.linalg.norm(np.diff(poses.t, axis=0), axis=1).sum())
 
 
-def _included(args: argparse.Namespace) -> Drive:
+def _included_drive(args: argparse.Namespace) -> Drive:
     """The included drive. Raises ValueError if an option describes the laser, which the recording itself does."""
     usual = parser()
     for name in LASER:
@@ -187,7 +187,7 @@ def _included(args: argparse.Namespace) -> Drive:
     return telecom_loop()
 
 
-def _opened(path: Path, args: argparse.Namespace) -> Drive:
+def _drive_of(path: Path, args: argparse.Namespace) -> Drive:
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)

@@ -68,7 +68,7 @@ def parser() -> argparse.ArgumentParser:
     return cli
 
 
-def _opened(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[FloatArray, str]:
+def _points(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[FloatArray, str]:
     """The points of a file and a line about them. Raises a ValueError that names the file."""
     try:
         cloud = arrays.read(_bytes(path))
@@ -228,7 +228,7 @@ def register_files(arguments: Sequence[str]) -> int:
             f"--points: {method.name} takes row i of both files as partners, which thinning each file would tear apart"
         )
     (source, about_source), (target, about_target) = (
-        _opened(path, args, method) for path in (args.source, args.target)
+        _points(path, args, method) for path in (args.source, args.target)
     )
     if source.shape[1] != target.shape[1]:
         raise ValueError(

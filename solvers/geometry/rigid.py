@@ -282,7 +282,7 @@ def closed_form_step(
         R, _, values, _, gap = _planar(m)
     else:
         R, _, values, _, gap = _spatial(m, proper=True)
-    pose, bad = _posed(m, R, np.zeros(gap.shape), gap, scale=False)
+    pose, bad = _pose(m, R, np.zeros(gap.shape), gap, scale=False)
     return pose, bad, _reasons(m, bad), _condition(values, gap, bad)
 
 
@@ -316,7 +316,7 @@ def _spatial(m: Moments, proper: bool) -> Turned:
     return R, signed_values.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap
 
 
-def _posed(
+def _pose(
     m: Moments, R: FloatArray, trace: FloatArray, gap: FloatArray, scale: bool
 ) -> tuple[Pose, BoolArray]:
     """The pose with this rotation, and where it is undefined."""
@@ -351,7 +351,7 @@ def _fit(
 ) -> Fit:
     """The complete `Fit` for a rotation."""
     R, trace, values, sign, gap = rotation
-    pose, bad = _posed(m, R, trace, gap, scale)
+    pose, bad = _pose(m, R, trace, gap, scale)
     with np.errstate(over="ignore", under="ignore"):
         cost = pair_cost(pose, *pairs)
         ep, eq, ew = m.exponents

@@ -63,7 +63,7 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     if separator == "\t" and _spaced(first):
         separator = None
     fields = _fields(first, separator)
-    if all(map(is_number, values := _ended(fields))):
+    if all(map(is_number, values := _without_tail(fields))):
         fields = values
     notices: list[str] = []
     comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
@@ -111,14 +111,14 @@ def _spaced(line: str) -> bool:
     return all(map(is_number, parts)) or (all(map(AXIS.fullmatch, parts)) and bool(_axes(parts, len(parts))))
 
 
-def _ended(fields: list[str], width: int = 1) -> list[str]:
+def _without_tail(fields: list[str], width: int = 1) -> list[str]:
     """The fields without empty ones at the end, cut to no fewer than `width`."""
     while len(fields) > width and not fields[-1]:
         fields = fields[:-1]
     return fields
 
 
-def _mended(fields: list[str], line: str, width: int) -> list[str]:
+def _resplit(fields: list[str], line: str, width: int) -> list[str]:
     """A line's fields, split at spaces instead of tabs if that gives `width` of them."""
     if len(fields) >= width or "" in fields:
         return fields
@@ -164,9 +164,9 @@ def numbers(
     table = np.empty((len(rows), len(columns)))
     left, at = iter(rows), 0
     while block := list(islice(left, BLOCK)):
-        parts = [_ended(_fields(_bare(lines[k]), separator), width) for k in block]
+        parts = [_without_tail(_fields(_bare(lines[k]), separator), width) for k in block]
         if separator == "\t":
-            parts = [p if len(p) == width else _mended(p, lines[k], width) for k, p in zip(block, parts, strict=True)]
+            parts = [p if len(p) == width else _resplit(p, lines[k], width) for k, p in zip(block, parts, strict=True)]
         try:
             if any(len(part) != width for part in parts):
                 raise ValueError

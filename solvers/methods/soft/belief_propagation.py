@@ -197,7 +197,7 @@ def _matrix(scores: ArrayLike, miss: float) -> FloatArray:
     return psi
 
 
-def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
+def _pairs(state: BpState) -> tuple[Candidates, FloatArray]:
     """The pairs within reach at the state's pose and width, and their marginals."""
     options, problem = state.options, state.problem
     pairs = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
@@ -208,14 +208,14 @@ def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
 def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
     """The marginals (m, n) of problem i at the state's pose and width, for figures."""
     single: BpState = take(state, np.array([i]))
-    pairs, p = _listed(single)
+    pairs, p = _pairs(single)
     out = np.zeros((pairs.rows, pairs.columns))
     out[pairs.row, pairs.column] = p
     return out
 
 
 def _associate(state: BpState) -> BpState:
-    pairs, p = _listed(state)
+    pairs, p = _pairs(state)
     b, m, d = state.problem.source.shape
     flat = np.ascontiguousarray(state.problem.target.reshape(-1, d).T)
     with np.errstate(over="ignore", under="ignore"):
