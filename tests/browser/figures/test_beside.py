@@ -1,4 +1,4 @@
-"""Charts beside a figure's picture: below it on a tablet, a chart is no larger than its picture."""
+"""Charts and questions below a figure's picture on a tablet: no larger than the picture, and on one screen with it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.browser.conftest import Reader
-from tests.browser.layout import remaining
+from tests.browser.layout import low, remaining
 
 LARGE = """() => [...document.querySelectorAll('.figure-charts > .figure-panel')].filter(e => {
   const main = e.closest('.figure-body').querySelector('.figure-stage > .figure-panel').getBoundingClientRect();
@@ -30,6 +30,13 @@ def test_a_chart_is_no_larger_than_its_picture(reader: Callable[..., Reader], pa
     opened = reader(768, 1024, reduced_motion="reduce").open(page)
     assert opened.locator(".figure-charts > .figure-panel").count()
     assert remaining(opened, LARGE) == []
+
+
+@pytest.mark.parametrize("page", ["icp.html", "landscape.html", "ndt-map.html", "race.html", "search.html"])
+def test_a_tablet_shows_the_question_before_the_run(reader: Callable[..., Reader], page: str) -> None:
+    """On a portrait screen the sentence, the picture, its controls, its numbers and the question are seen together."""
+    opened = reader(768, 1024, reduced_motion="reduce").open(page)
+    assert low(opened, ("stage", "button", "controls", "readouts", "asked"), 768, 1024, 100)[1] == []
 
 
 @pytest.mark.parametrize("width", [390, 768, 1024])
