@@ -94,6 +94,21 @@ def test_wide_a_panel_is_enlarged_and_let_go(reader: Callable[..., Reader], page
     assert width(panel) == small
 
 
+@pytest.mark.parametrize("size", [(640, 400), (320, 256)])
+@pytest.mark.parametrize("name", ["race fig-race", "four fig-four", "mmd fig-waves"])
+def test_a_picture_in_a_zoomed_window(reader: Callable[..., Reader], name: str, size: tuple[int, int]) -> None:
+    """At 200 % and 400 % zoom the main picture of several fills its column or the window's height."""
+    page, figure_id = name.split()
+    figure = Figure(reader(*size).open(f"{page}.html"), figure_id).seen()
+    panel = figure.root.locator(".figure-stage > .figure-panel").first.locator("svg")
+    box = panel.bounding_box()
+    assert box is not None
+    several = 2 if size[0] > 600 and name.startswith("mmd") else 1
+    column = (width(figure.root) - 32) / several
+    assert box["width"] >= 0.9 * column or box["height"] >= 0.6 * size[1]
+    assert box["height"] < size[1]
+
+
 def width(node: Any) -> float:
     box = node.bounding_box()
     assert box is not None
