@@ -44,6 +44,15 @@ def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader],
         assert at, button.inner_text()
 
 
+def test_a_tablet_shows_nine_panels_and_their_button(reader: Callable[..., Reader]) -> None:
+    """Upright, three panels stand in a row, and the main button is on the screen with all of them."""
+    page = opened(reader, "slides-race.html#3", 768, 1024)
+    bar, run = page.locator(".deck-bar").bounding_box(), page.locator(".primary").bounding_box()
+    assert bar is not None
+    assert run is not None
+    assert run["y"] + run["height"] <= bar["y"]
+
+
 def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[..., Reader]) -> None:
     """At 200 % zoom, keys scroll a screen at a time to the next slide and back; left and right turn slides."""
     page = opened(reader, "slides-icp.html#3", 640, 500)
