@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -23,6 +24,16 @@ def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> 
         solve.settled().button("solve").click()
         expect(line).to_contain_text("Solved")
         assert line.evaluate("node => node.getBoundingClientRect().height") == empty, line.inner_text()
+
+
+@pytest.mark.parametrize("page", ["kabsch.html", "search.html", "drive.html"])
+def test_a_tablet_shows_lines_of_code_whole(reader: Callable[..., Reader], page: str) -> None:
+    """Where no margin stands beside the text, code takes its place; short code is as wide as the text."""
+    blocks = reader(1024, 768).open(page).locator(".text > pre")
+    assert blocks.count()
+    for block in blocks.all():
+        shown, whole, text = block.evaluate("e => [e.clientWidth, e.scrollWidth, e.previousElementSibling.clientWidth]")
+        assert shown >= max(whole, text)
 
 
 def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -> None:
