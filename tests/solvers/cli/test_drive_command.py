@@ -30,7 +30,7 @@ def as_csv(drive: Drive) -> str:
 def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A simulated drive as a file, rounded to centimetres like a real one."""
     path = tmp_path_factory.mktemp("drive") / "drive.csv"
-    path.write_text(as_csv(simulated_drive(scans=70, beams=121)[0]), "utf-8")
+    path.write_text(as_csv(simulated_drive(scans=70, beams=181)[0]), "utf-8")
     return path
 
 
@@ -46,7 +46,7 @@ def test_a_drive_becomes_a_map_a_graph_and_poses(
     outs = [tmp_path / name for name in ("map.svg", "map.png", "graph.g2o", "poses.csv")]
     code, out, err = said(capsys, table, "--ahead", 0.3, *(word for path in outs for word in ("--out", path)))
     assert (code, err) == (0, "")
-    assert "70 scans of 121 beams" in out
+    assert "70 scans of 181 beams" in out
     assert "69 of 69 scans matched to the scan before" in out
     assert "graph     converged" in out
     ElementTree.fromstring(outs[0].read_text("utf-8"))
@@ -69,7 +69,7 @@ def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytes
     code, out, err = said(capsys, table, "--json", "--out", tmp_path / "poses.csv")
     report = json.loads(out)
     assert (code, err) == (0, "")
-    assert (report["scans"], report["beams"], report["not_matched"]) == (70, 121, [])
+    assert (report["scans"], report["beams"], report["not_matched"]) == (70, 181, [])
     assert 10.0 < report["farthest"] <= 12.0  # the simulated laser's range
     assert report["graph"]["status"] == "converged"
     assert 0 < report["loops"] <= report["candidates"]
@@ -92,7 +92,7 @@ def test_a_scan_without_echoes_is_only_predicted(
     """The drive is still processed to the end, and its files are written."""
     path = tmp_path / "gap.csv"
     lines = table.read_text("utf-8").splitlines()
-    lines[31] = ",".join([*lines[31].split(",")[:4], *["0"] * 121])
+    lines[31] = ",".join([*lines[31].split(",")[:4], *["0"] * 181])
     path.write_text("\n".join(lines), "utf-8")
     code, out, err = said(capsys, path, "--ahead", 0.3, "--to", to, "--out", tmp_path / "map.svg")
     assert (code, err) == (3, "")
@@ -136,7 +136,7 @@ def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pyte
     broken.write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]), "utf-8")
     code, _, err = said(capsys, broken)
     assert code == 2
-    assert "line 6: 3 fields found; expected 125" in err
+    assert "line 6: 3 fields found; expected 185" in err
 
 
 def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,19 +13,22 @@ from tests.solvers.odometry.drives import muted, simulated
 BEARINGS = np.linspace(-np.pi, np.pi, 360, endpoint=False) + 1e-3
 
 
-def drive_along(step: float, count: int = 4, ends: tuple[float, float] | None = None) -> Drive:
+def drive_along(
+    step: float, count: int = 4, ends: tuple[float, float] | None = None, noise: float = 0.0, slip: float = 0.0
+) -> Drive:
     """A corridor 3 m wide, the scanner in its middle; `ends`: walls across it, metres behind and ahead of the first
-    scan."""
-    across = 1.5 / np.abs(np.sin(BEARINGS))
+    scan; `noise`: σ of a range, metres; `slip`: σ of the odometry's error, as a share of the step."""
+    across, rng = 1.5 / np.abs(np.sin(BEARINGS)), np.random.default_rng(40)
     ranges = []
     for k in range(count):
         along = np.full(len(BEARINGS), np.inf)
         if ends is not None:
             behind, ahead = ends[0] + k * step, ends[1] - k * step
             along = np.where(np.cos(BEARINGS) > 0.0, ahead, behind) / np.abs(np.cos(BEARINGS))
-        nearest = np.minimum(across, along)
+        nearest = np.minimum(across, along) + noise * rng.standard_normal(len(BEARINGS))
         ranges.append(np.where(nearest < 12.0, nearest, np.inf))
-    motion = Pose.from_angle(np.zeros(count), (step, 0.0))
+    went = step * (1.0 + slip * rng.standard_normal(count))
+    motion = Pose.from_angle(np.zeros(count), np.stack([went, np.zeros(count)], axis=1))
     return Drive(np.arange(float(count)), motion, ranges, BEARINGS, Pose.identity())
 
 
@@ -41,6 +44,25 @@ def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
     for least, believed in ((0.0, True), (0.3, False)):
         one = chain(prepare(nearly), nearly.motion, MatchOptions(least_weakest=least))
         assert (one.believed[1:] == believed).all()
+
+
+@pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
+@pytest.mark.parametrize("noise", [0.01, 0.02, 0.03])
+def test_noise_does_not_hold_a_match_along_the_walls(chain, noise):
+    """The normals of noisy walls are turned at random, which looks like information on the way along them. The links
+    stay the odometry's. With end walls in sight every match is believed, whatever the noise."""
+    open_ended = drive_along(0.2, 24, noise=noise, slip=0.3)
+    result = chain(prepare(open_ended), open_ended.motion)
+    assert (result.share[1:] > 0.5).all()
+    assert not result.believed[1:].any()
+    np.testing.assert_allclose(result.motion.t[1:], open_ended.motion.t[1:], atol=1e-12)
+    closed = drive_along(0.2, 24, ends=(6.0, 10.0), noise=noise, slip=0.3)
+    found = chain(prepare(closed), closed.motion)
+    assert found.believed.all()
+    if chain is scan_to_scan:
+        unmargined = chain(prepare(open_ended), open_ended.motion, MatchOptions(margin=0.0))
+        assert unmargined.believed[1:].any()
+    assert np.abs(found.poses.t - 0.2 * np.arange(24.0)[:, None] * [1.0, 0.0]).max() < 0.1
 
 
 @pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])

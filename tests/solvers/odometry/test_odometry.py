@@ -232,11 +232,11 @@ def test_each_sign_alone_can_turn_a_loop_away() -> None:
 
 
 def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
-    """Scans 50 and 10 see two corners of the hall that look alike: all four signs accept the false loop. Beside the
+    """Scans 50 and 11 see two corners of the hall that look alike: all four signs accept the false loop. Beside the
     true loops, Cauchy's kernel leaves it less than a thousandth of its weight and moves the poses by less than 0.02
     m."""
     _, truth, scans, chain = simulated()
-    wrong = claimed([(50, 10)])
+    wrong = claimed([(50, 11)])
     assert wrong.believed.all()
     right = verified(scans, chain.poses, *candidates(chain.poses))
     result = close(chain, together([right, wrong]))
