@@ -43,6 +43,10 @@ def constants(outliers: float | None) -> tuple[float, float]:
     """
     if outliers is None:
         return 1.0, 1.0
-    ratio = PEAK * (1.0 - outliers) / outliers
+    with np.errstate(over="ignore"):
+        ratio = np.divide(PEAK * (1.0 - outliers), outliers)
     top, at_one = np.log1p(ratio), np.log1p(ratio * np.exp(-0.5))
+    if np.isinf(ratio):  # below a share of 6e-308; there 1 counts as nothing beside the ratio
+        top = np.log(PEAK) - np.log(outliers)
+        at_one = top - 0.5
     return float(top), float(-2.0 * np.log(at_one / top))

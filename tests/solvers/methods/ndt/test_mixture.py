@@ -16,6 +16,17 @@ SHARES = (0.05, 0.55, 0.9)
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("share", [5e-324, 1e-310, 5e-308])
+def test_the_smallest_share_of_all_has_constants(share):
+    """The ratio of the densities overflows; its logarithm does not."""
+    gain, sharpness = constants(share)
+    log_ratio = float(np.log(10.0) - np.log(share))
+    assert gain == pytest.approx(log_ratio, rel=1e-12)
+    assert sharpness == pytest.approx(-2.0 * np.log1p(-0.5 / log_ratio), rel=1e-9)
+
+
+
 @pytest.mark.parametrize("share", SHARES)
 def test_the_gaussian_meets_the_mixtures_logarithm_at_three_places(share):
     """d₁ exp(−½ d₂ e) + d₃ equals −log(c₁ exp(−½ e) + c₂) at e = 0, at e = 1 and far away, and falls in between; −d₁
