@@ -1,14 +1,15 @@
 """Reading drives from files: a CSV of ranges and odometry, or a CARMEN log.
 
 CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then one line per scan: the time,
-the odometry's motion since the previous scan in the frame of the previous pose, and the ranges in centimetres, 0 for no
-echo. The first scan's motion is not used. The beams are spread evenly over the field of view, the first on the right.
+the odometry's motion since the previous scan in the frame of the previous pose, and the ranges in centimetres; 0, inf
+or nan for no echo. The first scan's motion is not used. The beams are spread evenly over the field of view, the first
+on the right.
 
 CARMEN: the lines of a log that begin with FLASER, `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host logger_time`,
 in metres and radians. The first pose is the laser's, the second the robot's, by odometry. The second is used, so
 `ahead` must give the laser's distance ahead of the robot; in a raw log that is the distance between the two poses.
-Ranges of `LONGEST` or more are not echoes. A SICK has 181 or 361 beams over half a circle, 1° or 0.5° apart; a log with
-180 or 360 lacks the last of them, which is how CARMEN reads it too.
+Ranges of `LONGEST` or more, inf and nan are not echoes. A SICK has 181 or 361 beams over half a circle, 1° or 0.5°
+apart; a log with 180 or 360 lacks the last of them, which is how CARMEN reads it too.
 
 The functions take bytes and open no files.
 """
@@ -116,11 +117,12 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
             raise ValueError(f"line {rows[0] + 1}: the columns are seconds,dx_m,dy_m,dphi_rad,r0,r1,…;"
                              f" expected {name}, found {told(column)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
+    table[:, 4:][~(table[:, 4:] < np.inf)] = 0.0  # NaN too
     for at, row in zip(rows[1:], table, strict=True):
         if not np.isfinite(row).all() or np.abs(row[1:]).max() > 1e9 or abs(row[0]) > 1e12:  # seconds may be since 1970
             raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9 (the seconds: 1e12)")
         if (row[4:] < 0).any():
-            raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0 for no echo")
+            raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0, inf or nan for no echo")
     _in_order(table[:, 0], rows[1:])
     motion = table[:, 1:4].copy()
     motion[:1] = 0.0
@@ -145,8 +147,8 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
         if len(fields) < n + 9:
             raise ValueError(f"line {k + 1}: {len(fields)} fields found; expected {n + 11} for {n} beams")
         values = fields[2 : n + 9]
-        for field in values:
-            if not is_number(field) or not abs(float(field)) <= 1e12:
+        for place, field in enumerate(values):
+            if not is_number(field) or not (abs(float(field)) <= 1e12 or (place < n and not np.isfinite(float(field)))):
                 raise ValueError(f"line {k + 1}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
         scans.append([float(field) for field in values])
         lines_used.append(k)
@@ -159,7 +161,7 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
     links = poses[:-1].inverse().compose(poses[1:])
     motion = concatenated([Pose.identity(batch=(1,)), links])
     r = table[:, :beams]
-    return table[:, beams + 6] - table[0, beams + 6], motion, np.where((r <= 0.0) | (r >= LONGEST), np.inf, r)
+    return table[:, beams + 6] - table[0, beams + 6], motion, np.where((r > 0.0) & (r < LONGEST), r, np.inf)
 
 
 def _in_order(seconds: FloatArray, rows: list[int]) -> None:

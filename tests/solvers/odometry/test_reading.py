@@ -29,6 +29,15 @@ def test_a_table_is_read() -> None:
     assert np.allclose(drive.points(0), [[0.78, -1.0], [2.78, 0.0]])
 
 
+@pytest.mark.parametrize("field", ["inf", "Infinity", "nan", "NaN"])
+def test_a_range_that_is_infinite_or_no_number_is_no_echo(field: str) -> None:
+    """As in a `Drive`; many recorders write these."""
+    table = read_drive((GOOD + f"11,0,0,0,100,{field},300\n").encode())
+    assert table.ranges[2].tolist() == [1.0, np.inf, 3.0]
+    log = read_drive((laser() + laser(f"1 {field} 3")).encode())
+    assert log.ranges[1].tolist() == [1.0, np.inf, 3.0]
+
+
 def test_the_seconds_of_a_table_may_be_since_1970() -> None:
     drive = read_drive((HEAD + "1795862145.25,0,0,0,100,200,0\n1795862145.75,0.1,0,0,90,190,0\n").encode())
     assert drive.seconds.tolist() == [0.0, 0.5]
@@ -92,7 +101,11 @@ def test_the_beams_of_a_table_span_the_field_of_view() -> None:
         (laser() + laser("1 2 3 4", count=4), "line 2: 4 beams; the scan before has 3"),
         (laser() + "FLASER 3 1 2 3\n", "line 2: 5 fields found; expected 14"),
         (laser() + laser("1 two 3"), "line 2: 'two' is not a number"),
-        (laser() + laser("1 inf 3"), "line 2: 'inf' is not a number"),
+        (laser() + laser(odometry="1 inf 3"), "line 2: 'inf' is not a number"),
+        (laser() + laser("1 1e13 3"), "line 2: '1e13' is not a number"),
+        (GOOD + "11,0,inf,0,5,5,5\n", "line 4: a number is not finite"),
+        (GOOD + "inf,0,0,0,5,5,5\n", "line 4: a number is not finite"),
+        (GOOD + "11,0,0,0,5,-inf,5\n", "line 4: a number is not finite"),
     ],
 )
 def test_what_cannot_be_read_is_told_by_its_line(text: str, said: str) -> None:
