@@ -28,9 +28,9 @@ from solvers.core.stepper import History
 from solvers.posegraph import checks, kernels, linear, words
 from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
+from solvers.posegraph.rest import at_rest
 
-_FIRST, _LEAST, _SLIGHT, _MOST, _ROUNDING = 1e-6, 1e-12, 1e-3, 1e12, 1e-14
-_NEAR = 1e-6  # a step this small, measured as for `tolerance`, is at rest if rounding hides its gain
+_FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
 _WHY = {Status.STALLED: "no step lowers the objective", Status.DEGENERATE: "a step is beyond floating point"}
 
 
@@ -275,7 +275,7 @@ def _advanced(run: GraphRun) -> GraphRun:
     np.add.at(gradient, edges.j, at_j)
     diagonal = linear.diagonal(n, edges.i, edges.j, ii, jj)
     reach = max(float(np.abs(edges.relative.t).max(initial=0.0)), 1e-12)
-    size = np.array([reach, reach, 1.0])
+    far = float(np.abs(run.poses.t).max(initial=0.0))
     damping, status = run.damping, Status.STALLED
     while damping <= _MOST:
         try:
@@ -287,8 +287,7 @@ def _advanced(run: GraphRun) -> GraphRun:
             damping, status = 10.0 * damping, Status.DEGENERATE
             continue
         gain = -float((gradient * step).sum())
-        enough = max(run.setting.tolerance, _NEAR if gain <= _ROUNDING * run.objective else 0.0)
-        small = bool((np.abs(step) <= enough * size).all())
+        small = at_rest(step, gain, run.objective, at_i, ii, run.setting.tolerance, far, reach)
         if small and damping <= _SLIGHT:  # otherwise the damping may be what makes it small
             return replace(run, status=Status.CONVERGED, damping=damping)
         after = _judged(run.setting, edges, moved(run.poses, step))
