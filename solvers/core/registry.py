@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import Any, Literal
@@ -102,6 +103,15 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
     if (registered.start, registered.step, registered.partners) != (name.start, name.step, name.partners):
         raise ValueError(f"{argument}: {name.name!r} is the name of another method; give it one of its own")
     return name
+
+
+def _reduced(method: Method[Any]) -> Any:
+    """How a method is pickled: by its name if it is listed, since its functions may have none; else by its fields."""
+    listed = isinstance(method.name, str) and METHODS.get(method.name) is method
+    return (method_of, (method.name,)) if listed else method.__reduce_ex__(4)
+
+
+copyreg.pickle(Method, _reduced)
 
 
 def rigid_method_of(name: object) -> Method[Any]:

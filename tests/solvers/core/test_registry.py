@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
 import subprocess
 import sys
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -110,3 +112,25 @@ def test_a_step_writes_into_nothing_that_it_is_given(name: str, rng: Generator) 
         assert locked(batch.whole) + locked(batch.part) > 10
         batch = advance(batch)
     assert batch.steps.max() > 0
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_method_is_pickled_by_its_name(name: str) -> None:
+    """So that a run can be set aside and a pool of processes handed a method, whatever its functions are."""
+    assert pickle.loads(pickle.dumps(METHODS[name])) is METHODS[name]
+    assert copy.deepcopy(METHODS[name]) is METHODS[name]
+
+
+def test_a_run_set_aside_goes_on_as_before(rng: Generator) -> None:
+    points = rng.standard_normal((1, 9, 2))
+    problem = Problem(points, points + 0.1, np.ones((1, 9)), Pose.identity(batch=(1,)), np.array([40]))
+    run = begin(METHODS["graduated-nonconvexity"], problem, METHODS["graduated-nonconvexity"].options(inlier=0.1), 50)
+    later = advance(pickle.loads(pickle.dumps(run)))
+    assert np.array_equal(later.state().pose.matrix, advance(run).state().pose.matrix)
+
+
+def test_a_method_of_ones_own_is_pickled_as_it_is() -> None:
+    own = replace(METHODS["icp"], name="own")
+    twin = pickle.loads(pickle.dumps(own))
+    assert (twin.name, twin.step) == ("own", METHODS["icp"].step)
+    assert twin is not own
