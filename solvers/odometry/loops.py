@@ -62,6 +62,8 @@ class LoopOptions:
         The most candidates per scan; the nearest are kept.
     least_share : float, default 0.5
         The fraction of echoes that a loop must explain.
+    least_weakest : float, default 0.05
+        The least `Matches.weakest` of a loop: more than of a link, since a wrong loop bends the whole map.
     agree_shift : float, default 0.1
         How far apart the matches in the two directions may be, metres.
     agree_turn : float, default 0.02
@@ -93,6 +95,7 @@ class LoopOptions:
     apart: float = 15.0
     most: int = 2
     least_share: float = 0.5
+    least_weakest: float = 0.05
     agree_shift: float = 0.1
     agree_turn: float = 0.02
     farthest: float = 1.5
@@ -105,7 +108,8 @@ class LoopOptions:
         validate.reach(self.farthest, "farthest", 0.0)
         validate.count(self.around, "around")
         validate.one_of(self.search, SEARCHES, "search")
-        validate.number(self.least_share, "least_share", 0.0, 1.0)
+        for name in ("least_share", "least_weakest"):
+            validate.number(getattr(self, name), name, 0.0, 1.0)
         validate.count(self.most, "most", 1)
 
 
@@ -236,7 +240,8 @@ def _verified(
     agree = (np.linalg.norm(gap.t, axis=-1) <= options.agree_shift) & (np.abs(gap.angle) <= options.agree_turn)
     near = np.linalg.norm(forward.pose.t - predicted.t, axis=-1) <= options.farthest
     enough = np.minimum(forward.share, back.share) >= options.least_share
-    return replace(forward, believed=forward.believed & back.believed & agree & near & enough)
+    determined = forward.weakest >= options.least_weakest
+    return replace(forward, believed=forward.believed & back.believed & agree & near & enough & determined)
 
 
 def _search(scans: Scans, later: int, earlier: int, method: str) -> Pose:
