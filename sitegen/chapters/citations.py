@@ -63,8 +63,8 @@ class Reference:
     def label(self) -> str:
         """Author and year, as shown in a citation."""
         names = [family_name(name) for name in self.authors]
-        who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
-        return f"{who} {self.year}{self.letter}"
+        authors = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
+        return f"{authors} {self.year}{self.letter}"
 
     @property
     def html(self) -> Markup:
@@ -92,8 +92,8 @@ def family_name(name: str) -> str:
 
 def people(names: Iterable[str]) -> str:
     """Join names: 'A, B and C'."""
-    every = list(names)
-    return every[0] if len(every) == 1 else f"{', '.join(every[:-1])} and {every[-1]}"
+    authors = list(names)
+    return authors[0] if len(authors) == 1 else f"{', '.join(authors[:-1])} and {authors[-1]}"
 
 
 def read_references(root: Path, problems: Problems, memory: Memory | None = None) -> dict[str, Reference]:
@@ -111,18 +111,18 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
         return {}
     references = []
     for key in keys:
-        before = len(problems.found)
+        count = len(problems.found)
         values = yaml_schema.validated(document, FIELDS, problems, key)
-        if not values["doi"] and not values["url"] and len(problems.found) == before:
+        if not values["doi"] and not values["url"] and len(problems.found) == count:
             problems.warn(document.at(key), f"{key}: missing doi or url")
-        if len(problems.found) > before and (not values["authors"] or not values["year"]):
+        if len(problems.found) > count and (not values["authors"] or not values["year"]):
             values |= {"authors": values["authors"] or ["?"], "year": values["year"] or 0}
         values["authors"] = tuple(values["authors"])
         references.append(Reference(key=str(key), place=document.at(key), **values))
-    return {reference.key: reference for reference in _lettered(references)}
+    return {reference.key: reference for reference in _with_letters(references)}
 
 
-def _lettered(references: list[Reference]) -> list[Reference]:
+def _with_letters(references: list[Reference]) -> list[Reference]:
     """Sort by authors, year and title, and add letters where labels would be equal."""
     order = sorted(references, key=lambda r: ([family_name(a).lower() for a in r.authors], r.year, r.title))
     counts: dict[str, int] = {}
@@ -138,7 +138,7 @@ def _lettered(references: list[Reference]) -> list[Reference]:
     return result
 
 
-def unused(references: Mapping[str, Reference], used: Iterable[str]) -> list[Reference]:
+def unused(references: Mapping[str, Reference], keys: Iterable[str]) -> list[Reference]:
     """The references that no chapter cites."""
-    cited = set(used)
+    cited = set(keys)
     return [reference for key, reference in references.items() if key not in cited]

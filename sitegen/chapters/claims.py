@@ -73,7 +73,7 @@ def _tests_of(sources: Mapping[str, bytes], cache: Path) -> dict[str, Test]:
     tests: list[Test] = []
     for name, data in sources.items():
         source = data.decode().replace("\r\n", "\n").replace("\r", "\n")
-        tests += [Test(*one) for one in memo.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
+        tests += [Test(*fields) for fields in memo.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
     memo.keep()
     return {test.id: test for test in tests}
 
@@ -126,14 +126,14 @@ def _file_hash(path: Path) -> str:
 
 def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, str]) -> str:
     names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
-    own = files[test_id.partition("::")[0]]
-    return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
+    source = files[test_id.partition("::")[0]]
+    return hashlib.sha256("".join([source, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
 
 
 def test_of(directive: Directive) -> str:
     """The id of the test that a claim names; "" if it names none."""
     try:
-        return next((one.value for one in attributes(directive) if not one.name), "")
+        return next((attribute.value for attribute in attributes(directive) if not attribute.name), "")
     except DirectiveError:
         return ""
 
@@ -141,12 +141,12 @@ def test_of(directive: Directive) -> str:
 def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems) -> str:
     """The kind that a claim names, or ""; any other attribute besides its test goes to `problems`."""
     attrs = listed(directive, at, problems) or []
-    for extra in [one for one in attrs if not one.name][1:]:
-        near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
-        problems.add(at(extra.start), f"expected name=value, got {extra.value!r}{near}")
-    for other in (one for one in attrs if one.name not in ("", "kind")):
-        problems.add(at(other.start), f"unknown claim attribute {other.name!r}{hint(other.name, ['kind'])}")
-    for kind in (one for one in attrs if one.name == "kind"):
+    for extra in [attribute for attribute in attrs if not attribute.name][1:]:
+        suggestion = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
+        problems.add(at(extra.start), f"expected name=value, got {extra.value!r}{suggestion}")
+    for unknown in (attribute for attribute in attrs if attribute.name not in ("", "kind")):
+        problems.add(at(unknown.start), f"unknown claim attribute {unknown.name!r}{hint(unknown.name, ['kind'])}")
+    for kind in (a for a in attrs if a.name == "kind"):
         if kind.value in KINDS:
             return kind.value
         problems.add(at(kind.value_start), f"unknown kind of claim {kind.value!r}{hint(kind.value, KINDS)}")

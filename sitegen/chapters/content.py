@@ -168,14 +168,14 @@ class Chapter:
 def read_site(root: Path, problems: Problems) -> Site:
     """Read the settings; faulty ones get defaults."""
     path, name = root / SETTINGS, SETTINGS
-    document, there = None, path.is_file()
-    if there:
+    document, exists = None, path.is_file()
+    if exists:
         document = yaml_schema.read(read_text(path, name, problems), name, problems)
     else:
         problems.add(Place(name), "missing site settings: create this file")
     document = document or yaml_schema.Yaml({}, {}, Place(name, 1, 1))
     had = len(problems.found)
-    values = yaml_schema.validated(document, SITE, problems) if there and document.places else _defaults(SITE)
+    values = yaml_schema.validated(document, SITE, problems) if exists and document.places else _defaults(SITE)
     licence = yaml_schema.validated(document, LICENCE, problems, "licence") if values["licence"] else _defaults(LICENCE)
     rungs = []
     for i in range(len(values["ladder"])):
@@ -192,9 +192,9 @@ def read_site(root: Path, problems: Problems) -> Site:
         problems.add(document.at("url"), f"url: expected an address starting with https://, got {url!r}")
     report = values["report"]
     if report and not re.fullmatch(r"(?:https?://|mailto:)\S+", report):
-        says = f"report: expected an address starting with https:// or mailto:, got {report!r}"
-        problems.add(document.at("report"), says)
-    if there and not document.places and len(problems.found) == had and name not in problems.unread:
+        message = f"report: expected an address starting with https:// or mailto:, got {report!r}"
+        problems.add(document.at("report"), message)
+    if exists and not document.places and len(problems.found) == had and name not in problems.unread:
         problems.add(Place(name, 1, 1), "empty site settings")
     return Site(
         values["title"],
@@ -233,19 +233,19 @@ def read_chapters(
     files.sort()
     if not files and not problems.found:
         problems.add(Place("content"), "no chapters found")
-    for (one, first), (other, second) in pairwise(files):
-        if one == other and math.isfinite(one[0]):
+    for (key, first), (next_key, second) in pairwise(files):
+        if key == next_key and math.isfinite(key[0]):
             problems.add(Place(f"content/{second.name}"), f"duplicate chapter number, also in {first.name}")
     chapters: list[Chapter] = []
     left_out: list[Chapter] = []
     for _, path in files:
-        own = Problems()
-        chapter = _chapter(root, path, own, memory, first=not chapters)
+        faults = Problems()
+        chapter = _chapter(root, path, faults, memory, first=not chapters)
         if chapter.draft and not drafts:
             left_out.append(chapter)
         else:
             chapters.append(chapter)
-            problems.take(own)
+            problems.take(faults)
     _check_rungs(chapters, site, problems)
     return chapters, left_out
 
@@ -261,9 +261,9 @@ def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
             problems.add(Place(path.relative_to(root).as_posix()), "expected a file, got a folder or a broken link")
 
 
-def is_draft(what: str, file: str) -> str:
+def is_draft(subject: str, file: str) -> str:
     """The message for a reference to a draft that is left out. file: the draft's."""
-    return f"{what} is a draft: remove 'draft: true' from {file} to publish it"
+    return f"{subject} is a draft: remove 'draft: true' from {file} to publish it"
 
 
 def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> list[Chapter]:
@@ -271,8 +271,8 @@ def read_docs(root: Path, problems: Problems, memory: Memory | None = None) -> l
     docs, memory = [], memory or Memory()
     for path in _markdown(root / DOCS, root, problems):
         if not SLUG.fullmatch(path.stem):
-            says = "expected a file name like authoring.md: lower-case ASCII letters, digits and hyphens"
-            problems.add(Place(f"{DOCS}/{path.name}"), says)
+            message = "expected a file name like authoring.md: lower-case ASCII letters, digits and hyphens"
+            problems.add(Place(f"{DOCS}/{path.name}"), message)
         docs.append(_chapter(root, path, problems, memory, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
     if docs and index is None:
@@ -293,10 +293,10 @@ def _is_doc(name: str) -> bool:
 def _chapter(root: Path, path: Path, problems: Problems, memory: Memory, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
     text = read_text(path, name, problems)
-    return memory.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
+    return memory.told(("parsed", name), (text, first), problems, partial(_parse, name, text, first))
 
 
-def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
+def _parse(name: str, text: str, first: bool, problems: Problems) -> Chapter:
     """Parse a text as a chapter; faults go to `problems`."""
     front, body = _split(text, name, problems)
     source = Source(name, body, problems)
@@ -307,13 +307,13 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
         values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to the chapter by these
     elif document is not None:
         values |= yaml_schema.validated(document, fields, problems)
-        for where, slug in [
+        for key, slug in [
             (("slug",), values["slug"]),
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
         ]:
             if slug and not SLUG.fullmatch(slug):
                 message = f"invalid page name {slug!r}: use lower-case letters, digits and hyphens"
-                problems.add(document.at(*where), message)
+                problems.add(document.at(*key), message)
         if values["emblem"] and values["emblem"] not in emblems.NAMES:
             message = f"unknown dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
             problems.add(document.at("emblem"), message)
@@ -347,8 +347,8 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     """Split off the front matter; in the body, blank lines take its place, so that line numbers stay right."""
     start = re.match(r"---[ \t]*\n", text)
     if start is None:
-        here = "empty file" if not text.strip() else "missing front matter"
-        problems.add(Place(name, 1, 1), f"{here}: start with a title between two lines of ---")
+        fault = "empty file" if not text.strip() else "missing front matter"
+        problems.add(Place(name, 1, 1), f"{fault}: start with a title between two lines of ---")
         return "", text
     closing = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, start.end())
     if closing is not None:
@@ -379,8 +379,8 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in owners:
-                says = f"redirect from {name!r}: page name is taken by {owners[name]}"
-                problems.add(chapter.at("redirects", i), says)
+                message = f"redirect from {name!r}: page name is taken by {owners[name]}"
+                problems.add(chapter.at("redirects", i), message)
             owners[name] = chapter.source.path
 
 
@@ -390,8 +390,8 @@ def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> Non
     owners: dict[str, str] = {}
     for chapter in chapters:
         if chapter.rung and rungs and chapter.rung not in rungs:
-            says = f"unknown rung {chapter.rung!r}, not in content/site.yaml{hint(chapter.rung, rungs)}"
-            problems.add(chapter.at("rung"), says)
+            message = f"unknown rung {chapter.rung!r}, not in content/site.yaml{hint(chapter.rung, rungs)}"
+            problems.add(chapter.at("rung"), message)
         if chapter.rung in owners:
             problems.add(chapter.at("rung"), f"duplicate rung {chapter.rung!r}, also in {owners[chapter.rung]}")
         if chapter.rung:

@@ -17,14 +17,14 @@ def drags(
     """The log entries of a `drag=`; faults go to `problems`."""
     offset, log = attribute.text_start, list[list[str | float]]()
     for piece in attribute.value.split(","):
-        where = at(offset + len(piece) - len(piece.lstrip()))
-        name, *place = piece.split() or [""]
+        place = at(offset + len(piece) - len(piece.lstrip()))
+        name, *position = piece.split() or [""]
         if name not in widget.handles:
-            problems.add(where, f"{widget.name} has no handle {name!r} to drag{hint(name, widget.handles)}")
+            problems.add(place, f"{widget.name} has no handle {name!r} to drag{hint(name, widget.handles)}")
         else:
             try:
-                log.append(action(widget, ["drag", name, *map(float, place)]).plain())
+                log.append(action(widget, ["drag", name, *map(float, position)]).plain())
             except ValueError:
-                problems.add(where, f"{piece.strip()!r}: {WRITTEN}")
+                problems.add(place, f"{piece.strip()!r}: {WRITTEN}")
         offset += len(piece) + 1
     return log

@@ -70,8 +70,8 @@ def _terms(
         name = values["chapter"]
         if name and name not in chapters:
             draft = drafts.get(name)
-            says = is_draft(repr(name), draft) if draft else f"unknown chapter {name!r}{hint(name, chapters)}"
-            problems.add(document.at(key, "chapter"), says)
+            message = is_draft(repr(name), draft) if draft else f"unknown chapter {name!r}{hint(name, chapters)}"
+            problems.add(document.at(key, "chapter"), message)
         page, title = chapters.get(name, ("", ""))  # a faulty term keeps its name
         words = values["term"], values["says"], tuple(values["also"])
         terms.append(Term(str(key), *words, page, title, document.at(key)))

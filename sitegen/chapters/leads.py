@@ -41,26 +41,26 @@ def lead_of(
     return lead, led
 
 
-def check(what: str, names: Sequence[str], present: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
+def check(kind: str, names: Sequence[str], present: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
     """Report leading names that the figure does not have."""
     for name, place in zip(names, places, strict=True):
         if name not in present:
-            problems.add(place, f"unknown {what.removesuffix('s')} {name!r}{hint(name, present)}")
+            problems.add(place, f"unknown {kind.removesuffix('s')} {name!r}{hint(name, present)}")
 
 
 def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Problems) -> None:
     """Report leading panels and readouts that the drawn figure does not have, and a main button that is disabled at
     first or waits behind *More*."""
     if main and {main.name, main.repeats} & {*frame["disabled"]}:
-        says = f"main button {main.label!r} is disabled at first: use after= to open with its result"
-        problems.add(figure.place, says)
+        message = f"main button {main.label!r} is disabled at first: use after= to open with its result"
+        problems.add(figure.place, message)
     if main and figure.lead and figure.lead.buttons is not None and main.name not in figure.lead.buttons:
         problems.add(figure.place, f"main button {main.label!r} is hidden behind More: add it to buttons=")
     if figure.lead is None:
         return
-    for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):
-        available = [each["name"] for each in frame[what]]
-        check(what, names, available, figure.led.get(what, [figure.place] * len(names)), problems)
+    for kind, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):
+        available = [item["name"] for item in frame[kind]]
+        check(kind, names, available, figure.led.get(kind, [figure.place] * len(names)), problems)
 
 
 def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:

@@ -40,15 +40,15 @@ class Links:
         page, _, fragment = href.partition("#")
         name = self._page_named(page) if page else self.page
         if name is None:
-            draft = next((one for one in self.drafts if page == one.deck or _is_named(page, one)), None)
+            draft = next((draft for draft in self.drafts if page == draft.deck or _is_named(page, draft)), None)
             self._lacks(place, repr(page), draft, f"unknown page {page!r}{hint(page, self.pages)}")
             return href
         return self._address(name, fragment, place)
 
     def placed(self, name: str) -> tuple[Widget, Record] | None:
         """The figure that `:ref[fig:name]` refers to: its widget, and its initial record."""
-        having = [each for each in self.chapters if name in each.placed]
-        chapter = next((each for each in having if each.page == self.chapter), next(iter(having), None))
+        having = [outline for outline in self.chapters if name in outline.placed]
+        chapter = next((outline for outline in having if outline.page == self.chapter), next(iter(having), None))
         return chapter.placed[name] if chapter else None
 
     def reference(self, text: str, place: Place, state: str = "") -> Markup:
@@ -59,34 +59,34 @@ class Links:
         if kind == "eq" and name:
             return self._numbered(kind, name, place)
         slug, _, fragment = text.partition("#")
-        for each in self.chapters:
-            if slug in (each.slug, each.name):
-                return self._chapter(each, fragment, place)
-        kinds = [(f"fig:{slug}", each.numbered) for each in self.chapters]
-        kinds += [(f"eq:{slug}", each.equations) for each in self.chapters]
-        whole = next((kind for kind, there in kinds if slug in there), "")
-        near = hint(slug, [each.slug for each in self.chapters])
-        more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
-        draft = next((each for each in self.drafts if slug == each.slug), None)
-        self._lacks(place, repr(slug), draft, f"unknown chapter {slug!r}{more}")
+        for chapter in self.chapters:
+            if slug in (chapter.slug, chapter.name):
+                return self._chapter(chapter, fragment, place)
+        kinds = [(f"fig:{slug}", outline.numbered) for outline in self.chapters]
+        kinds += [(f"eq:{slug}", outline.equations) for outline in self.chapters]
+        whole = next((kind for kind, numbers in kinds if slug in numbers), "")
+        suggestion = hint(slug, [outline.slug for outline in self.chapters])
+        advice = f"; did you mean {whole!r}?" if whole else f"{suggestion} (figures are fig:id, equations eq:label)"
+        draft = next((outline for outline in self.drafts if slug == outline.slug), None)
+        self._lacks(place, repr(slug), draft, f"unknown chapter {slug!r}{advice}")
         return Markup("")
 
-    def onward(self, places: Sequence[Onward]) -> tuple[Step, ...]:
+    def onward(self, targets: Sequence[Onward]) -> tuple[Step, ...]:
         """The links at a chapter's end; missing targets are reported and left out."""
         steps = []
-        for place in places:
-            link = self.reference(place.to, place.at)
-            slug, _, part = place.to.partition("#")
-            chapter = next((each for each in self.chapters if slug in (each.slug, each.name)), None)
+        for target in targets:
+            link = self.reference(target.to, target.at)
+            slug, _, part = target.to.partition("#")
+            chapter = next((outline for outline in self.chapters if slug in (outline.slug, outline.name)), None)
             rung = f"Rung {chapter.rung}" if chapter and chapter.rung else ""
             over = [rung, chapter.title if chapter and part else ""]
             if link:
-                steps.append(Step(link, " · ".join(words for words in over if words), place.says))
+                steps.append(Step(link, " · ".join(words for words in over if words), target.says))
         return tuple(steps)
 
-    def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
+    def _lacks(self, place: Place, subject: str, draft: Outline | None, message: str) -> None:
         """Report a name that does not exist, or only in a draft."""
-        self.problems.add(place, is_draft(what, draft.file) if draft else says)
+        self.problems.add(place, is_draft(subject, draft.file) if draft else message)
 
     def _chapter(self, chapter: Outline, fragment: str, place: Place) -> Markup:
         href = self._address(chapter.page, fragment, place)
@@ -95,20 +95,20 @@ class Links:
 
     def _numbered(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
         """A link to a figure ("fig") or an equation ("eq"): this chapter's own, or the only one elsewhere."""
-        what = "figure" if kind == "fig" else "equation"
-        targets = {each.page: _numbers(each, kind)[name] for each in self.chapters if name in _numbers(each, kind)}
+        noun = "figure" if kind == "fig" else "equation"
+        targets = {o.page: _numbers(o, kind)[name] for o in self.chapters if name in _numbers(o, kind)}
         page = self.chapter if self.chapter in targets else next(iter(targets), None)
         if page is None:
-            if not any(f"{kind}:{name}" in each.lost for each in self.chapters):
-                names = [other for each in self.chapters for other in _numbers(each, kind)]
-                draft = next((each for each in self.drafts if name in _numbers(each, kind)), None)
-                says = f"unknown {what} {name!r}{hint(name, names)}"
-                self._lacks(place, f"the chapter of {what} {name!r}", draft, says)
+            if not any(f"{kind}:{name}" in outline.lost for outline in self.chapters):
+                names = [known_name for outline in self.chapters for known_name in _numbers(outline, kind)]
+                draft = next((outline for outline in self.drafts if name in _numbers(outline, kind)), None)
+                message = f"unknown {noun} {name!r}{hint(name, names)}"
+                self._lacks(place, f"the chapter of {noun} {name!r}", draft, message)
             return Markup("")
         if page != self.chapter and len(targets) > 1:
-            where = " and ".join(sorted(each.file for each in self.chapters if each.page in targets))
+            files = " and ".join(sorted(outline.file for outline in self.chapters if outline.page in targets))
             plain = f"[words]({page}#{targets[page][0]})"
-            self.problems.add(place, f"ambiguous {what} {name!r}, in {where}: rename one, or link with {plain}")
+            self.problems.add(place, f"ambiguous {noun} {name!r}, in {files}: rename one, or link with {plain}")
         fragment, text = targets[page]
         href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
@@ -117,9 +117,9 @@ class Links:
         """The page that a link refers to, by its name, its chapter's slug or its chapter's file."""
         if page in self.pages:
             return page
-        for each in self.chapters:
-            if _is_named(page, each):
-                return each.page
+        for chapter in self.chapters:
+            if _is_named(page, chapter):
+                return chapter.page
         return None
 
     def _address(self, page: str, fragment: str, place: Place) -> str:

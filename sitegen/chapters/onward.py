@@ -23,14 +23,14 @@ class Onward:
 def read_onward(front: yaml_schema.Yaml, problems: Problems) -> tuple[Onward, ...]:
     """The targets under `next:`, in order; faults go to `problems`, except for missing targets."""
     entries = front.data.get("next") if isinstance(front.data, dict) else None
-    places: list[Onward] = []
+    targets: list[Onward] = []
     for i in range(len(entries) if isinstance(entries, list) else 0):
         values = yaml_schema.validated(front, ONWARD, problems, "next", i)
         if i == MOST:
             problems.add(front.at("next", i), f"next: at most {MOST} entries, so that readers can choose")
         if not values["to"] or not values["says"]:
             continue
-        if values["to"] in [one.to for one in places]:
+        if values["to"] in [target.to for target in targets]:
             problems.add(front.text_at("next", i, "to"), f"next: duplicate {values['to']!r}")
-        places.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
-    return tuple(places)
+        targets.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
+    return tuple(targets)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from sitegen.chapters.known import Known
 from sitegen.chapters.leads import check
 from sitegen.chapters.placing import changed, widget_of
 from sitegen.chapters.promises import Promise, expected, hold
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.surveyed import Still
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
@@ -31,7 +31,7 @@ def still(
         return None
     widget, name, attributes = parts
     by_name = {a.name: a for a in attributes if a.name}
-    own = {each: by_name.pop(each) for each in OWN if each in by_name}
+    own = {key: by_name.pop(key) for key in OWN if key in by_name}
     base = preset(widget, name)
     record = changed(widget, base, by_name.values(), at, problems, OWN)
     figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))
@@ -42,13 +42,13 @@ def still(
     return Still(figure, record.plain(), panels, promise)
 
 
-def drawn(one: Still, known: Known) -> tuple[Sequence[Plain], str] | None:
+def drawn(picture: Still, context: RenderContext) -> tuple[Sequence[Plain], str] | None:
     """The picture's panels and description, with its expectations checked; None if it cannot be drawn."""
-    if one.promise is not None:
-        hold(one.promise, known.readouts, known.problems)
-    for frame in known.frames(one.figure, [one.record]):
-        names = one.panels or (frame["panels"][0]["name"],)
-        there = [panel["name"] for panel in frame["panels"]]
-        check("panels", names, there, [one.figure.place] * len(names), known.problems)
+    if picture.promise is not None:
+        hold(picture.promise, context.readouts, context.problems)
+    for frame in context.frames(picture.figure, [picture.record]):
+        names = picture.panels or (frame["panels"][0]["name"],)
+        available = [panel["name"] for panel in frame["panels"]]
+        check("panels", names, available, [picture.figure.place] * len(names), context.problems)
         return [panel for panel in frame["panels"] if panel["name"] in names], frame["description"]
     return None

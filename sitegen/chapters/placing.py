@@ -24,11 +24,11 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
     except DirectiveError as error:
         problems.add(at(error.offset), str(error))
         return None
-    seen: set[str] = set()
+    names: set[str] = set()
     for attribute in attrs:
-        if attribute.name and attribute.name in seen:
+        if attribute.name and attribute.name in names:
             problems.add(at(attribute.start), f"duplicate attribute {attribute.name!r}")
-        seen.add(attribute.name)
+        names.add(attribute.name)
     return attrs
 
 
@@ -56,8 +56,8 @@ def widget_of(
         return None
     first = words[0]
     if first.value not in widgets:
-        near = hint(first.value, widgets)
-        problems.lacks(module_file(first.value), at(first.start), f"unknown widget {first.value!r}{near}")
+        suggestion = hint(first.value, widgets)
+        problems.lacks(module_file(first.value), at(first.start), f"unknown widget {first.value!r}{suggestion}")
         return None
     widget, choice = widgets[first.value], next((a for a in attrs if a.name == "preset"), None)
     name = choice.value if choice else "default"
@@ -88,14 +88,14 @@ def placed(
     base = preset(widget, name)
     record = changed(widget, base, by_name.values(), at, problems, ("preset", "id", "after", *LEADING))
     own = record.plain()
-    comes = None
+    final = None
     if after is not None:
-        comes = parsed(widget, {**own, "log": [*own["log"], *presses(widget, after, at, problems)]})
+        final = parsed(widget, {**own, "log": [*own["log"], *presses(widget, after, at, problems)]})
     tape = [
-        parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", each] for each in log]})
+        parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", name] for name in log]})
         for changes, log in widget.tape
     ]
-    led_to = [state for one in (record, *([comes] if comes else []), *tape) for state in ways(one)]
+    led_to = [state for start in (record, *([final] if final else []), *tape) for state in ways(start)]
     return Figure(
         figure_id.value if figure_id else widget.name,
         number,
@@ -104,7 +104,7 @@ def placed(
         at(directive.start),
         distinct([own, *led_to]),  # its own state comes first, even if presses lead to it
         lead,
-        comes.plain() if comes else None,
+        final.plain() if final else None,
         led,
     )
 
@@ -118,8 +118,8 @@ def id_of(directive: Directive) -> str:
 def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
     """The base's control values, updated with what newly chosen options set, and then with `changes`."""
     control_specs = specs(widget.controls)
-    brought = {k: v for name, value in changes.items() for k, v in control_specs[name].sets.get(str(value), {}).items()}
-    return {**values(base.controls), **brought, **changes}
+    effects = {k: v for name, value in changes.items() for k, v in control_specs[name].sets.get(str(value), {}).items()}
+    return {**values(base.controls), **effects, **changes}
 
 
 def presses(
@@ -146,25 +146,25 @@ def changed(
     attrs: Iterable[Attribute],
     at: Callable[[int], Place],
     problems: Problems,
-    more: Sequence[str] = (),
+    extra: Sequence[str] = (),
 ) -> Record:
     """A record changed by attributes: control values, `seed=`, and `press=a,b*3` and `drag="source 1.2 -0.5"` for the
     log, in the order written; faults go to `problems`.
 
-    more: other names to suggest for a misspelt attribute.
+    extra: other names to suggest for a misspelt attribute.
     """
     control_specs = specs(widget.controls)
     controls: dict[str, Any] = {}
     seed, log = base.seed, []
     for attribute in attrs:
-        where = at(attribute.value_start)
+        place = at(attribute.value_start)
         if attribute.name == "seed":
             if (
                 isinstance(attribute.plain, bool)
                 or not isinstance(attribute.plain, int)
                 or not 0 <= attribute.plain < 2**31
             ):
-                problems.add(where, f"seed: expected a whole number, got {attribute.value!r}")
+                problems.add(place, f"seed: expected a whole number, got {attribute.value!r}")
             else:
                 seed = attribute.plain
         elif attribute.name == "press":
@@ -172,17 +172,17 @@ def changed(
         elif attribute.name == "drag":
             log += drags(widget, attribute, at, problems)
         elif attribute.name not in control_specs:
-            near = hint(attribute.name, [*control_specs, "seed", "press", "drag", *more])
+            suggestion = hint(attribute.name, [*control_specs, "seed", "press", "drag", *extra])
             if attribute.name in ("preset", "id"):
-                near = ": set it on the ::figure line; only controls, seed, press and drag go here"
-            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
+                suggestion = ": set it on the ::figure line; only controls, seed, press and drag go here"
+            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{suggestion}")
         else:
             value = attribute.value if control_specs[attribute.name].kind == "choice" else attribute.plain
             try:
                 validated(widget.controls, {attribute.name: value})
                 controls[attribute.name] = value
             except ValueError as error:
-                problems.add(where, str(error))
+                problems.add(place, str(error))
     if len(log) > MAX_LOG:
         problems.add(at(0), f"too many actions: a log holds at most {MAX_LOG}")
         log = []

@@ -13,10 +13,10 @@ from dataclasses import replace
 from markdown_it.token import Token
 from markupsafe import Markup
 
-from sitegen.chapters.known import Known
 from sitegen.chapters.leads import BAR, check
 from sitegen.chapters.placing import changed
 from sitegen.chapters.promises import Expectation, expected, holds
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Question
 from sitegen.chapters.surveyed import Prediction
 from sitegen.figures.model import Figure
@@ -48,10 +48,10 @@ def prediction(
         problems.add(at(directive.start), WRITTEN)
         return None
     if "expect" in own:
-        result = replace(result, expected=_expected(own["expect"], at, problems))
+        result = replace(result, expected=_expectation_groups(own["expect"], at, problems))
         if len(result.expected) != len(answers) or len(answers) < 2:
-            says = f"{len(answers)} answers, {len(result.expected)} expectations: give at least two, and one for each"
-            problems.add(at(own["expect"].start), says)
+            counts = f"{len(answers)} answers, {len(result.expected)} expectations"
+            problems.add(at(own["expect"].start), f"{counts}: give at least two, and one for each")
             return None
     elif answers:
         problems.add(at(directive.text_start), "answers after a | need expect=: panels= and within= have their own")
@@ -60,16 +60,16 @@ def prediction(
         names = tuple(own["panels"].value.split(","))
         result = replace(result, panels=names, says=own["says"].value)
     else:
-        within = own["within"].plain
-        if isinstance(within, (bool, str)) or not within > 0:
-            says = f"within: expected a positive distance in u, got {own['within'].value!r}"
-            problems.add(at(own["within"].value_start), says)
+        distance = own["within"].plain
+        if isinstance(distance, (bool, str)) or not distance > 0:
+            message = f"within: expected a positive distance in u, got {own['within'].value!r}"
+            problems.add(at(own["within"].value_start), message)
             return None
-        result = replace(result, within=float(within))
+        result = replace(result, within=float(distance))
     return result, record
 
 
-def _expected(
+def _expectation_groups(
     attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> tuple[tuple[Expectation, ...], ...]:
     """The expectations for each answer."""
@@ -93,51 +93,56 @@ def parts(tokens: Sequence[Token]) -> list[list[Token]]:
     return result
 
 
-def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[Token]], str]) -> Question | None:
+def judged(
+    prediction: Prediction | None, context: RenderContext, inline: Callable[[Sequence[Token]], str]
+) -> Question | None:
     """The question for the page; None if there is none. It is a problem if all answers are right, or none."""
-    if asked is None:
+    if prediction is None:
         return None
-    figure, problems = asked.figure, known.problems
-    if asked.within:
-        if not _has_ghost(asked, known):
+    figure, problems = prediction.figure, context.problems
+    if prediction.within:
+        if not _has_ghost(prediction, context):
             return None
-        return Question(Markup(inline(asked.question)), (), asked.record, asked.within)
-    answers = _panels(asked, known) if asked.panels else _expectations(asked, known, inline)
+        return Question(Markup(inline(prediction.question)), (), prediction.record, prediction.within)
+    answers = _panels(prediction, context) if prediction.panels else _expectations(prediction, context, inline)
     rights = [right for _, right in answers]
     if answers and (all(rights) or not any(rights)):
-        many = "every" if all(rights) else "no"
-        problems.add(asked.place, f"this run of figure {figure.id!r} makes {many} answer right")
-    return Question(Markup(inline(asked.question)), answers, asked.record, 0.0) if answers else None
+        quantity = "every" if all(rights) else "no"
+        problems.add(prediction.place, f"this run of figure {figure.id!r} makes {quantity} answer right")
+    return Question(Markup(inline(prediction.question)), answers, prediction.record, 0.0) if answers else None
 
 
 def _expectations(
-    asked: Prediction, known: Known, inline: Callable[[Sequence[Token]], str]
+    prediction: Prediction, context: RenderContext, inline: Callable[[Sequence[Token]], str]
 ) -> list[tuple[Markup, bool]]:
+    figure, record = prediction.figure, prediction.record
     return [
-        (Markup(inline(tokens)), holds(asked.figure, asked.record, each, known.readouts, known.problems))
-        for tokens, each in zip(asked.answers, asked.expected, strict=True)
+        (Markup(inline(tokens)), holds(figure, record, expectations, context.readouts, context.problems))
+        for tokens, expectations in zip(prediction.answers, prediction.expected, strict=True)
     ]
 
 
-def _panels(asked: Prediction, known: Known) -> list[tuple[Markup, bool]]:
+def _panels(prediction: Prediction, context: RenderContext) -> list[tuple[Markup, bool]]:
     """The first line of each panel's caption, and whether the panel shows the word."""
-    for frame in known.frames(asked.figure, [asked.record]):
+    for frame in context.frames(prediction.figure, [prediction.record]):
         panels = {panel["name"]: panel for panel in frame["panels"]}
-        check("panels", asked.panels, tuple(panels), [asked.place] * len(asked.panels), known.problems)
+        names = prediction.panels
+        check("panels", names, tuple(panels), [prediction.place] * len(names), context.problems)
         return [
-            (Markup.escape(panels[name]["caption"].split("\n")[0]), f">{asked.says}</text>" in panels[name]["svg"])
-            for name in asked.panels
+            (Markup.escape(panels[name]["caption"].split("\n")[0]), f">{prediction.says}</text>" in panels[name]["svg"])
+            for name in names
             if name in panels
         ]
     return []
 
 
-def _has_ghost(asked: Prediction, known: Known) -> bool:
+def _has_ghost(prediction: Prediction, context: RenderContext) -> bool:
     """Whether there is a source to place a ghost of; if not, report it."""
     panel, group = GHOST
-    for frame in known.frames(asked.figure, [asked.record]):
-        svg = next((each["svg"] for each in frame["panels"] if each["name"] == panel), "")
-        if f'id="{asked.figure.dom_id}-{panel}-{group}"' in svg:
+    for frame in context.frames(prediction.figure, [prediction.record]):
+        svg = next((p["svg"] for p in frame["panels"] if p["name"] == panel), "")
+        if f'id="{prediction.figure.dom_id}-{panel}-{group}"' in svg:
             return True
-        known.problems.add(asked.place, f"{asked.figure.widget.name} draws no group {group!r} in panel {panel!r}")
+        widget = prediction.figure.widget.name
+        context.problems.add(prediction.place, f"{widget} draws no group {group!r} in panel {panel!r}")
     return False

@@ -91,9 +91,9 @@ def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problem
         if match is None:
             problems.add(place, f"{part.strip()!r}: {WRITTEN}")
         else:
-            name, than, number, words, goes = match.group("name", "than", "number", "words", "goes")
-            other = float((number or "0").replace("−", "-"))
-            expectations.append(Expectation(match[0], place, name, than or "", other, words or "", goes or ""))
+            name, than, number, words, trend = match.group("name", "than", "number", "words", "goes")
+            value = float((number or "0").replace("−", "-"))
+            expectations.append(Expectation(match[0], place, name, than or "", value, words or "", trend or ""))
         start += len(part) + 1
     return tuple(expectations)
 
@@ -105,12 +105,12 @@ def unheld(text: str) -> Iterator[tuple[str, int]]:
     i = 0
     while (colon := text.find(":", i)) >= 0:
         try:
-            inside = read(text, colon, len(text), ":")
+            directive = read(text, colon, len(text), ":")
         except DirectiveError:  # it has been reported
-            inside = None
+            directive = None
         i = colon + 1
-        if inside is not None and inside.name in HELD:
-            i = inside.end
+        if directive is not None and directive.name in HELD:
+            i = directive.end
             text = text[:colon] + " " * (i - colon) + text[i:]
     for match in PROMISING.finditer(text):
         yield match[0], match.start()
@@ -122,45 +122,46 @@ def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held:
         problems.add(at(offset), f"untested promise {word!r}: use {held}")
 
 
-def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
+def hold(promise: Promise, readouts: Readouts, problems: Problems) -> None:
     """Check a promise about a figure; each unmet expectation is a problem that states the actual value."""
-    for one, here in _unmet(promised.figure, promised.record, promised.expected, readouts, problems):
-        problems.add(one.place, f"promised {one.text}, but {here}")
+    for expectation, actual in _unmet(promise.figure, promise.record, promise.expected, readouts, problems):
+        problems.add(expectation.place, f"promised {expectation.text}, but {actual}")
 
 
 def holds(
-    figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
+    figure: Figure, record: Plain, expectations: Sequence[Expectation], readouts: Readouts, problems: Problems
 ) -> bool:
     """Whether a figure in a state meets all expectations; readouts that it does not have are reported."""
-    return not list(_unmet(figure, record, what, readouts, problems))
+    return not list(_unmet(figure, record, expectations, readouts, problems))
 
 
 def _unmet(
-    figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
+    figure: Figure, record: Plain, expectations: Sequence[Expectation], readouts: Readouts, problems: Problems
 ) -> Iterator[tuple[Expectation, str]]:
     """Yield the unmet expectations, each with the actual value in words."""
-    now = readouts(figure, record)
-    for one in what if now else ():  # a figure that cannot be drawn has been reported
-        if one.name not in now:
-            problems.add(one.place, f"unknown readout {one.name!r}{hint(one.name, now)}")
+    texts = readouts(figure, record)
+    for expectation in expectations if texts else ():  # a figure that cannot be drawn has been reported
+        if expectation.name not in texts:
+            problems.add(expectation.place, f"unknown readout {expectation.name!r}{hint(expectation.name, texts)}")
             continue
-        before = readouts(figure, figure.record.plain())[one.name] if one.goes else ""
-        if not _holds(one, before, now[one.name]):
-            yield one, f"it goes from {before} to {now[one.name]}" if one.goes else f"it is {now[one.name]}"
+        initial = readouts(figure, figure.record.plain())[expectation.name] if expectation.goes else ""
+        if not _holds(expectation, initial, texts[expectation.name]):
+            text = texts[expectation.name]
+            yield expectation, f"it goes from {initial} to {text}" if expectation.goes else f"it is {text}"
 
 
-def _holds(one: Expectation, before: str, now: str) -> bool:
+def _holds(expectation: Expectation, initial: str, text: str) -> bool:
     """Whether a readout's text meets an expectation. Words may be followed by a comma and more text; comparisons fail
     if a value is not a number."""
-    if one.words:
-        return now == one.words or now.startswith(f"{one.words},")
-    if one.goes == "stays":
-        return now == before
-    value, other = _number(now), _number(before) if one.goes else one.number
-    if value is None or other is None:
+    if expectation.words:
+        return text == expectation.words or text.startswith(f"{expectation.words},")
+    if expectation.goes == "stays":
+        return text == initial
+    value, bound = _number(text), _number(initial) if expectation.goes else expectation.number
+    if value is None or bound is None:
         return False
-    than = one.than or ("<" if one.goes == "falls" else ">")
-    return COMPARED[than](value, other)
+    than = expectation.than or ("<" if expectation.goes == "falls" else ">")
+    return COMPARED[than](value, bound)
 
 
 def _number(text: str) -> float | None:

@@ -17,13 +17,13 @@ from sitegen.chapters.citations import NAME as REFERENCES
 from sitegen.chapters.claims import anchor, kind_of, lacking, standing, test_of
 from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
-from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
 from sitegen.chapters.links import Links, state_of
 from sitegen.chapters.pictures import drawn
 from sitegen.chapters.placing import bare, changed, listed
 from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.surveyed import Heading, Survey
 from sitegen.chapters.tokens import directive_of, simple, words
@@ -41,14 +41,14 @@ from sitegen.problems import Place, hint
 FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # folding containers and their summaries
 
 
-def render(survey: Survey, known: Known) -> Body:
-    """Render the chapter's body; faults go to known.problems."""
-    return _Renderer(survey, known).body()
+def render(survey: Survey, context: RenderContext) -> Body:
+    """Render the chapter's body; faults go to context.problems."""
+    return _Renderer(survey, context).body()
 
 
-def headings(survey: Survey, known: Known) -> dict[str, Markup]:
+def headings(survey: Survey, context: RenderContext) -> dict[str, Markup]:
     """The text of links to the chapter's headings, by anchor. They hold no links, so no other chapter is needed."""
-    renderer = _Renderer(survey, known)
+    renderer = _Renderer(survey, context)
     return {heading.id: renderer.heading(heading) for heading in reversed(survey.headings)}  # the first of two wins
 
 
@@ -61,25 +61,26 @@ class Pieces:
     inline: Callable[[Sequence[Token]], Markup]
 
 
-def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
-    """A renderer of pieces, for the chapter's page or another one; faults go to known.problems."""
-    renderer = _Renderer(survey, known, page)
+def pieces(survey: Survey, context: RenderContext, page: str = "") -> Pieces:
+    """A renderer of pieces, for the chapter's page or another one; faults go to context.problems."""
+    renderer = _Renderer(survey, context, page)
     return Pieces(lambda: renderer.found(Markup()), renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
 
 
 class _Renderer:
     """Renders parts of a chapter for one page: the chapter's own, or its deck if `page` names that."""
 
-    def __init__(self, survey: Survey, known: Known, page: str = "") -> None:
-        self._survey, self._known = survey, known
+    def __init__(self, survey: Survey, context: RenderContext, page: str = "") -> None:
+        self._survey, self._context = survey, context
         self._chapter = survey.chapter
-        self._problems = known.problems
+        self._problems = context.problems
         self._cited: list[str] = []
         self._terms: list[str] = []
         self._claims: list[Claim] = []
         self._images: list[Image] = []
+        page = page or survey.chapter.page
         self._links = Links(
-            page or survey.chapter.page, survey.chapter.page, known.chapters, known.drafts, known.pages, known.problems
+            page, survey.chapter.page, context.chapters, context.drafts, context.pages, context.problems
         )
         self._html = RendererHTML(parser())
         self._options = parser().options
@@ -91,7 +92,7 @@ class _Renderer:
             "code_block": self._fence,
             "table_open": lambda token: '<div class="table" tabindex="0">\n<table>\n',
             "table_close": lambda token: "</table>\n</div>\n",
-            "math_inline": lambda token: self._known.mathematics.mathml[formula_of(token)],
+            "math_inline": lambda token: self._context.mathematics.mathml[formula_of(token)],
             "math_block": self._equation,
             "math_block_label": self._equation,
             "image": self._image,
@@ -133,28 +134,29 @@ class _Renderer:
     def flow(self, tokens: Sequence[Token]) -> Markup:
         """Render top-level blocks; consecutive buttons become a list."""
         parts: list[str] = []
-        for tries, run in groupby(blocks(tokens), lambda block: block[0].type == "try"):
+        for tries, group in groupby(blocks(tokens), lambda block: block[0].type == "try"):
             if tries:
-                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in run)
+                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in group)
                 parts.append(f'<ul class="tries">\n{items}</ul>\n')
             else:
-                parts += [self._contained(b) if b[0].type.startswith("container_") else self._noted(b) for b in run]
+                for b in group:
+                    parts.append(self._container(b) if b[0].type.startswith("container_") else self._with_notes(b))
         return Markup("".join(parts))
 
-    def _contained(self, block: Sequence[Token]) -> str:
+    def _container(self, block: Sequence[Token]) -> str:
         """Render a container, from `:::name` to `:::`; an example also shows its source."""
         (first, last), name = block[0].map or (0, 0), block[0].info.strip()
-        inside = self.flow(block[1:-1])
+        content = self.flow(block[1:-1])
         if name == "example":
             source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
             code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
-            inside = Markup(f'{code}\n<div class="example-result">\n{inside}</div>\n')
+            content = Markup(f'{code}\n<div class="example-result">\n{content}</div>\n')
         if name in FOLDED:
-            return f'<details class="fold {name}">\n<summary>{FOLDED[name]}</summary>\n{inside}</details>\n'
+            return f'<details class="fold {name}">\n<summary>{FOLDED[name]}</summary>\n{content}</details>\n'
         title = '<p class="in-short-title">In short</p>\n' if name == "in-short" else ""
-        return f'<div class="{name}">\n{title}{inside}</div>\n'
+        return f'<div class="{name}">\n{title}{content}</div>\n'
 
-    def _noted(self, block: Sequence[Token]) -> str:
+    def _with_notes(self, block: Sequence[Token]) -> str:
         """Render a block, with the notes that it is the first to refer to beside it."""
         html = self._blocks(block)
         notes = "".join(map(self._note, self._survey.first_notes(block)))
@@ -182,7 +184,7 @@ class _Renderer:
         return f'<pre class="code" tabindex="0"><code>{code}</code></pre>\n'
 
     def _equation(self, token: Token) -> str:
-        mathml = self._known.mathematics.mathml[formula_of(token)]
+        mathml = self._context.mathematics.mathml[formula_of(token)]
         number = self._survey.number(token)
         if not number:
             return f'<div class="equation"><div class="formula">{mathml}</div></div>\n'
@@ -197,10 +199,10 @@ class _Renderer:
         alt = apostrophes(text_of(token.children or []).strip())
         if not alt:
             self._problems.add(place, f"missing alternative text: ![what it shows]({source})")
-        path = Path(self._known.root, "content", source)
-        folder = (self._known.root / "content").resolve()
+        path = Path(self._context.root, "content", source)
+        folder = (self._context.root / "content").resolve()
         if "://" in source or folder not in path.resolve().parents or not path.is_file():
-            home = self._known.root / "content"
+            home = self._context.root / "content"
             files = [p.relative_to(home).as_posix() for p in home.rglob("*")]
             self._problems.add(
                 place, f"image not found: content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
@@ -228,27 +230,27 @@ class _Renderer:
 
     def _note(self, label: str) -> str:
         number = self._survey.notes[label]
-        says = f"Back to the text from note {number}"
-        back = f'<a class="note-number" href="#noteref-{number}" aria-label="{says}">{number}</a>'
+        link_label = f"Back to the text from note {number}"
+        back = f'<a class="note-number" href="#noteref-{number}" aria-label="{link_label}">{number}</a>'
         tokens = self._chapter.document.footnotes[label]
         return f'<div class="note" role="note" id="note-{number}">{back}\n{self._blocks(tokens)}</div>\n'
 
     def _figure(self, token: Token) -> str:
         figure = self._survey.figure(token)
-        says, caption = (Markup(self._inline(half)) for half in halves(token.children or []))
+        sentence, caption = (Markup(self._inline(half)) for half in halves(token.children or []))
         if figure is None:
             return ""
-        question = judged(self._survey.predictions.get(figure.id), self._known, self._inline)
-        return str(self._known.figure_html(figure, says, caption, question))
+        question = judged(self._survey.predictions.get(figure.id), self._context, self._inline)
+        return str(self._context.figure_html(figure, sentence, caption, question))
 
     def _plot(self, token: Token) -> str:
         plot = self._survey.plot(token)
-        return "" if plot is None else str(self._known.plot_html(plot, Markup(self._inline(token.children))))
+        return "" if plot is None else str(self._context.plot_html(plot, Markup(self._inline(token.children))))
 
     def _picture(self, token: Token) -> str:
         picture, caption = self._survey.picture(token), Markup(self._inline(token.children))
-        drawing = drawn(picture, self._known) if picture else None
-        return str(self._known.picture_html(*drawing, caption)) if drawing else ""
+        drawing = drawn(picture, self._context) if picture else None
+        return str(self._context.picture_html(*drawing, caption)) if drawing else ""
 
     def _try(self, token: Token) -> str:
         text = self._inline(token.children)
@@ -264,14 +266,14 @@ class _Renderer:
         """Check a promise; the page shows only its text."""
         promise = self._survey.promise(token)
         if promise is not None:
-            hold(promise, self._known.readouts, self._problems)
+            hold(promise, self._context.readouts, self._problems)
         return ""
 
     def _value(self, token: Token) -> str:
         directive, at = directive_of(token)
         try:
             value = read_value(directive.text)
-            number = value if isinstance(value, float) else self._known.values.value(value)
+            number = value if isinstance(value, float) else self._context.values.value(value)
         except CallError as error:
             self._problems.add(at(directive.text_start + error.offset), str(error))
             return ""
@@ -292,16 +294,16 @@ class _Renderer:
         name_at = directive.text.rindex(name)
         figure = self._survey.figures.get(figure_id)
         if figure is None and f"fig:{figure_id}" not in self._survey.lost:
-            where = at(directive.text_start + figure_at)
-            near = hint(figure_id, self._survey.figures)
-            self._problems.add(where, f"unknown figure {figure_id!r} in this chapter{near}")
+            place = at(directive.text_start + figure_at)
+            suggestion = hint(figure_id, self._survey.figures)
+            self._problems.add(place, f"unknown figure {figure_id!r} in this chapter{suggestion}")
             return ""
         attributes = listed(directive, at, self._problems)
         if figure is None or attributes is None:
             return ""
         bare(attributes, 0, at, self._problems)
         record = changed(figure.widget, figure.record, [a for a in attributes if a.name], at, self._problems)
-        readouts = self._known.readouts(figure, record.plain())
+        readouts = self._context.readouts(figure, record.plain())
         if name in readouts:
             return f'<span class="computed">{escape(readouts[name])}</span>'
         if readouts:
@@ -313,11 +315,11 @@ class _Renderer:
         directive, at = directive_of(token)
         test_id, kind = test_of(directive), kind_of(directive, at, self._problems)
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
-        if test_id not in self._known.tests:
-            where = at(directive.attributes_start + lead)
-            near = hint(test_id, self._known.tests) if test_id else ""
-            says = f"unknown test {test_id!r}{near}" if test_id else "missing test, as in {tests/file.py::test_name}"
-            self._problems.add(where, says)
+        if test_id not in self._context.tests:
+            place = at(directive.attributes_start + lead)
+            suggestion = hint(test_id, self._context.tests) if test_id else ""
+            missing = "missing test, as in {tests/file.py::test_name}"
+            self._problems.add(place, f"unknown test {test_id!r}{suggestion}" if test_id else missing)
         else:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
         number = len(self._claims) + 1
@@ -326,18 +328,18 @@ class _Renderer:
         self._claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 
-    def _hold(self, test_id: str, kind: str, where: Place) -> None:
+    def _hold(self, test_id: str, kind: str, place: Place) -> None:
         """Check that a claim's test has a docstring for readers and, for a cause, records the effect of its change."""
-        test = self._known.tests[test_id]
+        test = self._context.tests[test_id]
         if not test.doc:
-            self._problems.warn(where, f"{test_id} needs a docstring that tells readers what it checks")
-        if kind and (lacks := lacking(test, self._known.results.get(test_id))):
-            self._problems.add(where, lacks)
+            self._problems.warn(place, f"{test_id} needs a docstring that tells readers what it checks")
+        if kind and (lacks := lacking(test, self._context.results.get(test_id))):
+            self._problems.add(place, lacks)
 
     def _claim_close(self, token: Token) -> str:
         number = len(self._claims)
         claim = self._claims[-1]
-        state = standing(self._known.results.get(claim.test_id))
+        state = standing(self._context.results.get(claim.test_id))
         label = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         if claim.kind and state == "passed":
             label = "checked by changing this one thing"
@@ -369,28 +371,28 @@ class _Renderer:
         parts = []
         citation = located(token, Citation)
         for work in citation.thing.works:
-            reference = self._known.references.get(work.key)
+            reference = self._context.references.get(work.key)
             if reference is None:
-                near = hint(work.key, self._known.references)
-                says, known = f"unknown reference {work.key!r}{near}", bool(self._known.references)
-                self._problems.lacks(REFERENCES, citation.at(work.offset), says, known)
+                suggestion = hint(work.key, self._context.references)
+                message, has_references = f"unknown reference {work.key!r}{suggestion}", bool(self._context.references)
+                self._problems.lacks(REFERENCES, citation.at(work.offset), message, has_references)
                 continue
             if work.key not in self._cited:
                 self._cited.append(work.key)
-            more = f", {escape(work.locator)}" if work.locator else ""
+            locator = f", {escape(work.locator)}" if work.locator else ""
             attributes = f'class="cite" href="references.html#ref-{work.key}" data-card="card-{work.key}"'
-            parts.append(f"<a {attributes}>{escape(reference.label)}</a>{more}")
+            parts.append(f"<a {attributes}>{escape(reference.label)}</a>{locator}")
         return f'<span class="cites">({"; ".join(parts)})</span>'
 
     def _term(self, token: Token) -> str:
         directive, at = directive_of(token)
         key = directive.attributes.strip()
-        term = named(directive.text, key, self._known.terms)
+        term = named(directive.text, key, self._context.terms)
         if term is None:
-            where = at(directive.attributes_start if key else directive.text_start)
+            place = at(directive.attributes_start if key else directive.text_start)
             name = key or directive.text
-            says = f"unknown glossary term {name!r}{hint(name, self._known.terms)}"
-            self._problems.lacks(GLOSSARY, where, says, bool(self._known.terms))
+            message = f"unknown glossary term {name!r}{hint(name, self._context.terms)}"
+            self._problems.lacks(GLOSSARY, place, message, bool(self._context.terms))
             return escapeHtml(directive.text)
         if term.key not in self._terms:
             self._terms.append(term.key)

@@ -82,11 +82,11 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         start = front.text_at("slides", i, name)
         source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
         tokens = parse(source).tokens
-        every = [each for token in tokens for each in (token, *(token.children or []))]
-        wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
-        for each in wrong:
-            why = ELSEWHERE.get(each.type, "buttons belong in the slide's text")
-            problems.add(place_of(each) or front.at("slides", i, name), why)
+        all_tokens = [t for token in tokens for t in (token, *(token.children or []))]
+        wrong = [t for t in all_tokens if t.type in ELSEWHERE or (t.type == "try" and name != "text")]
+        for token in wrong:
+            message = ELSEWHERE.get(token.type, "buttons belong in the slide's text")
+            problems.add(place_of(token) or front.at("slides", i, name), message)
         if name != "title":  # a title names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)
         return () if wrong else tokens

@@ -112,7 +112,7 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
     for slide in chapter.slides:
         figure, lost = finding.figures.get(slide.figure), slide.figure not in ("", *finding.figures)
         _within(finding, [*slide.title, *slide.text, *slide.notes], problems, figure, lost)
-        finding.slides.append(_staged(finding, slide, problems))
+        finding.slides.append(_stage(finding, slide, problems))
     return finding.survey()
 
 
@@ -129,7 +129,7 @@ def _within(
             _equation(finding, token, problems)
         for child in token.children or []:
             if child.type == "math_inline":
-                finding.formulas.append(Asked(formula_of(child), _shifted(child)))
+                finding.formulas.append(Asked(formula_of(child), _offset_place(child)))
     for token in tokens:
         if token.type == "try":
             _try(finding, token, problems)
@@ -143,15 +143,15 @@ def _within(
             problems.add(located(token, Directive).place, f"::{token.type} has no text")
 
 
-def _shifted(token: Token) -> Callable[[int], Place]:
+def _offset_place(token: Token) -> Callable[[int], Place]:
     """A function from offsets inside an inline formula to places."""
     formula = located(token, object)
-    return lambda inside: formula.at(formula.offset + 1 + inside)
+    return lambda offset: formula.at(formula.offset + 1 + offset)
 
 
-def _anchor(finding: _Finding, name: str, place: Place, what: str, problems: Problems) -> None:
+def _anchor(finding: _Finding, name: str, place: Place, subject: str, problems: Problems) -> None:
     if name in finding.anchors:
-        problems.add(place, f"duplicate {what} in this chapter (first on line {finding.anchors[name].line})")
+        problems.add(place, f"duplicate {subject} in this chapter (first on line {finding.anchors[name].line})")
     finding.anchors.setdefault(name, place)
 
 
@@ -160,9 +160,9 @@ def _heading(finding: _Finding, token: Token, content: Token, problems: Problems
     name, place = heading.thing.name, heading.place
     if level == 1:
         problems.add(place, "the chapter's title belongs in its front matter: headings start at ##")
-    before = next((one.level for one in reversed(finding.heading_of.values())), 1)
-    if level > before + 1:
-        problems.add(place, f"skipped heading level: level {level} after level {before}")
+    previous = next((h.level for h in reversed(finding.heading_of.values())), 1)
+    if level > previous + 1:
+        problems.add(place, f"skipped heading level: level {level} after level {previous}")
     if name and _is_own(name):
         problems.add(place, f"reserved anchor {name!r}: choose another name")
     elif not name:
@@ -184,18 +184,18 @@ def _is_own(name: str) -> bool:
 def _figure(finding: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     line = located(token, Directive)
     figure = placed(line.thing, line.at, _next(finding), widgets, problems)
-    _unheld(line.thing, line.at, problems)
-    _note_placed(finding, line, figure, finding.figure_of, finding.figures, problems)
+    _tell_unheld(line.thing, line.at, problems)
+    _add_item(finding, line, figure, finding.figure_of, finding.figures, problems)
 
 
 def _plot(finding: _Finding, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
     line = located(token, Directive)
     plot = placed_plot(line.thing, line.at, _next(finding), plots, problems)
-    _unheld(line.thing, line.at, problems, TESTED)
-    _note_placed(finding, line, plot, finding.plot_of, finding.plots, problems)
+    _tell_unheld(line.thing, line.at, problems, TESTED)
+    _add_item(finding, line, plot, finding.plot_of, finding.plots, problems)
 
 
-def _note_placed(
+def _add_item(
     finding: _Finding,
     line: Located[Directive],
     item: _Shown | None,
@@ -218,7 +218,7 @@ def _picture(finding: _Finding, token: Token, widgets: Mapping[str, Widget], pro
     if picture is not None:
         finding.picture_of[line] = picture
         if picture.promise is None:
-            _unheld(line.thing, line.at, problems)
+            _tell_unheld(line.thing, line.at, problems)
 
 
 def _next(finding: _Finding) -> str:
@@ -229,7 +229,7 @@ def _next(finding: _Finding) -> str:
 def _equation(finding: _Finding, token: Token, problems: Problems) -> None:
     lead = len(token.content) - len(token.content.lstrip())
     formula, at = formula_of(token), located(token, object).at
-    finding.formulas.append(Asked(formula, lambda inside: at(lead + inside)))
+    finding.formulas.append(Asked(formula, lambda index: at(lead + index)))
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
@@ -255,8 +255,8 @@ def _notes(finding: _Finding, problems: Problems) -> None:
             problems.add(mark.place, "a footnote cannot refer to another footnote")
         for token in tokens:
             if token.type in DISPLAYED:
-                says = "headings, figures, pictures and plots belong in the chapter itself, not in a footnote"
-                problems.add(located(token, object).place, says)
+                message = "headings, figures, pictures and plots belong in the chapter itself, not in a footnote"
+                problems.add(located(token, object).place, message)
         if label not in finding.notes:
             line = next((t.map[0] + 1 for t in tokens if t.map), 1)
             problems.add(Place(finding.chapter.source.path, line, 1), f"unused footnote [^{label}]")
@@ -269,7 +269,7 @@ def _marks(tokens: Iterable[Token]) -> list[Located[NoteMark]]:
     return [located(child, NoteMark) for token in tokens for child in token.children or [] if is_mark(child)]
 
 
-def _named(
+def _figure_by_name(
     finding: _Finding, attributes: list[Attribute], line: Located[Directive], problems: Problems
 ) -> Figure | None:
     """The figure that a directive's first bare word names; None, and a problem, if there is none."""
@@ -280,8 +280,8 @@ def _named(
         return None
     figure = finding.figures.get(words[0].value)
     if figure is None and f"fig:{words[0].value}" not in finding.lost:
-        near = hint(words[0].value, finding.figures)
-        problems.add(at(words[0].start), f"unknown figure {words[0].value!r} in this chapter{near}")
+        suggestion = hint(words[0].value, finding.figures)
+        problems.add(at(words[0].start), f"unknown figure {words[0].value!r} in this chapter{suggestion}")
     return figure
 
 
@@ -291,7 +291,7 @@ def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool,
     directive, at = line.thing, line.at
     attributes = listed(directive, at, problems)
     if attributes is not None and not (all(a.name for a in attributes) and (figure or lost)):
-        figure = _named(finding, attributes, line, problems)
+        figure = _figure_by_name(finding, attributes, line, problems)
     if attributes is None or figure is None:
         return
     promised = promise(figure, attributes, at, problems)
@@ -301,20 +301,20 @@ def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool,
         finding.promise_of[line] = promised
 
 
-def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
+def _tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
     tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, held)
 
 
 def _of_figure(
-    finding: _Finding, token: Token, what: str, problems: Problems
+    finding: _Finding, token: Token, subject: str, problems: Problems
 ) -> tuple[Figure, list[Attribute]] | None:
     """The figure that a button or a prediction names, and its attributes; None, and a problem, if there is none."""
     line = located(token, Directive)
     attributes = listed(line.thing, line.at, problems)
-    figure = None if attributes is None else _named(finding, attributes, line, problems)
+    figure = None if attributes is None else _figure_by_name(finding, attributes, line, problems)
     for child in token.children or []:
         if child.type in LINKS:
-            problems.add(place_of(child) or line.place, f"{what} cannot contain links")
+            problems.add(place_of(child) or line.place, f"{subject} cannot contain links")
     return None if figure is None or attributes is None else (figure, attributes)
 
 
@@ -332,7 +332,7 @@ def _try(finding: _Finding, token: Token, problems: Problems) -> None:
     if promised is not None:
         finding.promise_of[line] = promised
     elif not any(a.name in OWN for a in attributes):
-        _unheld(line.thing, line.at, problems)
+        _tell_unheld(line.thing, line.at, problems)
 
 
 def _predict(finding: _Finding, token: Token, problems: Problems) -> None:
@@ -350,19 +350,19 @@ def _predict(finding: _Finding, token: Token, problems: Problems) -> None:
         finding.set.setdefault(figure.id, []).append(record)
 
 
-def _staged(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
+def _stage(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
     """The slide with the things of the chapter that it names; wrong names go to `problems`."""
     kinds: dict[str, Iterable[str]] = {"equation": finding.labelled, "figure": finding.figures, "plot": finding.plots}
-    for what, names in kinds.items():
-        name = getattr(slide, what)
-        if name and name not in names and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in finding.lost:
-            problems.add(slide.at(what), f"unknown {what} {name!r} in this chapter{hint(name, names)}")
-        if name and what != "equation" and any(getattr(before.slide, what) == name for before in finding.slides):
-            problems.add(slide.at(what), f"{what} {name!r} is already on an earlier slide: change it with a ::try line")
+    for kind, names in kinds.items():
+        name = getattr(slide, kind)
+        if name and name not in names and f"{'eq' if kind == 'equation' else 'fig'}:{name}" not in finding.lost:
+            problems.add(slide.at(kind), f"unknown {kind} {name!r} in this chapter{hint(name, names)}")
+        if name and kind != "equation" and any(getattr(staged.slide, kind) == name for staged in finding.slides):
+            problems.add(slide.at(kind), f"{kind} {name!r} is already on an earlier slide: change it with a ::try line")
     equation = finding.labelled.get(slide.equation)
     if equation is not None:  # without its sentence's punctuation
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
-        finding.formulas.append(Asked(equation, lambda inside: slide.at("equation")))
+        finding.formulas.append(Asked(equation, lambda offset: slide.at("equation")))
     figure = finding.figures.get(slide.figure)
     for line in (located(token, Directive) for token in slide.text if token.type == "try"):
         button = finding.button_of.get(line)

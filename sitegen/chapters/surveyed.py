@@ -163,7 +163,7 @@ class Survey:
 
     def first_notes(self, tokens: Sequence[Token]) -> list[str]:
         """The labels of the footnotes that these tokens are the first to refer to."""
-        marks = [child for each in tokens for child in each.children or [] if is_mark(child) and self.is_first(child)]
+        marks = [child for token in tokens for child in token.children or [] if is_mark(child) and self.is_first(child)]
         return [located(mark, NoteMark).thing.label for mark in marks]
 
 
@@ -206,9 +206,9 @@ def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
         chapter.name,
         chapter.title,
         chapter.rung,
-        {name: (one.dom_id, f"Figure {one.number}") for name, one in figures.items()},
+        {name: (item.dom_id, f"Figure {item.number}") for name, item in figures.items()},
         {label: (f"eq-{label}", f"({number})") for label, number in survey.equations.items()},
         headings,
-        {name: (one.widget, one.record) for name, one in survey.figures.items()},
+        {name: (figure.widget, figure.record) for name, figure in survey.figures.items()},
         survey.lost,
     )

@@ -59,7 +59,7 @@ def read_value(text: str) -> Call | float:
     text = text.strip()
     try:
         tree = ast.parse(text, mode="eval").body
-        return float(_worked_out(tree))
+        return float(_arithmetic(tree))
     except (SyntaxError, LookupError):
         try:
             return read_call(text)
@@ -69,7 +69,7 @@ def read_value(text: str) -> Call | float:
         raise CallError(f"{type(error).__name__}: {error}", 0) from None
 
 
-def _worked_out(node: ast.expr) -> float:
+def _arithmetic(node: ast.expr) -> float:
     """Evaluate arithmetic. Raises LookupError for anything else."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
@@ -77,11 +77,11 @@ def _worked_out(node: ast.expr) -> float:
         case ast.Name("pi"):
             return math.pi
         case ast.BinOp(left, sign, right):
-            return OPERATORS[type(sign)](_worked_out(left), _worked_out(right))
+            return OPERATORS[type(sign)](_arithmetic(left), _arithmetic(right))
         case ast.UnaryOp(sign, operand):
-            return OPERATORS[type(sign)](_worked_out(operand))
+            return OPERATORS[type(sign)](_arithmetic(operand))
         case ast.Call(ast.Name(name), arguments, []) if name in FUNCTIONS:
-            answer: float = getattr(math, name)(*map(_worked_out, arguments))
+            answer: float = getattr(math, name)(*map(_arithmetic, arguments))
             return answer
     raise LookupError
 
@@ -125,25 +125,25 @@ def _literal(text: str, node: ast.expr) -> Any:
         return ast.literal_eval(node)
     except ValueError:
         with suppress(LookupError, ArithmeticError, TypeError, ValueError):
-            return _worked_out(node)
+            return _arithmetic(node)
         source = ast.get_source_segment(text, node)
         raise CallError(f"arguments must be literals, not {source!r}", _offset(text, node.col_offset)) from None
 
 
 def resolve(call: Call) -> Any:
     """The function that a call names. Raises CallError at the first missing name, with the closest one."""
-    here: Any = importlib.import_module(call.names[0][0])
+    target: Any = importlib.import_module(call.names[0][0])
     path = call.names[0][0]
     for name, offset in call.names[1:]:
-        if isinstance(here, ModuleType) and not hasattr(here, name) and hasattr(here, "__path__"):
+        if isinstance(target, ModuleType) and not hasattr(target, name) and hasattr(target, "__path__"):
             with suppress(ModuleNotFoundError):
                 importlib.import_module(f"{path}.{name}")
-        if name.startswith("_") or not hasattr(here, name):
-            raise CallError(f"{path} has no {name!r}{hint(name, _names(here))}", offset)
-        here, path = getattr(here, name), f"{path}.{name}"
-    if not callable(here):
+        if name.startswith("_") or not hasattr(target, name):
+            raise CallError(f"{path} has no {name!r}{hint(name, _names(target))}", offset)
+        target, path = getattr(target, name), f"{path}.{name}"
+    if not callable(target):
         raise CallError(f"{path} is not callable", call.names[-1][1])
-    return here
+    return target
 
 
 def _names(thing: Any) -> list[str]:
@@ -165,27 +165,27 @@ def evaluate(call: Call) -> int | float:
     return _number(resolve(call), call)
 
 
-def _number(function: Any, call: Call, *before: Any) -> int | float:
+def _number(function: Any, call: Call, *results: Any) -> int | float:
     try:
-        result = function(*before, *call.positional, **call.named)
+        result = function(*results, *call.positional, **call.named)
     except Exception as error:  # the author should see any error of the solver
         raise CallError(f"{type(error).__name__}: {error}", 0) from error
     value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        got = value if isinstance(value, float) else type(result).__name__
-        raise CallError(f"expected a finite number, got {got}", 0)
+        actual = value if isinstance(value, float) else type(result).__name__
+        raise CallError(f"expected a finite number, got {actual}", 0)
     return value
 
 
 def of_plot(call: Call, gallery: Gallery) -> int | float:
     """Evaluate a call of a plot's function. Raises CallError."""
-    (_, _), (module, module_at), *rest = call.names
+    (_, _), (module, module_at), *names = call.names
     plots = {name.replace("-", "_"): plot for name, plot in gallery.plots.items()}
     if module not in plots:
         raise CallError(f"unknown plot {module!r}{hint(module, plots)}", module_at)
     plot = plots[module]
-    name, name_at = rest[0] if rest else ("", module_at)
-    if name not in plot.numbers or len(rest) != 1:
+    name, name_at = names[0] if names else ("", module_at)
+    if name not in plot.numbers or len(names) != 1:
         raise CallError(f"plots.{module} has no number {name!r}{hint(name, plot.numbers)}", name_at)
     try:
         result = gallery.result(plot)

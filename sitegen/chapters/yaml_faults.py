@@ -37,7 +37,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
     if spot is None:
         return 0, 0, message
     text = [*source.split("\n"), ""][spot.line]
-    before = text[: spot.column]
+    head = text[: spot.column]
     blank = re.match(r"[\s-]*", text)
     if blank and "\t" in blank[0] and spot.column <= blank.end():
         return spot.line, text.index("\t"), TAB
@@ -46,16 +46,16 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
             break
         if NAMED.search(source.split("\n", start.line)[-1][start.column : start.column + end.index - start.index]):
             return start.line, start.column, UNCLOSED
-        if end.line == spot.line and not before[end.column :].strip() and spot.column < len(text):
-            other = {"'": "double", '"': "single"}[style]
-            return end.line, end.column - 1, f"the quoted text ends here: use {other} quotes for text with a {style}"
-    if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", before):
+        if end.line == spot.line and not head[end.column :].strip() and spot.column < len(text):
+            quotes = {"'": "double", '"': "single"}[style]
+            return end.line, end.column - 1, f"the quoted text ends here: use {quotes} quotes for text with a {style}"
+    if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", head):
         # The line is correct, but was read as part of the one above, which lacks a colon or a blank after it.
         line = next((n for n in range(spot.line - 1, -1, -1) if source.split("\n")[n].strip()), spot.line)
-        above = source.split("\n")[line]
-        if line < spot.line and not NAMED.match(f"\n{above}"):
-            return line, len(above) - len(above.lstrip()), LINE
-    if message == UNALIGNED and before.strip():
+        previous = source.split("\n")[line]
+        if line < spot.line and not NAMED.match(f"\n{previous}"):
+            return line, len(previous) - len(previous.lstrip()), LINE
+    if message == UNALIGNED and head.strip():
         message = "unexpected text after the value"
     mark = (error.context_mark if begins else None) or spot
     return mark.line, mark.column, message
@@ -63,8 +63,8 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
 
 def _in_words(context: str) -> tuple[bool, str]:
     """Whether a fault is best placed at the start of its context, and the message for authors."""
-    for holds, begins, message in COMMON:
-        if holds in context:
+    for phrase, begins, message in COMMON:
+        if phrase in context:
             return begins, message
     return False, context.rpartition(": ")[2]
 

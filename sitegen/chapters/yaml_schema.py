@@ -104,9 +104,9 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
                     texts[at] = _text_place(scalar, lines, Place(path, first_line, 1))
                     raw[at] = scalar.value
                     end = scalar.end_mark
-                    cut = CUT.match(lines[end.line], end.column)
-                    if cut and not scalar.style:  # a quoted text, or one below a |, is not cut off
-                        problems.add(Place(path, first_line + end.line, cut.end()), CUT_OFF)
+                    remainder = CUT.match(lines[end.line], end.column)
+                    if remainder and not scalar.style:  # a quoted text, or one below a |, is not cut off
+                        problems.add(Place(path, first_line + end.line, remainder.end()), CUT_OFF)
             data = None if node is None else loader.construct_document(node)
             return Yaml(data, places, Place(path, first_line, 1), texts, raw)
         finally:
@@ -127,10 +127,10 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):
                 continue  # not a valid key; the loader reports it, or the schema as unknown
-            here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
+            place = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
-                problems.add(here, f"duplicate key {key.value!r}")
-            places[(*at, key.value)] = here
+                problems.add(place, f"duplicate key {key.value!r}")
+            places[(*at, key.value)] = place
             _collect(value, (*at, key.value), places, path, first, problems)
     elif isinstance(node, yaml.SequenceNode):
         for i, item in enumerate(node.value):
@@ -155,7 +155,7 @@ def _text_place(node: Any, lines: list[str], root: Place) -> Place:
     line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
     if node.style in ("|", ">"):
         line += 1
-        first = next((each for each in lines[line:] if each.strip()), "")
+        first = next((text for text in lines[line:] if text.strip()), "")
         column = len(first) - len(first.lstrip())
     return Place(root.path, root.line + line, column + 1)
 
@@ -173,26 +173,26 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
         if name not in fields:
             problems.add(document.at(*at, name), f"unknown key {str(name)!r}{hint(str(name), fields)}")
         elif not fields[name].accepts(value):
-            problems.add(document.at(*at, name), f"{name}: {_unaccepted(fields[name], name, value, document, at)}")
+            problems.add(document.at(*at, name), f"{name}: {_type_message(fields[name], name, value, document, at)}")
         else:
             result[name] = value
             if fields[name].plain and (markup := MARKUP.search(value)):
-                says = f"{name}: plain text only; {markup[0]!r} would be printed as is"
-                problems.add(document.at(*at, name), says)
+                message = f"{name}: plain text only; {markup[0]!r} would be printed as is"
+                problems.add(document.at(*at, name), message)
     for name, field in fields.items():
         if field.required and name not in mapping:
             problems.add(document.at(*at), f"missing {name}: expected {field.expects}")
     return result
 
 
-def _unaccepted(field: Field, name: Any, value: Any, document: Yaml, at: Path) -> str:
+def _type_message(field: Field, name: Any, value: Any, document: Yaml, at: Path) -> str:
     """The message for an invalid value; quotes it as written if YAML read it as something else."""
     if value is None:
         return f"expected {field.expects}, got nothing"
     raw = document.written.get((*at, name), str(value))
     quoted = isinstance(value, (int, float, date)) and field.accepts(raw)
-    more = f"; quote it: {name}: \"{raw}\"" if quoted else ""
-    return f"expected {field.expects}, got {raw if isinstance(value, (int, float, date)) else repr(value)}{more}"
+    suggestion = f"; quote it: {name}: \"{raw}\"" if quoted else ""
+    return f"expected {field.expects}, got {raw if isinstance(value, (int, float, date)) else repr(value)}{suggestion}"
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
@@ -205,6 +205,6 @@ def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Ya
         return None, ()
     for key in document.data:
         if not KEY.fullmatch(str(key)):
-            says = f"invalid key {key!r}: use lower-case ASCII letters, digits and hyphens, starting with a letter"
-            problems.add(document.at(key), says)
+            message = f"invalid key {key!r}: use lower-case ASCII letters, digits and hyphens, starting with a letter"
+            problems.add(document.at(key), message)
     return document, tuple(document.data)

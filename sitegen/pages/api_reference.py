@@ -153,8 +153,8 @@ class Group:
 def groups() -> tuple[Group, ...]:
     """All public entries, in order. Raises LookupError for a listed name that does not exist."""
     return tuple(
-        Group(re.sub(r"\W+", "-", title.lower()), title, said(says), tuple(map(_entry, names)))
-        for title, says, names in GROUPS
+        Group(re.sub(r"\W+", "-", title.lower()), title, said(summary), tuple(map(_entry, names)))
+        for title, summary, names in GROUPS
     )
 
 
@@ -194,17 +194,17 @@ def _entry(name: str) -> Entry:
     anchor = re.sub(r"\W+", "-", name)
     if not isinstance(thing, griffe.Class):
         return Entry(anchor, name, _signature(thing, name), rendered(thing))
-    own = tuple(
-        Entry(f"{anchor}-{each.name.replace('_', '-')}", code, _signature(each, code), rendered(each))
-        for each in members(thing)
-        for code in (f"{thing.name}.{each.name}",)
+    entries = tuple(
+        Entry(f"{anchor}-{member.name.replace('_', '-')}", code, _signature(member, code), rendered(member))
+        for member in members(thing)
+        for code in (f"{thing.name}.{member.name}",)
     )
     values = tuple(
         Option(key, "", str(value.value), said(value.docstring.value if value.docstring else ""))
         for key, value in thing.attributes.items()
         if is_enum(thing) and "property" not in value.labels
     )
-    return Entry(anchor, name, _signature(thing, name), rendered(thing), own, values)
+    return Entry(anchor, name, _signature(thing, name), rendered(thing), entries, values)
 
 
 def _signature(thing: griffe.Object, name: str) -> Markup:

@@ -13,9 +13,9 @@ from sitegen.cache.memory import Memory, T
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import FIXED_PAGES, Chapter
 from sitegen.chapters.glossary import Term
-from sitegen.chapters.known import Known
 from sitegen.chapters.leads import check_drawn
 from sitegen.chapters.render import headings, render
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body, Question
 from sitegen.chapters.survey import OWN_IDS
 from sitegen.chapters.surveyed import Outline, Survey, outline
@@ -49,89 +49,91 @@ class Pen:
     bakery: Bakery
     gallery: Gallery
 
-    def known(self, known: Known, one: Survey, problems: Problems) -> Known:
-        """The part of `known` that rendering one chapter may depend on; faults go to `problems`."""
-        formulas = {use.formula: known.mathematics.mathml[use.formula] for use in one.formulas}
+    def chapter_context(self, context: RenderContext, survey: Survey, problems: Problems) -> RenderContext:
+        """The part of `context` that rendering one chapter may depend on; faults go to `problems`."""
+        formulas = {use.formula: context.mathematics.mathml[use.formula] for use in survey.formulas}
         return replace(
-            known,
+            context,
             mathematics=Mathematics(formulas, ""),
-            frames=partial(frames_of, self.bakery, problems, one.taped),
-            readouts=partial(readouts_of, self.bakery, problems, one.taped),
-            figure_html=partial(self._figure, one, problems),
+            frames=partial(frames_of, self.bakery, problems, survey.taped),
+            readouts=partial(readouts_of, self.bakery, problems, survey.taped),
+            figure_html=partial(self._figure, survey, problems),
             plot_html=partial(self._plot, problems),
             picture_html=picture_html(self.templates),
             problems=problems,
         )
 
-    def headings(self, one: Survey, known: Known, problems: Problems) -> dict[str, Markup]:
+    def headings(self, survey: Survey, context: RenderContext, problems: Problems) -> dict[str, Markup]:
         """The text of links to a chapter's headings, by anchor."""
-        return headings(one, self.known(known, one, problems))
+        return headings(survey, self.chapter_context(context, survey, problems))
 
-    def written(self, one: Survey, known: Known, problems: Problems) -> Written:
+    def written(self, survey: Survey, context: RenderContext, problems: Problems) -> Written:
         """Render a chapter and its slides."""
-        own = self.known(known, one, problems)
-        slides = deck(one, self.tapes, own, figure_html(self.templates)) if one.slides else None
-        return Written(one.chapter, render(one, own), slides)
+        own_context = self.chapter_context(context, survey, problems)
+        slides = deck(survey, self.tapes, own_context, figure_html(self.templates)) if survey.slides else None
+        return Written(survey.chapter, render(survey, own_context), slides)
 
     def _figure(
         self,
-        one: Survey,
+        survey: Survey,
         problems: Problems,
         figure: Figure,
-        says: Markup,
+        sentence: Markup,
         caption: Markup,
         question: Question | None,
     ) -> Markup:
-        tape = self.tapes.get((one.chapter.name, figure.id))
+        tape = self.tapes.get((survey.chapter.name, figure.id))
         if tape is None:  # its widget fails, which has been reported
             return Markup("")
         record = figure.record.plain()
-        view = figure_view(figure, record, tape.first, tape, says, caption)
+        view = figure_view(figure, record, tape.first, tape, sentence, caption)
         if figure.lead:
             first = view.leading.controls
-            brought = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
+            effects = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
             presses = [button.name for button in view.leading.buttons if button.does == "press"]
             panels = [panel["name"] for panel in view.leading.panels]
-            view = replace(view, roles=tape.roles(record["controls"], {*first, *brought}, presses, panels))
+            view = replace(view, roles=tape.roles(record["controls"], {*first, *effects}, presses, panels))
         check_drawn(figure, view.main, tape.first, problems)
-        after = frames_of(self.bakery, problems, one.taped, figure, [figure.after]) if figure.after else [None]
-        return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))
+        frames = frames_of(self.bakery, problems, survey.taped, figure, [figure.after]) if figure.after else [None]
+        return figure_html(self.templates)(replace(view, after=next(iter(frames), None), question=question))
 
-    def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
+    def _plot(self, problems: Problems, plot: Placed, caption: Markup) -> Markup:
         try:
-            return plot_html(self.templates)(placed, self.gallery.drawn(placed), caption)
+            return plot_html(self.templates)(plot, self.gallery.drawn(plot), caption)
         except Exception as error:  # an error in a plot: the author sees which and why
-            problems.add(placed.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
+            problems.add(plot.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
             return Markup("")
 
 
-def write(surveys: Sequence[Survey], known: Known, pen: Pen, memory: Memory) -> tuple[Known, list[Written]]:
-    """Render all chapters. Return `known`, completed with their outlines and pages, and the chapters."""
+def write(
+    surveys: Sequence[Survey], context: RenderContext, pen: Pen, memory: Memory
+) -> tuple[RenderContext, list[Written]]:
+    """Render all chapters. Return `context`, completed with their outlines and pages, and the chapters."""
 
-    def made_of(one: Survey, now: Known) -> object:
-        tapes = [pen.tapes.get((one.chapter.name, name)) for name in one.figures]
-        return one, tapes, pen.known(now, one, known.problems)
+    def made_of(survey: Survey, current: RenderContext) -> object:
+        tapes = [pen.tapes.get((survey.chapter.name, name)) for name in survey.figures]
+        return survey, tapes, pen.chapter_context(current, survey, context.problems)
 
-    def kept_of(what: str, make: Callable[[Survey, Known, Problems], T], now: Known) -> list[T]:
-        names = [(what, one.chapter.source.path) for one in surveys]
+    def kept_of(kind: str, make: Callable[[Survey, RenderContext, Problems], T], current: RenderContext) -> list[T]:
+        names = [(kind, survey.chapter.source.path) for survey in surveys]
         return [
-            memory.told(name, made_of(one, now), known.problems, partial(make, one, now))
-            for name, one in zip(names, surveys, strict=True)
+            memory.told(name, made_of(survey, current), context.problems, partial(make, survey, current))
+            for name, survey in zip(names, surveys, strict=True)
         ]
 
-    outlines = list(map(outline, surveys, kept_of("headings", pen.headings, known)))
-    known = replace(known, chapters=outlines, pages=_pages(surveys, known.references, known.terms))
-    return known, kept_of("text", pen.written, known)
+    outlines = list(map(outline, surveys, kept_of("headings", pen.headings, context)))
+    context = replace(context, chapters=outlines, pages=_pages(surveys, context.references, context.terms))
+    return context, kept_of("text", pen.written, context)
 
 
 def outlines_of_drafts(surveys: Iterable[Survey]) -> list[Outline]:
     """Outlines of the drafts that are left out, without their headings."""
-    return [outline(one, {}) for one in surveys]
+    return [outline(survey, {}) for survey in surveys]
 
 
-def _has(one: Survey, name: str) -> bool:
+def _has(survey: Survey, name: str) -> bool:
     """Whether a chapter's page has one of the templates' own ids."""
-    return {"slides": bool(one.slides), "where-next": bool(one.chapter.onward)}.get(name, True)
+    return {"slides": bool(survey.slides), "where-next": bool(survey.chapter.onward)}.get(name, True)
 
 
 def _pages(
@@ -141,11 +143,11 @@ def _pages(
     pages: dict[str, Collection[str] | None] = {page.page: None for page in FIXED_PAGES if page.name != "404"}
     pages["references.html"] = [f"ref-{key}" for key in references]
     pages["glossary.html"] = [term.anchor for term in terms.values()]
-    pages |= {one.chapter.deck: None for one in surveys if one.slides}
+    pages |= {survey.chapter.deck: None for survey in surveys if survey.slides}
 
-    def anchors(one: Survey) -> list[str]:
-        own = ["main"] if one.chapter.is_doc else [name for name in OWN_IDS if _has(one, name)]
-        return [*own, *one.anchors]
+    def anchors(survey: Survey) -> list[str]:
+        ids = ["main"] if survey.chapter.is_doc else [name for name in OWN_IDS if _has(survey, name)]
+        return [*ids, *survey.anchors]
 
     # If two chapters have the same name, which is a problem, the first one wins.
-    return pages | {one.chapter.page: anchors(one) for one in reversed(surveys)}
+    return pages | {survey.chapter.page: anchors(survey) for survey in reversed(surveys)}

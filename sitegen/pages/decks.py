@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from sitegen.chapters.content import Chapter
-from sitegen.chapters.known import Known
 from sitegen.chapters.render import Pieces, pieces
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Staged, Survey
 from sitegen.figures.model import Figure
@@ -51,52 +51,52 @@ class Deck:
 
 
 def deck(
-    survey: Survey, tapes: Mapping[tuple[str, str], Tape], known: Known, draw: Callable[[FigureView], Markup]
+    survey: Survey, tapes: Mapping[tuple[str, str], Tape], context: RenderContext, draw: Callable[[FigureView], Markup]
 ) -> Deck:
-    """Render the deck of a chapter that has slides; faults in them go to known.problems."""
-    check_title(survey.chapter, known.problems)
-    write = pieces(survey, known, survey.chapter.deck)
+    """Render the deck of a chapter that has slides; faults in them go to context.problems."""
+    check_title(survey.chapter, context.problems)
+    write = pieces(survey, context, survey.chapter.deck)
     views, stills = [], []
-    for one in survey.slides:
-        tape = tapes.get((survey.chapter.name, one.figure.id)) if one.figure else None
-        view = _figure(one, one.figure, tape, known) if one.figure and tape else None
+    for staged in survey.slides:
+        tape = tapes.get((survey.chapter.name, staged.figure.id)) if staged.figure else None
+        view = _figure(staged, staged.figure, tape, context) if staged.figure and tape else None
         if view:
             stills.append(Markup(IDS.sub("", view.frame["panels"][0]["svg"])))
-        views.append(_slide(one, write, draw(view) if view else Markup(), known))
+        views.append(_slide(staged, write, draw(view) if view else Markup(), context))
     return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found())
 
 
-def _slide(one: Staged, write: Pieces, figure: Markup, known: Known) -> SlideView:
-    slide = one.slide
+def _slide(staged: Staged, write: Pieces, figure: Markup, context: RenderContext) -> SlideView:
+    slide = staged.slide
     title = [child for token in slide.title for child in token.children or []]
-    width, height = one.plot.plot.sizes["wide"] if one.plot else (1, 1)
-    equation = known.mathematics.mathml.get(one.equation, "") if one.equation else ""
+    width, height = staged.plot.plot.sizes["wide"] if staged.plot else (1, 1)
+    equation = context.mathematics.mathml.get(staged.equation, "") if staged.equation else ""
     return SlideView(
         write.inline(title),
         write.flow(slide.text),
         write.flow(slide.notes),
         Markup(equation),
         figure,
-        known.plot_html(one.plot, Markup()) if one.plot else Markup(),
-        one.plot is not None and width < WIDE * height,
+        context.plot_html(staged.plot, Markup()) if staged.plot else Markup(),
+        staged.plot is not None and width < WIDE * height,
     )
 
 
-def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView | None:
+def _figure(staged: Staged, figure: Figure, tape: Tape, context: RenderContext) -> FigureView | None:
     """The chapter's figure in the slide's state, with the panels, controls and readouts that the slide selects."""
-    assert one.record is not None
-    plain = one.record.plain()
-    frames = [tape.first] if plain == figure.record.plain() else known.frames(figure, [plain])
+    assert staged.record is not None
+    plain = staged.record.plain()
+    frames = [tape.first] if plain == figure.record.plain() else context.frames(figure, [plain])
     if not frames:
         return None
     (frame,) = frames
-    for what in ("panel", "readout"):
-        names = [each["name"] for each in frame[f"{what}s"]]
-        for i, name in enumerate(getattr(one.slide, f"{what}s")):
+    for kind in ("panel", "readout"):
+        names = [item["name"] for item in frame[f"{kind}s"]]
+        for i, name in enumerate(getattr(staged.slide, f"{kind}s")):
             if name not in names:
-                known.problems.add(one.slide.at(f"{what}s", i), f"unknown {what} {name!r}{hint(name, names)}")
+                context.problems.add(staged.slide.at(f"{kind}s", i), f"unknown {kind} {name!r}{hint(name, names)}")
     view = figure_view(figure, plain, frame, tape)
-    panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
+    panels = staged.slide.panels or tuple(panel["name"] for panel in frame["panels"])
     buttons = tuple(button.name for button in figure.widget.buttons)
-    lead = Lead(panels, one.slide.readouts, one.slide.controls, buttons)
+    lead = Lead(panels, staged.slide.readouts, staged.slide.controls, buttons)
     return replace(view, jobs=(), lead=lead, whole=False)

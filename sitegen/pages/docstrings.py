@@ -29,7 +29,7 @@ def sections(thing: griffe.Object) -> list[griffe.DocstringSection]:
 
 def parameters(thing: griffe.Object) -> list[griffe.DocstringParameter]:
     """The parameters that an object's docstring lists."""
-    return [each for part in sections(thing) if part.kind is Kind.parameters for each in part.value]
+    return [parameter for part in sections(thing) if part.kind is Kind.parameters for parameter in part.value]
 
 
 def rendered(thing: griffe.Object) -> Markup:
@@ -40,23 +40,23 @@ def rendered(thing: griffe.Object) -> Markup:
 def prose(text: str) -> Markup:
     """Paragraphs, lists and indented blocks as HTML; the latter are kept verbatim."""
     parts: list[Markup] = []
-    for one in re.split(r"\n\s*\n", text.strip("\n")):
-        if one.startswith("    "):
-            lines = re.sub(r"^    ", "", one, flags=re.MULTILINE)
-            parts.append(Markup('<pre tabindex="0"><code>{}</code></pre>').format(_lowered(lines)))
-        elif one.startswith("- "):
-            parts.append(_list("ul", re.split(r"(?:^|\n)- ", one)))
-        elif one.startswith("1. "):
-            parts.append(_list("ol", re.split(r"(?:^|\n)\d+\. ", one)))
-        elif one.strip():
-            parts.append(Markup("<p>{}</p>").format(said(one)))
+    for block in re.split(r"\n\s*\n", text.strip("\n")):
+        if block.startswith("    "):
+            lines = re.sub(r"^    ", "", block, flags=re.MULTILINE)
+            parts.append(Markup('<pre tabindex="0"><code>{}</code></pre>').format(_with_subscripts(lines)))
+        elif block.startswith("- "):
+            parts.append(_list("ul", re.split(r"(?:^|\n)- ", block)))
+        elif block.startswith("1. "):
+            parts.append(_list("ol", re.split(r"(?:^|\n)\d+\. ", block)))
+        elif block.strip():
+            parts.append(Markup("<p>{}</p>").format(said(block)))
     return Markup("\n").join(parts)
 
 
 def said(text: str) -> Markup:
     """A piece of prose as HTML. Only code in backticks and reference numbers count as markup."""
     text = apostrophes(re.sub(r"\[(\d+)\]_", r"[\1]", text))
-    parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
+    parts = [_with_subscripts(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
     inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
     return Markup("").join(inner)
 
@@ -65,23 +65,23 @@ def _section(part: griffe.DocstringSection) -> Markup:
     if part.kind is Kind.text:
         return prose(part.value)
     if part.kind is Kind.examples:
-        return _titled("Examples", Markup("\n").join(_example(kind, text) for kind, text in part.value))
+        return _with_title("Examples", Markup("\n").join(_example(kind, text) for kind, text in part.value))
     if part.kind is Kind.admonition and part.title == "References":
         works = re.split(r"(?:^|\n)\.\. \[\d+\] ", part.value.description)
-        return _titled("References", Markup(_DOI.sub(_doi, _list("ol", works))))
+        return _with_title("References", Markup(_DOI.sub(_doi, _list("ol", works))))
     if part.kind is Kind.admonition:
-        return _titled(str(part.title), prose(part.value.description))
-    rows = [Markup("<dt>{}</dt><dd>{}</dd>").format(_term(each), prose(each.description)) for each in part.value]
-    return _titled(_LISTED[part.kind], Markup('<dl class="fields">{}</dl>').format(Markup("").join(rows)))
+        return _with_title(str(part.title), prose(part.value.description))
+    rows = [Markup("<dt>{}</dt><dd>{}</dd>").format(_term(e), prose(e.description)) for e in part.value]
+    return _with_title(_LISTED[part.kind], Markup('<dl class="fields">{}</dl>').format(Markup("").join(rows)))
 
 
-def _term(each: griffe.DocstringElement) -> Markup:
+def _term(element: griffe.DocstringElement) -> Markup:
     """A parameter's name with its type and default, or the type of a returned value or an exception."""
-    name, kind = getattr(each, "name", ""), str(each.annotation or "")
+    name, kind = getattr(element, "name", ""), str(element.annotation or "")
     if not name or name.startswith("*"):
         return Markup("<code>{}</code>").format(name or kind)
-    if isinstance(each, griffe.DocstringParameter) and each.default is not None:
-        kind += ", optional" if str(each.default) == "None" else f", default {each.default}"
+    if isinstance(element, griffe.DocstringParameter) and element.default is not None:
+        kind += ", optional" if str(element.default) == "None" else f", default {element.default}"
     return Markup("<code>{}</code> <span>{}</span>").format(name, kind)
 
 
@@ -91,7 +91,7 @@ def _example(kind: Kind, text: str) -> Markup:
     return Markup('<pre class="code" tabindex="0"><code>{}</code></pre>').format(highlighted(text, "pycon"))
 
 
-def _titled(title: str, inner: Markup) -> Markup:
+def _with_title(title: str, inner: Markup) -> Markup:
     return Markup("<h4>{}</h4>\n{}").format(title, inner)
 
 
@@ -104,7 +104,7 @@ def _doi(match: re.Match[str]) -> str:
     return f'<a href="https://doi.org/{match[1]}">doi:{match[1]}</a>'
 
 
-def _lowered(text: str) -> Markup:
+def _with_subscripts(text: str) -> Markup:
     """Text as HTML, with Unicode subscript letters as <sub>: the site's typefaces lack them."""
     runs = re.compile(f"[{''.join(_LOW)}]+")
     return Markup(runs.sub(lambda run: f"<sub>{''.join(_LOW[c] for c in run[0])}</sub>", escape(text)))

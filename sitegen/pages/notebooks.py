@@ -26,9 +26,9 @@ from sitegen.cache.memory import Memory
 from sitegen.cache.store import Store
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import Chapter, Site
-from sitegen.chapters.known import Known
 from sitegen.chapters.pictures import drawn
 from sitegen.chapters.render import pieces
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
 from sitegen.figures.gallery import Drawn, Placed
@@ -47,14 +47,14 @@ _NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
 
 
 @dataclass(frozen=True)
-class Shown:
+class NotebookInputs:
     """What notebooks need from the build. frame: gives the first frame of a page's figure; drawn: a plot's drawings.
 
     wheel: the path of our package on the site.
     """
 
     site: Site
-    known: Known
+    context: RenderContext
     wheel: str
     frame: Callable[[str, Figure], Plain]
     drawn: Callable[[Placed], Drawn]
@@ -65,12 +65,12 @@ def name_of(chapter: Chapter) -> str:
     return f"notebooks/{chapter.slug}.ipynb"
 
 
-def notebook(survey: Survey, cited: Sequence[str], shown: Shown) -> bytes:
+def notebook(survey: Survey, cited: Sequence[str], inputs: NotebookInputs) -> bytes:
     """The chapter's notebook, byte for byte reproducible. cited: keys of the works that it cites, in order."""
-    writer = _Writer(survey, shown)
-    references = [shown.known.references[key] for key in cited]
+    writer = _Writer(survey, inputs)
+    references = [inputs.context.references[key] for key in cited]
     cells = [*writer.head(), *writer.body(), *([("markdown", _bibliography(references))] if references else [])]
-    return written(_joined(cells))
+    return written(_merge(cells))
 
 
 def written(cells: Sequence[Cell]) -> bytes:
@@ -87,7 +87,7 @@ def written(cells: Sequence[Cell]) -> bytes:
     return (json.dumps(whole, ensure_ascii=False, indent=1, sort_keys=True) + "\n").encode()
 
 
-def _joined(cells: Sequence[Cell]) -> list[Cell]:
+def _merge(cells: Sequence[Cell]) -> list[Cell]:
     """Merge consecutive Markdown cells, up to the next heading or code."""
     result: list[Cell] = []
     for kind, text in cells:
@@ -100,15 +100,15 @@ def _joined(cells: Sequence[Cell]) -> list[Cell]:
 
 
 class _Writer:
-    def __init__(self, survey: Survey, shown: Shown) -> None:
-        self._survey, self._shown = survey, shown
+    def __init__(self, survey: Survey, inputs: NotebookInputs) -> None:
+        self._survey, self._inputs = survey, inputs
         self._source = survey.chapter.source
-        self._html = pieces(survey, shown.known).inline
-        self._base = shown.site.url or "../"
+        self._html = pieces(survey, inputs.context).inline
+        self._base = inputs.site.url or "../"
 
     def head(self) -> Iterator[Cell]:
         """Yield the title, the source, and how to install the imported package."""
-        chapter, site = self._survey.chapter, self._shown.site
+        chapter, site = self._survey.chapter, self._inputs.site
         question = f"*{chapter.question}*\n\n" if chapter.question else ""
         yield (
             "markdown",
@@ -116,7 +116,7 @@ class _Writer:
             f"A chapter of [{site.title}]({self._base}index.html), as a notebook: its text, its figures as first"
             " shown, and the Python that computes their numbers. The figures can be moved by hand on"
             f" [its page]({self._base}{chapter.page}).\n\n"
-            f"The cells import numpy and the site's own package, [{WHEEL}]({self._base}{self._shown.wheel}): save that"
+            f"The cells import numpy and the site's own package, [{WHEEL}]({self._base}{self._inputs.wheel}): save that"
             " file beside this notebook and take the mark off the next line.\n\n"
             f"By {site.author}, {site.year}. Text and figures: [{site.licence}]({site.licence_url}).",
         )
@@ -138,7 +138,7 @@ class _Writer:
             case "plot" if plot := self._survey.plot(first):
                 yield from self._plot(first, plot)
             case "picture" if picture := self._survey.picture(first):
-                panels, words = drawn(picture, self._shown.known) or ((), "")
+                panels, words = drawn(picture, self._inputs.context) or ((), "")
                 images = [_image(panel["svg"], panel["view"][4], panel["view"][5], words) for panel in panels]
                 yield "markdown", f"{' '.join(images)}\n\n*{self._directive(first)}*"
             case "fence" if first.info.split()[:1] == ["python"]:
@@ -161,22 +161,22 @@ class _Writer:
                 raise ValueError(f"{self._source.path}: a block {first.type!r} without its place")
 
     def _figure(self, token: Token, figure: Figure) -> Iterator[Cell]:
-        frame = self._shown.frame(self._survey.chapter.name, figure)
+        frame = self._inputs.frame(self._survey.chapter.name, figure)
         pictures = [
             _image(panel["svg"], panel["view"][4], panel["view"][5], _alternative(frame, panel), panel["caption"])
             for panel in frame["panels"]
         ]
-        readouts = "; ".join(f"{r['label']}: {_said(r)}" for r in frame["readouts"] if r["value"] != "–")
+        readouts = "; ".join(f"{r['label']}: {_readout_text(r)}" for r in frame["readouts"] if r["value"] != "–")
         title = f"**[Figure {figure.number}]({self._address('#' + figure.dom_id)}).** {self._directive(token)}"
         yield "markdown", f"{title}\n\n{' '.join(pictures)}\n\n{readouts}."
         if frame["python"]:
             yield "code", frame["python"]
 
-    def _plot(self, token: Token, placed: Placed) -> Iterator[Cell]:
-        drawing = self._shown.drawn(placed)
-        width, height = placed.plot.sizes["wide"]
-        picture = _image(drawing.svgs["wide"], width, height, placed.plot.title)
-        title = f"**[Figure {placed.number}]({self._address('#' + placed.dom_id)}).** {self._directive(token)}"
+    def _plot(self, token: Token, plot: Placed) -> Iterator[Cell]:
+        drawing = self._inputs.drawn(plot)
+        width, height = plot.plot.sizes["wide"]
+        picture = _image(drawing.svgs["wide"], width, height, plot.plot.title)
+        title = f"**[Figure {plot.number}]({self._address('#' + plot.dom_id)}).** {self._directive(token)}"
         yield "markdown", f"{title}\n\n{picture}\n\n{drawing.words}"
 
     def _note(self, label: str) -> str:
@@ -221,8 +221,8 @@ class _Writer:
                 text_end = directive.text_start + len(directive.text)
                 yield self._offset(line.place), self._offset(line.at(directive.text_start)), ""
                 # Counted from the end of the text, since the directive's own end may be the end of a line.
-                after = self._offset(line.at(text_end))
-                yield after, after + directive.end - text_end, ""
+                tail = self._offset(line.at(text_end))
+                yield tail, tail + directive.end - text_end, ""
             case "cite":
                 first = self._offset(located(token, Citation).place)
                 yield first, self._source.text.index("]", first) + 1, self._plain([token])
@@ -255,12 +255,12 @@ class _Writer:
 
     def _expanded(self, text: str) -> str:
         """The text with the site's macros expanded, since Jupyter does not know them."""
-        for macro, meaning in self._shown.site.macros.items():
+        for macro, meaning in self._inputs.site.macros.items():
             text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)
         return text
 
 
-def _said(readout: Plain) -> str:
+def _readout_text(readout: Plain) -> str:
     """A readout's value with its unit; no space before °."""
     return f"{readout['value']}{'' if readout['unit'] == '°' else ' '}{readout['unit']}".strip()
 
@@ -278,38 +278,39 @@ def _image(svg: str, width: float, height: float, words: str, caption: str = "")
 
 def _bibliography(references: Sequence[Reference]) -> str:
     lines = []
-    for one in references:
-        title = f"[{one.title}]({one.link})" if one.link else one.title
-        venue = f" {one.venue.rstrip('.')}." if one.venue else ""
-        end = "" if one.title[-1] in ".?!" else "."
-        lines.append(f"- {', '.join(one.authors)} ({one.year}{one.letter}). {title}{end}{venue}")
+    for reference in references:
+        title = f"[{reference.title}]({reference.link})" if reference.link else reference.title
+        venue = f" {reference.venue.rstrip('.')}." if reference.venue else ""
+        end = "" if reference.title[-1] in ".?!" else "."
+        lines.append(f"- {', '.join(reference.authors)} ({reference.year}{reference.letter}). {title}{end}{venue}")
     return "## References\n\n" + "\n".join(lines)
 
 
 def notebooks(
-    surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, memory: Memory
+    surveys: Sequence[Survey], bodies: Sequence[Body], inputs: NotebookInputs, cache: Path, memory: Memory
 ) -> dict[str, bytes]:
     """Every chapter's notebook by its path on the site, cached by its inputs. bodies: the rendered chapters."""
     store = Store(cache, "notebooks")
     files = {}
     for survey, body in zip(surveys, bodies, strict=True):
-        make = partial(notebook, survey, body.cited, shown)
-        works = [shown.known.references[key] for key in body.cited]
+        make = partial(notebook, survey, body.cited, inputs)
+        works = [inputs.context.references[key] for key in body.cited]
         key = memory.answer(
             ("notebook", survey.chapter.source.path),
-            (survey, body, works, shown.site, shown.wheel),
-            partial(_made_of, survey, body, shown),
+            (survey, body, works, inputs.site, inputs.wheel),
+            partial(_inputs_hash, survey, body, inputs),
         )
         files[name_of(survey.chapter)] = store.get(key, make)
     return files
 
 
-def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
+def _inputs_hash(survey: Survey, body: Body, inputs: NotebookInputs) -> str:
     """The hash of a notebook's inputs: the chapter as written and as rendered, which includes all that comes from
     elsewhere (numbers, references, drawings with their words and Python), the cited works, the site, and this code."""
     chapter = survey.chapter
-    works = [repr(shown.known.references[key]) for key in body.cited]
-    notes = [shown.site, shown.wheel, chapter.title, chapter.question, chapter.page, chapter.slug, survey.notes, works]
+    works = [repr(inputs.context.references[key]) for key in body.cited]
+    heading = [chapter.title, chapter.question, chapter.page, chapter.slug]
+    notes = [inputs.site, inputs.wheel, *heading, survey.notes, works]
     parts = [("source", chapter.source.text), ("html", body.html), ("notes", repr(notes)), ("code", _code())]
     return fingerprint((name, text.encode()) for name, text in parts)
 
@@ -317,6 +318,6 @@ def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
 @once
 def _code() -> str:
     """The hash of the code that writes notebooks and of the styles that it inlines in pictures."""
-    here = Path(__file__).parent
-    files = [here / "notebooks.py", here / "portable_svg.py", TOKENS, *SHEETS]
+    folder = Path(__file__).parent
+    files = [folder / "notebooks.py", folder / "portable_svg.py", TOKENS, *SHEETS]
     return fingerprint((path.name, path.read_bytes()) for path in files)

@@ -25,10 +25,10 @@ def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
     svg: one element `svg.plot` (widgets.drawing.svg) or `svg.graph-svg` (figures.matplotlib_svg). caption: lines to put
     below it.
     """
-    classes = {name for each in re.findall(r'class="([^"]*)"', svg) for name in each.split()}
-    rules = "".join(text for needed, text in _rules() if needed <= classes)
+    classes = {name for value in re.findall(r'class="([^"]*)"', svg) for name in value.split()}
+    rules = "".join(text for subset, text in _rules() if subset <= classes)
     ground = _light()["panel" if "plot" in classes else "paper"]
-    head, _, rest = svg.partition(">")
+    head, _, body = svg.partition(">")
     inner = re.sub(r' (?:xmlns|width|height|role|aria-\w+)="[^"]*"', "", head)
     lines = [part for line in caption.splitlines() for part in wrap(line, int((width - 12) / LETTER))]
     words = "".join(
@@ -37,7 +37,7 @@ def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height + LINE * len(lines):g}">'
         f"<style>:root{{background:{ground};font:12px {FACE};fill:{_light()['soft']}}}{rules}</style>"
-        f'{inner} width="{width:g}" height="{height:g}">{rest}{words}</svg>'
+        f'{inner} width="{width:g}" height="{height:g}">{body}{words}</svg>'
     )
 
 
@@ -57,16 +57,16 @@ def _rules() -> tuple[tuple[frozenset[str], str], ...]:
     result = []
     for path in SHEETS:
         for rule in rules(path.read_text("utf-8")):
-            body = ";".join(f"{name}:{_written(value)}" for name, value in rule.declarations)
+            body = ";".join(f"{name}:{_with_colours(value)}" for name, value in rule.declarations)
             for selector in rule.selectors:
                 role = re.fullmatch(r"\.[\w-]+", selector) and "--colour" in body
                 if role or selector.startswith((".plot", ".graph-svg")):
-                    needed = frozenset(_CLASS.findall(_CHOICE.sub("", selector)))
-                    result.append((needed, f"{selector}{{{body}}}"))
+                    classes = frozenset(_CLASS.findall(_CHOICE.sub("", selector)))
+                    result.append((classes, f"{selector}{{{body}}}"))
     return tuple(result)
 
 
-def _written(value: str) -> str:
+def _with_colours(value: str) -> str:
     """A value with its variables replaced by the site's colours and font."""
     values = {**_light(), "sans": FACE}
     return re.sub(r"var\(--([\w-]+)\)", lambda m: values.get(m[1], m[0]), value)

@@ -61,11 +61,11 @@ def search_data(pages: Mapping[str, str], cache: Path, memory: Memory | None = N
 
 
 def _entries(name: str, html: str) -> list[list[str]]:
-    parts = sections(name, html) if _searched(name) else []
-    return [[one.at, one.page, one.heading, one.text] for one in parts if one.heading or one.text]
+    parts = sections(name, html) if _is_searched(name) else []
+    return [[part.at, part.page, part.heading, part.text] for part in parts if part.heading or part.text]
 
 
-def _searched(name: str) -> bool:
+def _is_searched(name: str) -> bool:
     """Whether a page is searched; slides and checks repeat their chapters, so they are not."""
     return name not in LEFT_OUT and not name.startswith(("slides-", "checks-"))
 

@@ -18,14 +18,14 @@ def in_part(rungs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     start = max(min(at - RUNGS // 2, len(rungs) - RUNGS), 0)
     part = list(rungs[start : start + RUNGS])
     if start:
-        part[0] = _more(start + 1, "below")
+        part[0] = _ellipsis(start + 1, "below")
     if start + RUNGS < len(rungs):
-        part[-1] = _more(len(rungs) - start - RUNGS + 1, "above")
+        part[-1] = _ellipsis(len(rungs) - start - RUNGS + 1, "above")
     return part
 
 
-def _more(count: int, where: str) -> dict[str, Any]:
-    return {"rung": "…", "title": f"{count} more {where}", "page": "slides.html", "current": False, "emblem": ""}
+def _ellipsis(count: int, side: str) -> dict[str, Any]:
+    return {"rung": "…", "title": f"{count} more {side}", "page": "slides.html", "current": False, "emblem": ""}
 
 
 def check_title(chapter: Chapter, problems: Problems) -> None:
@@ -33,5 +33,5 @@ def check_title(chapter: Chapter, problems: Problems) -> None:
     for name, limit in (("title", TITLE), ("question", QUESTION)):
         count = len(getattr(chapter, name))
         if chapter.slides and count > limit:
-            says = f"{name}: {count} characters, but the title slide fits {limit}"
-            problems.add(chapter.at(name), says)
+            message = f"{name}: {count} characters, but the title slide fits {limit}"
+            problems.add(chapter.at(name), message)

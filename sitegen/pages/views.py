@@ -80,8 +80,8 @@ class FigureView:
         """The filled button: the first that the sentence names in bold, else the widget's primary one if that leads."""
         labels = {button.label: button for button in self.widget.buttons}
         in_bold = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
-        own = [button for button in self.leading.buttons if button.primary]
-        return next(iter([*in_bold, *own]), None)
+        primary = [button for button in self.leading.buttons if button.primary]
+        return next(iter([*in_bold, *primary]), None)
 
     @property
     def leading(self) -> Part:
@@ -98,8 +98,8 @@ class FigureView:
         wide = panel_class(width) == WIDEST
         if len(panels) > 2 and not wide:
             alike = [panel for panel in panels if panel["view"][4] == width]
-            others = [panel for panel in panels if panel["view"][4] != width]
-            return Layout("many row" if len(alike) in ROWS else "many", alike, others)
+            charts = [panel for panel in panels if panel["view"][4] != width]
+            return Layout("many row" if len(alike) in ROWS else "many", alike, charts)
         if len(panels) == 1 or wide:
             flat = width > FLAT * height and len(panels) > 1
             return Layout("beside flat" if flat else "beside", panels[:1], panels[1:])
@@ -123,10 +123,10 @@ class FigureView:
         """The part behind *More*; None if there is none."""
         if self.lead is None or not self.whole:
             return None
-        return self._part(lambda what, name: not self._leads(what, name), lambda key: not self._may_lead(key))
+        return self._part(lambda kind, name: not self._leads(kind, name), lambda key: not self._may_lead(key))
 
-    def _leads(self, what: str, name: str) -> bool:
-        names = getattr(self.lead, what, None)
+    def _leads(self, kind: str, name: str) -> bool:
+        names = getattr(self.lead, kind, None)
         return names is None or name in names
 
     def _may_lead(self, key: Key) -> bool:
@@ -199,9 +199,9 @@ def plain(value: float) -> str:
 
 
 def figure_view(
-    figure: Figure, state: Plain, frame: Plain, tape: Tape, says: Markup = EMPTY, caption: Markup = EMPTY
+    figure: Figure, state: Plain, frame: Plain, tape: Tape, sentence: Markup = EMPTY, caption: Markup = EMPTY
 ) -> FigureView:
-    """The view of a figure with its drawn frame and finished jobs. says: the leading sentence."""
+    """The view of a figure with its drawn frame and finished jobs. sentence: the leading one."""
     record = {"record": state, "frame": first_frame(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
@@ -211,7 +211,7 @@ def figure_view(
         frame,
         Markup(dumps(record)),
         tape.name,
-        says,
+        sentence,
         caption,
         tuple(
             JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
@@ -235,7 +235,7 @@ def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:
 def plot_html(templates: Environment) -> Callable[[Placed, Drawn, Markup], Markup]:
     """The plot macro of the templates."""
     macro = templates.get_template("graph.html").module.graph  # type: ignore[attr-defined]
-    return lambda placed, drawn, caption: Markup(macro(placed, drawn, caption))
+    return lambda plot, drawing, caption: Markup(macro(plot, drawing, caption))
 
 
 def picture_html(templates: Environment) -> Callable[[Sequence[Plain], str, Markup], Markup]:

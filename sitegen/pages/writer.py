@@ -81,11 +81,11 @@ class Writer:
     has_search: bool = False
     download: str = ""
 
-    def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
+    def _page(self, name: str, title: str, description: str, kind: str, **extra: Any) -> Page:
         url = self.site.url
         canonical = (url if name == "index.html" else url + name) if url else ""
         report = self.site.report.replace("{title}", quote(title)).replace("{page}", quote(name))
-        return Page(name, title, description, kind, canonical, report, **more)
+        return Page(name, title, description, kind, canonical, report, **extra)
 
     def _fill(self, template: str, page: Page, **values: Any) -> Inside:
         context = values | {
@@ -121,7 +121,7 @@ class Writer:
         by_rung = {c.rung: c for c in self.chapters if c.rung}
         planned = [(r.rung, r.title, by_rung.get(r.rung)) for r in self.site.ladder]
         names = {c.name for _, _, c in planned if c}
-        rest = [(c.rung, c.title, c) for c in self.chapters if c.name not in names]
+        unplanned = [(c.rung, c.title, c) for c in self.chapters if c.name not in names]
         return [
             {
                 "rung": rung,
@@ -130,7 +130,7 @@ class Writer:
                 "current": chapter is not None and chapter.page == current,
                 "emblem": emblems.path(chapter.emblem) if chapter and chapter.emblem else "",
             }
-            for rung, title, chapter in [*planned, *rest]
+            for rung, title, chapter in [*planned, *unplanned]
         ]
 
     def chapter(
@@ -155,7 +155,7 @@ class Writer:
             page,
             notebook=name_of(chapter),
             slides=len(chapter.slides) + 1 if chapter.slides else 0,
-            **_written(chapter, body, references, terms),
+            **_text_context(chapter, body, references, terms),
         )
 
     def deck(
@@ -163,9 +163,9 @@ class Writer:
     ) -> Inside:
         """The slides of a chapter. decks: all of them, in reading order."""
         chapter, i = deck.chapter, decks.index(deck)
-        says = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
-        page = self._page(chapter.deck, f"{chapter.title}: slides", says, "deck-page")
-        of = {each.chapter.page: each.chapter.deck for each in decks}
+        description = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
+        page = self._page(chapter.deck, f"{chapter.title}: slides", description, "deck-page")
+        of = {d.chapter.page: d.chapter.deck for d in decks}
         rungs = [{**rung, "page": of.get(rung["page"], "")} for rung in self._ladder(chapter.page)]
         return self._fill(
             "deck.html",
@@ -180,19 +180,19 @@ class Writer:
 
     def slides(self, decks: Sequence[Deck]) -> Inside:
         """The page of all decks, each with its question and a still."""
-        says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
-        return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
+        description = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
+        return self._fill("slides.html", self._page("slides.html", "Slides", description, "slides-page"), decks=decks)
 
     def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> Inside:
         """A page of the docs; the style guide's template adds the style sheet's colours and the type."""
         page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
         canonical = "" if doc.hidden else page.canonical
         page = replace(page, canonical=canonical)
-        context = _written(doc, body, references, terms)
+        context = _text_context(doc, body, references, terms)
         if doc.name != STYLE_GUIDE:
             return self._fill("docs.html", page, **context)
-        own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
-        context["contents"] = _tree([*body.contents, *own])
+        headings = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
+        context["contents"] = _tree([*body.contents, *headings])
         return self._fill("style.html", page, swatches=swatches.swatches(), **context)
 
     def glossary(self, terms: Mapping[str, Term]) -> Inside:
@@ -202,8 +202,10 @@ class Writer:
 
     def reference(self) -> Inside:
         """The API reference of the solvers package: functions, types and methods, from their docstrings."""
-        says = "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
-        page = self._page("reference.html", "solvers: reference", says, "reference-page")
+        description = (
+            "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
+        )
+        page = self._page("reference.html", "solvers: reference", description, "reference-page")
         return self._fill("reference.html", page, groups=api_reference.groups(), methods=api_reference.methods())
 
     def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> Inside:
@@ -243,10 +245,10 @@ class Writer:
         insides, rows = [], []
         for chapter, body in bodies:
             if body.claims:
-                own = [checks[test_id] for test_id in dict.fromkeys(claim.test_id for claim in body.claims)]
-                says = f"The tests behind the statements in the chapter {chapter.title}."
-                page = self._page(chapter.checks, f"Checks: {chapter.title}", says, "checks-page")
-                insides.append(self._fill("checks.html", page, chapter=chapter, checks=own))
+                entries = [checks[test_id] for test_id in dict.fromkeys(claim.test_id for claim in body.claims)]
+                description = f"The tests behind the statements in the chapter {chapter.title}."
+                page = self._page(chapter.checks, f"Checks: {chapter.title}", description, "checks-page")
+                insides.append(self._fill("checks.html", page, chapter=chapter, checks=entries))
                 states = Counter(checks[claim.test_id]["state"] for claim in body.claims)
                 causes = sum(claim.kind == "why" for claim in body.claims)
                 rows.append({"chapter": chapter, "all": len(body.claims), "causes": causes, "states": states})
@@ -289,7 +291,7 @@ def hosted(html: str, size: str) -> Markup:
     return Markup(HOSTED.sub(lambda match: match[1].replace("<!--size-->", size) if size else "", html))
 
 
-def _written(
+def _text_context(
     chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Any]:
     """The template context for a chapter's text."""

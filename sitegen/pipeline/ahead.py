@@ -16,9 +16,9 @@ from sitegen.plots import registry
 
 def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[pool.Piece]:
     """The site's own plots and figures that are not cached, as pieces for the pool: plots first, slowest plot first."""
-    plots = registry.longest_first(placed for one in surveys for placed in one.plots.values())
-    ours = [placed for placed in plots if registry.known().get(placed.plot.name) is placed.plot]
-    figures = [(figure, one.taped[figure.id]) for one in surveys for figure in one.figures.values()]
+    plots = registry.longest_first(plot for survey in surveys for plot in survey.plots.values())
+    ours = [plot for plot in plots if registry.known().get(plot.plot.name) is plot.plot]
+    figures = [(figure, survey.taped[figure.id]) for survey in surveys for figure in survey.figures.values()]
     taped = [(figure, states) for figure, states in figures if known_by_name(figure.widget)]
     return [
         *((registry.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
@@ -29,11 +29,11 @@ def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: 
 
 def _beside(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
     """The uncached states outside the tapes: those that still pictures show or that promises are checked against."""
-    for one in surveys:
-        for still in one.tokens.pictures.values():
+    for survey in surveys:
+        for still in survey.tokens.pictures.values():
             if known_by_name(still.figure.widget) and bakery.lacks_frames(still.figure.dom_id, [still.record]):
                 yield still.figure, still.record
-        for figure, record in ((promise.figure, promise.record) for promise in one.promises):
-            apart = known_by_name(figure.widget) and record not in one.taped[figure.id]
-            if apart and bakery.lacks_readouts(figure, record):
+        for figure, record in ((promise.figure, promise.record) for promise in survey.promises):
+            separate = known_by_name(figure.widget) and record not in survey.taped[figure.id]
+            if separate and bakery.lacks_readouts(figure, record):
                 yield figure, record

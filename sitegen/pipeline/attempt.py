@@ -46,9 +46,9 @@ class Outcome:
     @classmethod
     def parsed(cls, plain: dict[str, Any]) -> Outcome:
         """Restore an outcome from the output of plain()."""
-        known = {one.name: plain[one.name] for one in fields(cls) if one.name in plain}
-        lists = {name: tuple(Problem(**one) for one in plain.get(name, ())) for name in ("problems", "warnings")}
-        return cls(**{**known, **lists})
+        values = {f.name: plain[f.name] for f in fields(cls) if f.name in plain}
+        lists = {name: tuple(Problem(**p) for p in plain.get(name, ())) for name in ("problems", "warnings")}
+        return cls(**{**values, **lists})
 
     def lines(self) -> list[str]:
         """What needs fixing, as lines of text."""

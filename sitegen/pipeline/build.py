@@ -33,7 +33,7 @@ from sitegen.chapters.content import (
     read_site,
 )
 from sitegen.chapters.glossary import Term, read_glossary
-from sitegen.chapters.known import Known
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.survey import survey
 from sitegen.chapters.surveyed import Survey
 from sitegen.chapters.values import Values
@@ -46,7 +46,7 @@ from sitegen.markup.math import Mathematics
 from sitegen.markup.math import render as render_formulas
 from sitegen.pages import about
 from sitegen.pages.bodies import Pen, outlines_of_drafts, write
-from sitegen.pages.notebooks import Shown, notebooks
+from sitegen.pages.notebooks import NotebookInputs, notebooks
 from sitegen.pages.views import environment
 from sitegen.pipeline.ahead import missing
 from sitegen.pipeline.context import STANDARD, BuildContext, Parts
@@ -112,8 +112,8 @@ def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
     prune(context.cache)
     warnings = [*problems.warnings, *(problems.notes if context.strict else [])]
     if full := unwritable(context.cache):
-        says = f"this cache cannot be written: {full}; every build starts from scratch"
-        warnings.append(Problem(str(context.cache), 0, 0, says))
+        message = f"this cache cannot be written: {full}; every build starts from scratch"
+        warnings.append(Problem(str(context.cache), 0, 0, message))
     return Report(
         tuple(sorted(name for name in files if name.endswith(".html"))),
         tuple(sorted(warnings)),
@@ -165,37 +165,37 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
     cache, memory, parts, progress = context.cache, context.memory, context.parts, context.progress
     placeable = memory.told("widgets", (), problems, partial(sound, parts.widgets))
 
-    def surveyed(one: Chapter) -> Survey:
-        look = partial(survey, one, placeable, parts.plots)
-        return memory.told(("survey", one.source.path), (one, placeable), problems, look)
+    def surveyed(chapter: Chapter) -> Survey:
+        look = partial(survey, chapter, placeable, parts.plots)
+        return memory.told(("survey", chapter.source.path), (chapter, placeable), problems, look)
 
-    surveys = [surveyed(one) for one in manuscript.written]
-    formulas = [formula for one in surveys for formula in one.formulas]
+    surveys = [surveyed(chapter) for chapter in manuscript.written]
+    formulas = [formula for survey in surveys for formula in survey.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros are defined there
     mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, memory)
     templates = environment(context.root, cache)
     broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
-    started = None if broken else memory.answer("runtime", (), partial(_runtime, context))
-    templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
+    runtime = None if broken else memory.answer("runtime", (), partial(_runtime, context))
+    templates.globals["wheel"] = f"runtime/{runtime.wheel}" if runtime else ""
     bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, memory.answer("codes", (), _codes), gallery)
-    unmade = [one for one in surveys if not memory.has_told(("tapes", one.chapter.source.path), one, problems)]
+    unmade = [s for s in surveys if not memory.has_told(("tapes", s.chapter.source.path), s, problems)]
     pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress, memory)
-    early = {**contents(started), **{tape.name: tape.script for tape in tapes.values()}}
+    early = {**contents(runtime), **{tape.name: tape.script for tape in tapes.values()}}
     for name, data in early.items() if context.pack else ():
         beside.submit(packed, name, data, cache)  # publish and archive then find the copies in the cache
     if context.strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
-    return _Media(surveys, mathematics, templates, started, tapes, bakery, gallery, values)
+    return _Media(surveys, mathematics, templates, runtime, tapes, bakery, gallery, values)
 
 
 def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, problems: Problems) -> Content:
     """Render the chapters into what the pages are written from. Raises BuildFailed if anything is wrong."""
     root, cache, memory, parts = context.root, context.cache, context.memory, context.parts
-    drafts = outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in manuscript.left_out)
-    known = Known(
+    drafts = outlines_of_drafts(survey(c, parts.widgets, parts.plots, Problems()) for c in manuscript.left_out)
+    render_context = RenderContext(
         root=root,
         chapters=(),
         drafts=drafts,
@@ -208,16 +208,17 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         values=media.values,
         frames=partial(frames_of, media.bakery, problems, {}),
         readouts=partial(readouts_of, media.bakery, problems, {}),
-        figure_html=lambda figure, says, caption, question: Markup(""),  # the pen replaces these three
-        plot_html=lambda placed, caption: Markup(""),
+        figure_html=lambda figure, sentence, caption, question: Markup(""),  # the pen replaces these three
+        plot_html=lambda plot, caption: Markup(""),
         picture_html=lambda panels, words, caption: Markup(""),
         problems=problems,
     )
-    known, texts = write(media.surveys, known, Pen(media.templates, media.tapes, media.bakery, media.gallery), memory)
+    pen = Pen(media.templates, media.tapes, media.bakery, media.gallery)
+    render_context, texts = write(media.surveys, render_context, pen, memory)
     media.values.keep()
     count = len(manuscript.chapters)
-    surveys, written = media.surveys[:count], [(text.chapter, text.body) for text in texts]
-    bodies, docs = written[:count], written[count:]
+    surveys, pairs = media.surveys[:count], [(text.chapter, text.body) for text in texts]
+    bodies, docs = pairs[:count], pairs[count:]
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in manuscript.references}
     for reference in unused(manuscript.references, (key for key, by in cited.items() if by)):
         problems.note(reference.place, f"unused reference {reference.key}")
@@ -225,10 +226,14 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         raise BuildFailed([*problems.found, *(problems.warnings if context.strict else [])])
 
     wheel = str(media.templates.globals["wheel"])
-    shown = Shown(
-        manuscript.site, known, wheel, lambda page, figure: media.tapes[page, figure.id].first, media.gallery.drawn
+    inputs = NotebookInputs(
+        manuscript.site,
+        render_context,
+        wheel,
+        lambda page, figure: media.tapes[page, figure.id].first,
+        media.gallery.drawn,
     )
-    tests = {claim.test_id: known.tests[claim.test_id].source for _, body in written for claim in body.claims}
+    tests = {claim.test_id: render_context.tests[claim.test_id].source for _, body in pairs for claim in body.claims}
     plain = [body for _, body in bodies]
     return Content(
         site=manuscript.site,
@@ -241,9 +246,9 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         decks=[text.deck for text in texts if text.deck],
         references=manuscript.references,
         cited=cited,
-        known=known,
+        context=render_context,
         licences=memory.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
-        notebooks=notebooks(surveys, plain, shown, cache, memory),
+        notebooks=notebooks(surveys, plain, inputs, cache, memory),
         made=about.made(root, surveys, plain, media.started.size if media.started else 0),
         sources=memory.answer("tests as code", tests, partial(_sources, tests, cache)),
     )
@@ -256,10 +261,10 @@ def _codes() -> dict[str, str]:
 
 def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
     """The highlighted source of each test that backs a claim."""
-    shown = Remembered(cache, f"code-{version('pygments')}, {WAY}")
-    made = {name: shown.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
-    shown.keep()
-    return {name: Markup(code) for name, code in made.items()}
+    remembered = Remembered(cache, f"code-{version('pygments')}, {WAY}")
+    sources = {name: remembered.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
+    remembered.keep()
+    return {name: Markup(code) for name, code in sources.items()}
 
 
 def _runtime(context: BuildContext) -> RuntimeInfo | None:

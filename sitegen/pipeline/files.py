@@ -20,7 +20,7 @@ from sitegen.assets.tokens import colours
 from sitegen.assets.typefaces import FontSet
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import FIXED_PAGES, Chapter, Site
-from sitegen.chapters.known import Known
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body
 from sitegen.external import fetch
 from sitegen.figures.tape import Tape
@@ -48,7 +48,7 @@ class Content:
     decks: Sequence[Deck]
     references: Mapping[str, Reference]
     cited: Mapping[str, Sequence[Chapter]]
-    known: Known
+    context: RenderContext
     licences: Sequence[fetch.Licence]
     notebooks: Mapping[str, bytes]
     made: about.Made
@@ -58,7 +58,7 @@ class Content:
 def site_files(context: BuildContext, content: Content, problems: Problems) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and the packed copies."""
     parts, memory, cache = context.parts, context.memory, context.cache
-    templates, started = content.templates, content.started
+    templates, runtime = content.templates, content.started
     scripts = {tape.name: tape.script for tape in content.tapes.values()}
     # The text of the pages determines the fonts' glyphs and the search index, and the page frames link to both.
     zipped = folder_name(content.site.title) + ".zip" if context.pack else ""
@@ -67,17 +67,17 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
     )
     insides = _insides(content, writer)
     assets = _assets(context, content, insides, scripts, problems)
-    found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
-    images = {image.name: image.data for body in found for image in body.images}
-    rest = {**scripts, **images, **assets.files}
+    bodies = [*(body for _, body in [*content.bodies, *content.docs]), *(deck.found for deck in content.decks)]
+    images = {image.name: image.data for body in bodies for image in body.images}
+    media = {**scripts, **images, **assets.files}
     pages = partial(_pages, content, writer, insides)
     if context.pack:
-        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **rest})
+        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **media})
         assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
-    files = {**pages(assets), **rest}
+    files = {**pages(assets), **media}
     if content.site.url:
         files["sitemap.xml"] = writer.sitemap(_public(content)).encode()
-    files |= _for_hosts(context.root, templates, files, started)
+    files |= _for_hosts(context.root, templates, files, runtime)
     if assets.download:
         files[assets.download.name] = assets.download.data
     files |= content.notebooks  # they are for download, so not among the files kept for offline use
@@ -100,25 +100,26 @@ def _assets(
     assets = read_assets(
         context.root,
         pictures,
-        [fontset.css if fontset else "", content.known.mathematics.css],
+        [fontset.css if fontset else "", content.context.mathematics.css],
         fontset.files if fontset else {},
         fontset.preload if fontset else (),
         problems,
         cache,
         context.progress,
     )
-    if started := content.started:
-        assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
+    if runtime := content.started:
+        assets.runtime = {"folder": "runtime/", "files": json.dumps(runtime.start_files()), "bytes": runtime.size}
     if parts.search is not None:
         library = memory.answer("search", (), partial(parts.search, cache))
         assets.search_library = assets.add("minisearch.js", library)
         hidden = {doc.page for doc, _ in content.docs if doc.hidden}
-        seen = {name: str(one.html) for name, one in insides.items() if name not in hidden}
-        assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, memory))
+        visible = {name: str(inside.html) for name, inside in insides.items() if name not in hidden}
+        assets.search_data = assets.add("search.js", search_index.search_data(visible, cache, memory))
     if webmanifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, colours()["paper"]
-        made = webmanifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
-        assets.manifest = assets.add("site.webmanifest", made)
+        texts = site.title, site.description, site.language
+        manifest = webmanifest.web_manifest(*texts, assets.ground[0], assets.pictures)
+        assets.manifest = assets.add("site.webmanifest", manifest)
     return assets
 
 
@@ -126,7 +127,7 @@ def _public(content: Content) -> list[str]:
     """The pages to list in the site map."""
     own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
     own += [doc.page for doc, _ in content.docs if not doc.hidden]
-    slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
+    slides = [*(deck.chapter.deck for deck in content.decks), *(["slides.html"] if content.decks else [])]
     return [*(chapter.page for chapter in content.chapters), *own, *slides]
 
 
@@ -134,9 +135,10 @@ def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mappin
     """The typefaces, subset to the letters that pages and figures need."""
     if context.parts.cut_fonts is None:
         return None
-    letters = characters({name: one.html for name, one in insides.items()}, scripts, context.cache, context.memory)
-    cut = partial(context.parts.cut_fonts, *letters, url="fonts/", cache=context.cache, progress=context.progress)
-    return context.memory.answer("fonts", letters, cut)
+    pages = {name: inside.html for name, inside in insides.items()}
+    letters = characters(pages, scripts, context.cache, context.memory)
+    make = partial(context.parts.cut_fonts, *letters, url="fonts/", cache=context.cache, progress=context.progress)
+    return context.memory.answer("fonts", letters, make)
 
 
 def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
@@ -145,17 +147,17 @@ def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapp
         return {}
     site = content.site
     emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem and site.url}
-    says = site.title, site.description, fontset, emblems
-    return context.memory.answer("emblem", says, partial(context.parts.draw_emblem, *says, cache=context.cache))
+    inputs = site.title, site.description, fontset, emblems
+    return context.memory.answer("emblem", inputs, partial(context.parts.draw_emblem, *inputs, cache=context.cache))
 
 
 def _for_hosts(
-    root: Path, templates: Environment, files: Mapping[str, bytes], started: RuntimeInfo | None
+    root: Path, templates: Environment, files: Mapping[str, bytes], runtime: RuntimeInfo | None
 ) -> dict[str, bytes]:
     """The files for hosting: the service worker that caches the site, and `_headers` with the headers to send."""
-    worker = service_worker(root, files, started.kept_files() if started else ())
-    sent = headers(policy(**inline(templates).hashes))
-    return {**({} if worker is None else {"sw.js": worker}), "_headers": sent.encode()}
+    worker = service_worker(root, files, runtime.kept_files() if runtime else ())
+    text = headers(policy(**inline(templates).hashes))
+    return {**({} if worker is None else {"sw.js": worker}), "_headers": text.encode()}
 
 
 def _unpacked(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[str, bytes]:
@@ -167,10 +169,10 @@ def _unpacked(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[
 
 def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
     """The contents of each page, by the page's name."""
-    references, terms = content.references, content.known.terms
+    references, terms = content.references, content.context.terms
     insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
     insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
-    insides += [writer.deck(each, content.decks, references, terms) for each in content.decks]
+    insides += [writer.deck(deck, content.decks, references, terms) for deck in content.decks]
     if content.decks:
         insides.append(writer.slides(content.decks))
     bodies = [*content.bodies, *content.docs]
@@ -179,7 +181,7 @@ def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
         writer.glossary(terms),
         writer.about(content.made),
         writer.reference(),
-        *writer.checks(bodies, content.known.tests, content.known.results, content.sources),
+        *writer.checks(bodies, content.context.tests, content.context.results, content.sources),
         writer.licences(content.licences),
     ]
     return {inside.page.name: inside for inside in insides}
@@ -188,8 +190,8 @@ def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
 def _pages(content: Content, writer: Writer, insides: Mapping[str, Inside], assets: Assets) -> dict[str, bytes]:
     """Every page by name: the framed ones, and those that load nothing (redirects and 404)."""
     pages = {name: writer.framed(inside, assets) for name, inside in insides.items()}
-    written = [*content.chapters, *(doc for doc, _ in content.docs)]
-    pages |= {f"{name}.html": writer.redirect(one).encode() for one in written for name in _old_names(one)}
+    chapters = [*content.chapters, *(doc for doc, _ in content.docs)]
+    pages |= {f"{name}.html": writer.redirect(chapter).encode() for chapter in chapters for name in _old_names(chapter)}
     return pages | {"404.html": writer.lost(assets).encode()}
 
 

@@ -19,15 +19,15 @@ from sitegen.stopping import held
 
 def clear(dest: Path) -> None:
     """Check that `dest` can be replaced: raises BuildFailed if it is a file or a link, which a build would displace."""
-    what = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
-    if what:
-        message = f"expected a folder to build in, got {what}: move or rename it first"
+    kind = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
+    if kind:
+        message = f"expected a folder to build in, got {kind}: move or rename it first"
         raise BuildFailed([Problem(dest.name, 0, 0, message)])
 
 
 def publish(
     files: Mapping[str, bytes],
-    started: RuntimeInfo | None,
+    runtime: RuntimeInfo | None,
     dest: Path,
     pack: bool,
     cache: Path,
@@ -39,7 +39,7 @@ def publish(
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     try:
         beside.chmod(0o755)
-        _fill(beside, {**contents(started), **files}, dest, pack, cache, progress)
+        _fill(beside, {**contents(runtime), **files}, dest, pack, cache, progress)
         if (dest / ".gitignore").is_file():  # it is tracked in git and not made by the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
         with held():
@@ -49,9 +49,9 @@ def publish(
             shutil.rmtree(beside, ignore_errors=True)
 
 
-def contents(started: RuntimeInfo | None) -> dict[str, bytes]:
+def contents(runtime: RuntimeInfo | None) -> dict[str, bytes]:
     """The runtime's files by their names on the site."""
-    return {f"runtime/{name}": data for name, data in started.contents.items()} if started else {}
+    return {f"runtime/{name}": data for name, data in runtime.contents.items()} if runtime else {}
 
 
 def _fill(
@@ -65,9 +65,9 @@ def _fill(
         packs = [threads.submit(packed, name, data, cache) for name, data in files.items()] if pack else []
         for i, (name, data) in enumerate(files.items()):
             progress("writing pages", i, len(files))
-            for each, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
-                if not _linked(old / each, folder / each, bytes_):
-                    (folder / each).write_bytes(bytes_)
+            for path, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
+                if not _linked(old / path, folder / path, bytes_):
+                    (folder / path).write_bytes(bytes_)
     progress("writing pages", len(files), len(files))
 
 

@@ -30,28 +30,28 @@ def long_plots() -> dict[str, Plot]:
     return {name: plot for name, plot in known().items() if plot.parts}
 
 
-def run_part(name: str, asked: Asked) -> Any:
+def run_part(name: str, arguments: Asked) -> Any:
     """Run one part of a plot and return its result."""
     plot = known()[name]
     assert plot.parts is not None
-    return plot.parts.run(asked)
+    return plot.parts.run(arguments)
 
 
 def renew(names: Iterable[str], processes: int, progress: Progress) -> list[str]:
     """Rerun, in parallel processes, the parts of these plots whose stored file is stale. Return the plots rerun."""
     stale = {name: plot.parts for name, plot in long_plots().items() if name in set(names) and plot.parts}
     stale = {name: parts for name, parts in stale.items() if parts.kept() is None}
-    every = [(name, asked) for name, parts in stale.items() for asked in parts.asked]
-    found: dict[str, dict[Asked, Any]] = {name: {} for name in stale}
-    with pool.working([(run_part, each) for each in every], processes) as finished:
-        for done, (place, value) in enumerate(finished):
+    pieces = [(name, arguments) for name, parts in stale.items() for arguments in parts.asked]
+    results: dict[str, dict[Asked, Any]] = {name: {} for name in stale}
+    with pool.working([(run_part, piece) for piece in pieces], processes) as finished:
+        for count, (index, value) in enumerate(finished):
             if isinstance(value, pool.PieceFailed):
                 raise value
-            name, asked = every[place]
-            found[name][asked] = value
-            progress("computing plots", done + 1, len(every))
+            name, arguments = pieces[index]
+            results[name][arguments] = value
+            progress("computing plots", count + 1, len(pieces))
     for name, parts in stale.items():
-        parts.keep(found[name])
+        parts.keep(results[name])
     return list(stale)
 
 
@@ -64,39 +64,40 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
     wrong, stale, proved = [], [], 0
     for name, plot in (long_plots() if plots is None else plots).items():
         assert plot.parts is not None
-        file, found = f"{FOLDER}/{name}.json", plot.parts.kept()
-        if found is None:
-            again = f"run `python3 build.py sweep --only {name}`"
-            stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy, or damaged; {again}"))
+        file, results = f"{FOLDER}/{name}.json", plot.parts.kept()
+        if results is None:
+            command = f"run `python3 build.py sweep --only {name}`"
+            stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy, or damaged; {command}"))
             continue
-        asked, make = sample(found), plot.parts.run
-        given = json.dumps([platform.platform(), platform.processor(), plot.parts.file.read_text("utf-8")])
-        value = remembered.answer(given, partial(make, asked)) if remembered else make(asked)
-        if alike(found[asked], value):
+        arguments, make = sample(results), plot.parts.run
+        inputs = json.dumps([platform.platform(), platform.processor(), plot.parts.file.read_text("utf-8")])
+        value = remembered.answer(inputs, partial(make, arguments)) if remembered else make(arguments)
+        if alike(results[arguments], value):
             proved += 1
         else:
-            message = f"{named(asked)!r} is {json.dumps(found[asked])}; the same code gives {json.dumps(value)}"
+            stored = json.dumps(results[arguments])
+            message = f"{named(arguments)!r} is {stored}; the same code gives {json.dumps(value)}"
             wrong.append(Problem(file, 0, 0, message))
     if remembered:
         remembered.keep()
     return Standing(tuple(wrong), tuple(stale), proved)
 
 
-def sample(found: Mapping[Asked, Any]) -> Asked:
+def sample(results: Mapping[Asked, Any]) -> Asked:
     """One of the parts, picked by a hash of all their results."""
-    text = json.dumps([[named(asked), value] for asked, value in found.items()])
-    return list(found)[int(sha256(text.encode()).hexdigest(), 16) % len(found)]
+    text = json.dumps([[named(arguments), value] for arguments, value in results.items()])
+    return list(results)[int(sha256(text.encode()).hexdigest(), 16) % len(results)]
 
 
-def alike(one: Any, other: Any) -> bool:
+def alike(first: Any, second: Any) -> bool:
     """Whether two results of a part agree: counts within OFF, measurements within a fraction NEAR of the first."""
-    match one, other:
+    match first, second:
         case dict(), dict():
-            return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+            return first.keys() == second.keys() and all(alike(first[key], second[key]) for key in first)
         case list(), list():
-            return len(one) == len(other) and all(map(alike, one, other))
+            return len(first) == len(second) and all(map(alike, first, second))
         case int(), int():
-            return abs(one - other) <= OFF
+            return abs(first - second) <= OFF
         case (int() | float()), (int() | float()):
-            return abs(one - other) <= NEAR * abs(one)
-    return bool(one == other)
+            return abs(first - second) <= NEAR * abs(first)
+    return bool(first == second)

@@ -25,18 +25,18 @@ def try_presets(
 ) -> None:
     """Draw each preset, untouched and after each of its press buttons; cached frames are not drawn again."""
     places = {figure.widget.name: figure.place for one in reversed(surveys) for figure in one.figures.values()}
-    asked = [(name, _states(widget, chosen)) for name, widget in widgets.items() for chosen in widget.presets]
-    ours = [(f"fig-{name}", records) for name, records in asked if known_by_name(widgets[name])]
-    lacking = [(draw_ahead, (*each, cache)) for each in ours if bakery.lacks_frames(*each)]
+    states = [(name, _states(widget, choice)) for name, widget in widgets.items() for choice in widget.presets]
+    ours = [(f"fig-{name}", records) for name, records in states if known_by_name(widgets[name])]
+    lacking = [(draw_ahead, (*pair, cache)) for pair in ours if bakery.lacks_frames(*pair)]
     pool.make("trying presets", lacking, progress)
-    for name, records in asked:
+    for name, records in states:
         try:
             bakery.frames(f"fig-{name}", records)
         except FigureFault as fault:
             fault.tell(problems, places.get(name))
 
 
-def _states(widget: Widget, chosen: str) -> list[Plain]:
-    plain = preset(widget, chosen).plain()
+def _states(widget: Widget, name: str) -> list[Plain]:
+    plain = preset(widget, name).plain()
     presses = [button.name for button in widget.buttons if button.does == "press"]
     return [plain, *({**plain, "log": [["press", press]]} for press in presses)]

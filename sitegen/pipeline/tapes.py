@@ -20,22 +20,22 @@ def record_tapes(
 ) -> dict[tuple[str, str], Tape]:
     """The tape of every figure, by page name and figure id."""
     tapes: dict[tuple[str, str], Tape] = {}
-    for i, one in enumerate(surveys):
+    for i, survey in enumerate(surveys):
         progress("drawing figures", i, len(surveys))
-        tapes |= memory.told(("tapes", one.chapter.source.path), one, problems, partial(_tapes, one, bakery))
+        tapes |= memory.told(("tapes", survey.chapter.source.path), survey, problems, partial(_tapes, survey, bakery))
     progress("drawing figures", len(surveys), len(surveys))
     return tapes
 
 
-def _tapes(one: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, str], Tape]:
+def _tapes(survey: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, str], Tape]:
     tapes = {}
-    for figure in one.figures.values():
+    for figure in survey.figures.values():
         try:
-            script, first, states = bakery.tape(figure.dom_id, one.taped[figure.id], tape_script)
+            script, first, states = bakery.tape(figure.dom_id, survey.taped[figure.id], tape_script)
             results = bakery.results(figure.dom_id, figure.record.plain())
         except FigureFault as fault:  # an error in a widget: the author sees where, in which figure and why
             fault.tell(problems, figure.place)
             continue
-        name = hashed_name(f"tapes/{one.chapter.name}-{figure.id}.js", script)
-        tapes[one.chapter.name, figure.id] = Tape(name, script, first, results, states)
+        name = hashed_name(f"tapes/{survey.chapter.name}-{figure.id}.js", script)
+        tapes[survey.chapter.name, figure.id] = Tape(name, script, first, results, states)
     return tapes

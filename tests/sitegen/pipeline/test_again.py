@@ -11,7 +11,7 @@ import pytest
 
 from sitegen.cache.memory import Memory
 from sitegen.chapters.claims import write_results
-from sitegen.chapters.known import Known
+from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
 from sitegen.pages import bodies
@@ -205,9 +205,9 @@ def test_a_sentence_makes_its_own_chapter_anew_and_no_other(again: Again, monkey
     made: list[str] = []
     render = bodies.render
 
-    def watched(one: Survey, known: Known) -> Body:
+    def watched(one: Survey, context: RenderContext) -> Body:
         made.append(one.chapter.name)
-        return render(one, known)
+        return render(one, context)
 
     monkeypatch.setattr(bodies, "render", watched)
     again.build()

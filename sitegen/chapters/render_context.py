@@ -22,7 +22,7 @@ from sitegen.problems import Problems
 
 
 @dataclass(frozen=True)
-class Known:
+class RenderContext:
     """Everything that rendering looks up. pages: name → anchors, None if any is accepted; drafts: those not built.
 
     Equal objects give the same rendering of a chapter: fields that are not compared return the same results for the
