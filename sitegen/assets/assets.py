@@ -85,16 +85,16 @@ def read_assets(
         assets.pictures[name] = assets.add(name, data)
     for name, data in fonts.items():
         assets.files[f"assets/fonts/{name}"] = data
-    assets.preload = tuple(replace(each, url=f"assets/{each.url}") for each in preload)
+    assets.preload = tuple(replace(entry, url=f"assets/{entry.url}") for entry in preload)
     files: dict[str, str] = {}
     for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
         files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)
     files = {name: filled(text) for name, text in files.items()}
-    wanted = [entry for entry in _entries(files, assets, problems) if entry.path in files]
-    before = "\n".join(styles) + "\n"
-    for entry, made in zip(wanted, bundled(wanted, cache, problems, progress), strict=True):
+    entries = [entry for entry in _entries(files, assets, problems) if entry.path in files]
+    prelude = "\n".join(styles) + "\n"
+    for entry, bundle in zip(entries, bundled(entries, cache, problems, progress), strict=True):
         name, attribute = ENTRIES[entry.path.removeprefix("templates/assets/")]
-        setattr(assets, attribute, _put(assets, name, made, before if attribute == "css" else ""))
+        setattr(assets, attribute, _put(assets, name, bundle, prelude if attribute == "css" else ""))
     return assets
 
 
@@ -103,34 +103,34 @@ def _entries(files: Mapping[str, str], assets: Assets, problems: Problems) -> li
     entries = []
     for path in ENTRIES:
         path = f"templates/assets/{path}"
-        same = {name: text for name, text in files.items() if Path(name).suffix == Path(path).suffix}
-        pictures = _linked(same, assets, problems) if path.endswith(".css") else {}
-        entries.append(Entry(path, same, pictures))
+        group = {name: text for name, text in files.items() if Path(name).suffix == Path(path).suffix}
+        pictures = _picture_addresses(group, assets, problems) if path.endswith(".css") else {}
+        entries.append(Entry(path, group, pictures))
     return entries
 
 
-def _put(assets: Assets, name: str, made: Bundle, before: str) -> str:
-    """Add a bundle and its source map, which its last line names; the text `before` it is not in the map."""
-    if not made.code:
-        return assets.add(name, before.encode())
-    source_map = assets.add(f"{name}{MAP}", made.placed(before.count("\n")).encode())
+def _put(assets: Assets, name: str, bundle: Bundle, prelude: str) -> str:
+    """Add a bundle and its source map, which its last line names; the `prelude` is not in the map."""
+    if not bundle.code:
+        return assets.add(name, prelude.encode())
+    source_map = assets.add(f"{name}{MAP}", bundle.placed(prelude.count("\n")).encode())
     comment = f"sourceMappingURL={PurePosixPath(source_map).name}"
     last = f"/*# {comment} */" if name.endswith(".css") else f"//# {comment}"
-    return assets.add(name, f"{before}{made.code.rstrip()}\n{last}\n".encode())
+    return assets.add(name, f"{prelude}{bundle.code.rstrip()}\n{last}\n".encode())
 
 
-def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> dict[str, str]:
+def _picture_addresses(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> dict[str, str]:
     """The addresses on the site of the pictures that the sheets name by url(…); unknown ones go to `problems`."""
-    found = {}
+    addresses = {}
     for path, text in sheets.items():
         for url in urls(text):
             name = url.address
             if name.startswith(("data:", "#")):
                 continue
             if name in assets.pictures:
-                found[name] = assets.pictures[name].removeprefix("assets/")
+                addresses[name] = assets.pictures[name].removeprefix("assets/")
                 continue
-            said = f"unknown picture {name!r}, not in templates/assets{hint(name, assets.pictures)}"
-            problems.add(Place(path, url.line, url.column), said)
-    return found
+            message = f"unknown picture {name!r}, not in templates/assets{hint(name, assets.pictures)}"
+            problems.add(Place(path, url.line, url.column), message)
+    return addresses
 

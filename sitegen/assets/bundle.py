@@ -82,7 +82,7 @@ def bundled(
 
 def _run(entries: Sequence[Entry], cache: Path, progress: Progress) -> list[Any]:
     paths = fetch.gather(["esbuild"], cache=cache, progress=progress)
-    bundles = [{"entry": each.path, "files": dict(each.files), "pictures": dict(each.pictures)} for each in entries]
+    bundles = [{"entry": entry.path, "files": dict(entry.files), "pictures": dict(entry.pictures)} for entry in entries]
     request = {
         "library": str(paths["esbuild/lib/browser.min.js"]),
         "wasm": str(paths["esbuild/esbuild.wasm"]),

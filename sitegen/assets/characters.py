@@ -16,18 +16,18 @@ REMEMBERED = 500  # pages and tapes of earlier builds
 def characters(pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Path, memory: Memory) -> tuple[str, str]:
     """The characters in the pages' text, including the tapes, and in their mathematics. A tape's name holds its
     content's hash."""
-    known = Remembered(cache, f"characters-{typefaces.FORMAT}", REMEMBERED)
+    memo = Remembered(cache, f"characters-{typefaces.FORMAT}", REMEMBERED)
 
     def of_page(page: str) -> tuple[str, str]:
-        return known.answer(page, partial(typefaces.characters, [page]))  # type: ignore[no-any-return]
+        return memo.answer(page, partial(typefaces.characters, [page]))  # type: ignore[no-any-return]
 
     def of_tape(name: str) -> tuple[str, str]:
-        return known.answer(name, partial(_letters, scripts[name]))  # type: ignore[no-any-return]
+        return memo.answer(name, partial(_letters, scripts[name]))  # type: ignore[no-any-return]
 
     pairs = [memory.answer(("letters", name), page, partial(of_page, page)) for name, page in pages.items()]
     pairs += memory.answer("letters of tapes", list(scripts), lambda: list(map(of_tape, scripts)))
-    known.keep()
-    text, signs = ("".join(sorted(set().union(*both))) for both in zip(*pairs, strict=True))
+    memo.keep()
+    text, signs = ("".join(sorted(set().union(*sets))) for sets in zip(*pairs, strict=True))
     return text, signs
 
 

@@ -52,8 +52,8 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
         facts = struct.pack(
             "<5H3L2H", VERSION, 0, method, *NOON, zlib.crc32(data), len(packed), len(data), len(member), 0
         )
-        made_by, rest = struct.pack("<H", VERSION), struct.pack("<3H2L", 0, 0, 0, 0, at)
-        directory += b"PK\1\2" + made_by + facts + rest + member
+        made_by, details = struct.pack("<H", VERSION), struct.pack("<3H2L", 0, 0, 0, 0, at)
+        directory += b"PK\1\2" + made_by + facts + details + member
         body += [b"PK\3\4" + facts + member, packed]
         at += len(body[-2]) + len(packed)
     end = struct.pack("<4H2LH", 0, 0, len(files), len(files), len(directory), at, 0)

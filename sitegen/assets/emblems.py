@@ -37,11 +37,11 @@ def profile(name: str) -> Array:
 def path(name: str) -> str:
     """The ring as a path for an icon of 24 units, to be filled by the even-odd rule; y points down."""
     scale = BOX / 2 / (marks.OUTER + 0.1)
-    inside = marks.INNER * scale
-    outside = (profile(name) * (scale, -scale) + BOX / 2).round(1)
+    inner = marks.INNER * scale
+    outer = (profile(name) * (scale, -scale) + BOX / 2).round(1)
     if RUNGS[name].flat:  # nothing to fill, so only a line
-        return _circle(inside + 0.4) + _circle(inside - 0.4)
-    return "M" + "L".join(f"{x:g} {y:g}" for x, y in outside.tolist()) + "z" + _circle(inside - 0.4)
+        return _circle(inner + 0.4) + _circle(inner - 0.4)
+    return "M" + "L".join(f"{x:g} {y:g}" for x, y in outer.tolist()) + "z" + _circle(inner - 0.4)
 
 
 def _circle(radius: float) -> str:
@@ -52,22 +52,22 @@ def _circle(radius: float) -> str:
 def draw(axes: Any, theme: dict[str, str], name: str, middle: Array, scale: float) -> None:
     """Draw the dial on matplotlib axes whose y points down: ring, room, the robot's turned scan, its ball. scale: px
     per world unit."""
-    one = dial(name)
+    rung = dial(name)
 
     def px(points: Any) -> Any:
         return middle + np.asarray(points) * (scale, -scale)
 
     ring, circle = profile(name), place(CIRCLE, marks.INNER)
     from_top = np.roll(ring, len(ring) // 2, axis=0)  # the seam is where the ring is thinnest
-    both = px(np.concatenate([from_top, from_top[:1], circle[::-1]]))
-    axes.fill(*both.T, color=theme["accent"], alpha=0.16, lw=0)
+    band = px(np.concatenate([from_top, from_top[:1], circle[::-1]]))
+    axes.fill(*band.T, color=theme["accent"], alpha=0.16, lw=0)
     for line in (np.concatenate([ring, ring[:1]]), circle):
         axes.plot(*px(line).T, color=theme["accent"], lw=2.0)
     axes.plot(*px(place(np.zeros(2), np.array([marks.INNER - 0.35, marks.OUTER + 0.1]))).T, color=theme["truth"])
-    for curve in one.clouds.scene.outline:
+    for curve in rung.clouds.scene.outline:
         axes.plot(*px(curve).T, color=theme["truth"], alpha=0.5, lw=5.0, solid_joinstyle="round")
         axes.plot(*px(TURN.apply(curve)).T, color=theme["source"], lw=1.8)
-    axes.scatter(*px(one.clouds.target).T, s=22.0, marker="s", color=theme["target"], lw=0, zorder=3)
-    axes.scatter(*px(TURN.apply(one.clouds.source)).T, s=26.0, color=theme["source"], lw=0, zorder=4)
-    ball = px(marks.at(one, False, np.array([TURN.angle])))
+    axes.scatter(*px(rung.clouds.target).T, s=22.0, marker="s", color=theme["target"], lw=0, zorder=3)
+    axes.scatter(*px(TURN.apply(rung.clouds.source)).T, s=26.0, color=theme["source"], lw=0, zorder=4)
+    ball = px(marks.at(rung, False, np.array([TURN.angle])))
     axes.scatter(*ball.T, s=300.0, color=theme["source"], lw=0, zorder=5)

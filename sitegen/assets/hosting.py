@@ -74,15 +74,15 @@ def service_worker(
     pages = {name: data for name, data in files.items() if name not in FOR_HOSTS and not name.endswith(MAP)}
     filled = {
         "VERSION": fingerprint((name, digest(data).encode()) for name, data in [*pages.items(), ("sw.js", code)])[:16],
-        "FILES": _listed((name, len(data), digest(data)) for name, data in pages.items()),
-        "RUNTIME": (python := _listed(runtime)),
+        "FILES": _file_list((name, len(data), digest(data)) for name, data in pages.items()),
+        "RUNTIME": (python := _file_list(runtime)),
         "RUNTIME_VERSION": short_hash(python.encode()),
         "IMMUTABLE": json.dumps(IMMUTABLE),
     }
     return re.sub(r"__([A-Z_]+)__", lambda match: filled[match[1]], code.decode()).encode()
 
 
-def _listed(files: Iterable[tuple[str, int, str]]) -> str:
+def _file_list(files: Iterable[tuple[str, int, str]]) -> str:
     """Name, bytes and integrity of each file as JSON, one line per file."""
     lines = [json.dumps([name, size, integrity(hashed)]) for name, size, hashed in sorted(files)]
     return "[\n" + "".join(f"  {line},\n" for line in lines).removesuffix(",\n") + "\n]"

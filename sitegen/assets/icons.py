@@ -56,10 +56,10 @@ def make(
     store = Store(cache or cache_dir(), "emblem")
     scene = kabsch_scene("clean")
     shapes = [scene.source, scene.target, *scene.outline, scene.truth.matrix, scene.start.matrix]
-    used = [FORMAT, version("matplotlib"), title, line, sorted(colours().items()), sorted(faces.files)]
-    used += [shape.tolist() for shape in shapes]
-    key = json.dumps(used)
-    drawn: dict[str, Callable[[], bytes]] = {
+    inputs = [FORMAT, version("matplotlib"), title, line, sorted(colours().items()), sorted(faces.files)]
+    inputs += [shape.tolist() for shape in shapes]
+    key = json.dumps(inputs)
+    drawings: dict[str, Callable[[], bytes]] = {
         "favicon.png": lambda: _icon(32),
         "touch-icon.png": lambda: _icon(180),
         "icon-192.png": lambda: _icon(192),
@@ -68,12 +68,12 @@ def make(
         "share.png": lambda: _share(title, line, faces, scene),
     }
     files = {"favicon.svg": _svg().encode()}
-    for name, draw in drawn.items():
+    for name, draw in drawings.items():
         files[name] = store.get(f"{name} {key}", draw)
     for page, (emblem, *words) in emblems.items():
-        own = json.dumps([key, emblem, emblem_of.path(emblem), words])
+        inputs_key = json.dumps([key, emblem, emblem_of.path(emblem), words])
         name = f"share-{page}.png"
-        files[name] = store.get(f"{name} {own}", partial(_share, words[0], words[1], faces, emblem))
+        files[name] = store.get(f"{name} {inputs_key}", partial(_share, words[0], words[1], faces, emblem))
     return files
 
 
@@ -114,12 +114,12 @@ def _px(width: float) -> float:
     return width * 0.72
 
 
-def _icon(size: int, drawn: float = 1.0) -> bytes:
-    """The emblem on the paper colour; `drawn` is the part of the width that its box of 24 takes, centred."""
+def _icon(size: int, share: float = 1.0) -> bytes:
+    """The emblem on the paper colour; `share` is the part of the width that its box of 24 takes, centred."""
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(size, size, theme["paper"])
-    k = size * drawn / 24
-    edge = (1 - drawn) / 2 * size
+    k = size * share / 24
+    edge = (1 - share) / 2 * size
     axes.set_xlim(-edge, size - edge)
     axes.set_ylim(size - edge, -edge)
     for x in RAILS:
@@ -132,20 +132,20 @@ def _icon(size: int, drawn: float = 1.0) -> bytes:
     return _png(figure)
 
 
-def _share(title: str, line: str, faces: typefaces.FontSet, shown: Scene | str) -> bytes:
-    """The share picture; `shown` is the first figure's scene, or the name of a rung's emblem."""
+def _share(title: str, line: str, faces: typefaces.FontSet, subject: Scene | str) -> bytes:
+    """The share picture; `subject` is the first figure's scene, or the name of a rung's emblem."""
     from matplotlib.font_manager import FontProperties
 
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(*SHARE, theme["paper"])
     _ladder(axes, theme, 76.0, 132.0, SHARE[1])
-    if isinstance(shown, str):
-        emblem_of.draw(axes, theme, shown, np.array([930.0, 315.0]), 31.0)
+    if isinstance(subject, str):
+        emblem_of.draw(axes, theme, subject, np.array([930.0, 315.0]), 31.0)
     else:
-        _scene(axes, theme, shown)
+        _scene(axes, theme, subject)
     with tempfile.TemporaryDirectory(prefix="ladder-emblem-") as folder:
         for face, text, wrap, size, top, colour, leading in (
-            ("title", title, 17, 54 if isinstance(shown, str) else 70, 78, "ink", 0.9),
+            ("title", title, 17, 54 if isinstance(subject, str) else 70, 78, "ink", 0.9),
             ("sans", line, 36, 27, 456, "soft", 1.08),
         ):
             font = FontProperties(fname=_font(faces, face, Path(folder)), size=_px(size))
@@ -183,12 +183,12 @@ def _scene(axes: Any, theme: dict[str, str], scene: Scene) -> None:
     def px(points: Any) -> Any:
         return middle + np.asarray(points) * (scale, -scale)
 
-    moved, target = px(scene.start.apply(scene.source)), px(scene.target)
+    source, target = px(scene.start.apply(scene.source)), px(scene.target)
     for curve in scene.outline:
         axes.plot(*px(scene.truth.apply(curve)).T, color=theme["truth"], alpha=0.5, lw=_px(9), solid_joinstyle="round")
-    for a, b in zip(moved, target, strict=True):
+    for a, b in zip(source, target, strict=True):
         axes.plot(*np.stack([a, b]).T, color=theme["pair"], lw=_px(1.6))
     axes.scatter(*target.T, s=_px(14) ** 2, marker="s", color=theme["target"], lw=0, zorder=3)
     for curve in scene.outline:
         axes.plot(*px(scene.start.apply(curve)).T, color=theme["source"], lw=_px(2.6), zorder=4)
-    axes.scatter(*moved.T, s=_px(15) ** 2, color=theme["source"], lw=0, zorder=5)
+    axes.scatter(*source.T, s=_px(15) ** 2, color=theme["source"], lw=0, zorder=5)

@@ -13,12 +13,12 @@ WIDEST = "panel-wide"
 
 def panel_class(width: float) -> str:
     """The class of a panel of this nominal width."""
-    return next((name for name, most in MOST.items() if width <= most), WIDEST)
+    return next((name for name, limit in MOST.items() if width <= limit), WIDEST)
 
 
 def constants() -> dict[str, str]:
     """The widths by their placeholders in the page's scripts."""
-    return {f"__{name.replace('-', '_').upper()}__": str(most) for name, most in MOST.items()}
+    return {f"__{name.replace('-', '_').upper()}__": str(limit) for name, limit in MOST.items()}
 
 
 def filled(script: str) -> str:

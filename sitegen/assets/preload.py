@@ -26,11 +26,11 @@ class Preload:
 
 def preloads(files: Iterable[Preload], page: str) -> list[str]:
     """The URLs of the files that a page's HTML uses."""
-    shown = page.split(CARDS)[0]
+    visible = page.split(CARDS)[0]
     faces = {*ALWAYS}
-    if "<math" in shown:
+    if "<math" in visible:
         faces.add("math")
-    if any(part in shown for part in ITALICS):
+    if any(part in visible for part in ITALICS):
         faces.add("serif-italic")
-    prose = set(TAG.sub("", ELSEWHERE.sub("", shown)))
+    prose = set(TAG.sub("", ELSEWHERE.sub("", visible)))
     return [file.url for file in files if file.face in faces and (not file.letters or prose & set(file.letters))]

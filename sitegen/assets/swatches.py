@@ -45,26 +45,26 @@ def luminance(colour: str) -> float:
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(first: str, second: str) -> float:
     """WCAG 2's contrast ratio of two colours, from 1 to 21."""
-    low, high = sorted((luminance(one), luminance(other)))
+    low, high = sorted((luminance(first), luminance(second)))
     return (high + 0.05) / (low + 0.05)
 
 
 def swatches() -> list[Swatch]:
     """All colours with a meaning, in order."""
-    known = colours()
+    values = colours()
 
     def least(name: str, grounds: tuple[str, ...]) -> float:
-        return min(contrast(known[name][theme], known[ground][theme]) for theme in (0, 1) for ground in grounds)
+        return min(contrast(values[name][theme], values[ground][theme]) for theme in (0, 1) for ground in grounds)
 
     return [
         Swatch(
             name,
             meaning,
-            *known[name],
+            *values[name],
             least(name, ("paper", "panel")),
-            least(f"{name}-text" if f"{name}-text" in known else name, ("paper", "panel", "raised")),
+            least(f"{name}-text" if f"{name}-text" in values else name, ("paper", "panel", "raised")),
         )
         for name, meaning in MEANING.items()
     ]

@@ -11,10 +11,10 @@ TOKENS = Path(__file__).resolve().parents[2] / "templates" / "assets" / "css" / 
 
 def colours() -> dict[str, tuple[str, str]]:
     """The site's colours, name → (light, dark)."""
-    found = {}
+    values = {}
     for rule in rules(TOKENS.read_text("utf-8")):
         for name, value in rule.declarations:
             for light, dark in functions(value, "light-dark"):
                 if name.startswith("--") and light.startswith("#"):
-                    found[name.removeprefix("--")] = light, dark
-    return found
+                    values[name.removeprefix("--")] = light, dark
+    return values

@@ -144,14 +144,14 @@ class FontSet:
 def characters(pages: Iterable[str]) -> tuple[str, str]:
     """The distinct characters that HTML pages use, sorted: (in text, in mathematics). Attributes and scripts count as
     text: some of it is shown too, and parsing the elements would take seven times as long."""
-    shown: set[str] = set()
+    text: set[str] = set()
     mathematics: set[str] = set()
     for page in pages:
-        shown.update(unescape(FORMULA.sub("", page)))
+        text.update(unescape(FORMULA.sub("", page)))
         for formula in FORMULA.findall(page):
             mathematics.update(unescape(TAG.sub("", formula)))
             mathematics.update("√" if ROOT.search(formula) else "")
-    return "".join(sorted(shown)), "".join(sorted(mathematics))
+    return "".join(sorted(text)), "".join(sorted(mathematics))
 
 
 def make(
@@ -169,21 +169,22 @@ def make(
     OutsideError if an original cannot be obtained.
     """
     cache = cache or cache_dir()
-    store, known = Store(cache, "fonts"), Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
+    store, memo = Store(cache, "fonts"), Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
     originals = fetch.gather(BUNDLES, cache=cache, progress=progress)
-    wanted = _wanted(text, mathematics)
-    found: set[int] = set()
+    letters = _letters_by_face(text, mathematics)
+    covered: set[int] = set()
     cuts: list[tuple[Face, Path, list[int], Path]] = []
     for face in FACES:
-        left = set(map(ord, wanted[face.wanted]))
+        remaining = set(map(ord, letters[face.wanted]))
         for file in face.files:
-            here = left.intersection(known.answer(_digest(originals[file]), partial(_coverage, originals[file])))
-            if here:
-                codes = sorted(here)
+            coverage = memo.answer(_digest(originals[file]), partial(_coverage, originals[file]))
+            available = remaining.intersection(coverage)
+            if available:
+                codes = sorted(available)
                 cuts.append((face, originals[file], codes, cache))
-            left -= here
-            found |= here
-    pool.make("cutting typefaces", [(_cut, cut) for cut in cuts if not store.has(_recipe(*cut[:3]))], progress)
+            remaining -= available
+            covered |= available
+    pool.make("cutting typefaces", [(_cut, inputs) for inputs in cuts if not store.has(_recipe(*inputs[:3]))], progress)
     files: dict[str, bytes] = {}
     rules: list[str] = []
     preload: list[Preload] = []
@@ -196,21 +197,22 @@ def make(
         if face.preload and (first or face.style == "normal"):
             preload.append(Preload(url + name, face.name, "" if first else "".join(map(chr, codes))))
         if first:
-            for near in (f for f in FALLBACKS if f.stands_for == face.name):
-                rules.append(known.answer(f"{near} {face} {name} {SAMPLE}", partial(_near, near, face, data)))
-    known.keep()
-    missing = {c for c in text + mathematics if ord(c) not in found and _shown(c)}
+            for fallback in (f for f in FALLBACKS if f.stands_for == face.name):
+                make_rule = partial(_fallback_rule, fallback, face, data)
+                rules.append(memo.answer(f"{fallback} {face} {name} {SAMPLE}", make_rule))
+    memo.keep()
+    missing = {c for c in text + mathematics if ord(c) not in covered and _is_visible(c)}
     return FontSet(files, "\n".join(rules) + "\n", tuple(preload), "".join(sorted(missing)))
 
 
-def _wanted(text: str, mathematics: str) -> dict[str, str]:
+def _letters_by_face(text: str, mathematics: str) -> dict[str, str]:
     """The characters that each kind of face needs. Rarer letters in titles may come from the text face."""
     signs = [MATHEMATICS, mathematics, *(ITALIC.get(c, "") for c in mathematics)]
     kinds = {"text": BASICS + text, "controls": BASICS + SYMBOLS + text, "title": TITLES, "mathematics": "".join(signs)}
-    return {kind: "".join(filter(_shown, chars)) for kind, chars in kinds.items()}
+    return {kind: "".join(filter(_is_visible, chars)) for kind, chars in kinds.items()}
 
 
-def _shown(character: str) -> bool:
+def _is_visible(character: str) -> bool:
     """Whether a font can show the character: controls and joiners are not shown."""
     return not unicodedata.category(character).startswith("C")
 
@@ -231,7 +233,7 @@ def _coverage(path: Path) -> list[int]:
 
 def _cut(face: Face, original: Path, codes: Sequence[int], cache: Path) -> bytes:
     """The face as WOFF2 with these code points only, from the cache if it was cut before."""
-    return Store(cache, "fonts").get(_recipe(face, original, codes), partial(_made, face, original, codes))
+    return Store(cache, "fonts").get(_recipe(face, original, codes), partial(_subset, face, original, codes))
 
 
 def _recipe(face: Face, original: Path, codes: Sequence[int]) -> str:
@@ -239,7 +241,7 @@ def _recipe(face: Face, original: Path, codes: Sequence[int]) -> str:
     return json.dumps([FORMAT, fontTools.version, _digest(original), asdict(face), list(codes)], sort_keys=True)
 
 
-def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:
+def _subset(face: Face, original: Path, codes: Sequence[int]) -> bytes:
     from fontTools import subset
     from fontTools.ttLib import TTFont
     from fontTools.varLib import instancer
@@ -304,16 +306,16 @@ def _rule(face: Face, url: str, characters: str) -> str:
 
 def ranges(codes: Iterable[int]) -> str:
     """Code points as a CSS unicode-range."""
-    runs: list[list[int]] = []
+    spans: list[list[int]] = []
     for code in sorted(set(codes)):
-        if runs and code == runs[-1][1] + 1:
-            runs[-1][1] = code
+        if spans and code == spans[-1][1] + 1:
+            spans[-1][1] = code
         else:
-            runs.append([code, code])
-    return ",".join(f"U+{a:X}" if a == b else f"U+{a:X}-{b:X}" for a, b in runs)
+            spans.append([code, code])
+    return ",".join(f"U+{a:X}" if a == b else f"U+{a:X}-{b:X}" for a, b in spans)
 
 
-def _near(fallback: Fallback, face: Face, data: bytes) -> str:
+def _fallback_rule(fallback: Fallback, face: Face, data: bytes) -> str:
     """The @font-face rule that scales a reader's own font to the metrics of our face, whose cut is `data`."""
     from fontTools.ttLib import TTFont
 

@@ -49,35 +49,36 @@ Proof = tuple[float, str, float, int]
 def search(bench: Bench) -> list[Row]:
     """Branch and bound from 45° and 1.43 u, one scene at a time: 25 seeds of every room natively, three of some in a
     tab; and the figure's own run."""
-    here, there = asked(proofs(ROOM_SETTINGS, 25)), in_tab(bench, proofs(IN_TAB, 3))
+    native, in_page = asked(proofs(ROOM_SETTINGS, 25)), in_tab(bench, proofs(IN_TAB, 3))
     return [
-        *proof_rows(here),
-        *(Row(f"  '{room}', in the tab", slowest(some), "ms", 5000, told(some)) for room, some in there.items()),
+        *proof_rows(native),
+        *(Row(f"  '{room}', in the tab", slowest(runs), "ms", 5000, told(runs)) for room, runs in in_page.items()),
         figure_run(bench),
     ]
 
 
 def proof_rows(by_room: Mapping[str, Sequence[Proof]]) -> list[Row]:
     """One row per room, with its slowest proof."""
-    what = f"proof to {GAP:g} u², room"
+    label = f"proof to {GAP:g} u², room"
     return [
-        Row(f"{what} '{setting}', natively", slowest(some), "ms", 1000, told(some)) for setting, some in by_room.items()
+        Row(f"{label} '{room}', natively", slowest(proofs), "ms", 1000, told(proofs))
+        for room, proofs in by_room.items()
     ]
 
 
-def slowest(some: Sequence[Proof]) -> float:
+def slowest(proofs: Sequence[Proof]) -> float:
     """The longest time, in ms."""
-    return 1e3 * max(seconds for seconds, *_ in some)
+    return 1e3 * max(seconds for seconds, *_ in proofs)
 
 
-def told(some: Sequence[Proof]) -> str:
+def told(proofs: Sequence[Proof]) -> str:
     """A row's note: the median, the number proved, which seeds are not, and the largest gap."""
-    seconds, labels, gaps, seeds = zip(*some, strict=True)
+    seconds, labels, gaps, seeds = zip(*proofs, strict=True)
     unproved = [f"{seed} ({label})" for label, seed in zip(labels, seeds, strict=True) if label != "proved"]
-    rest = f", not proved: {', '.join(unproved)}" if unproved else ""
+    remainder = f", not proved: {', '.join(unproved)}" if unproved else ""
     return (
-        f"slowest of {len(some)} seeds, median {number_ms(1e3 * median(seconds))}; "
-        f"{len(some) - len(unproved)} proved{rest}; largest gap {number(max(gaps))} u²"
+        f"slowest of {len(proofs)} seeds, median {number_ms(1e3 * median(seconds))}; "
+        f"{len(proofs) - len(unproved)} proved{remainder}; largest gap {number(max(gaps))} u²"
     )
 
 
@@ -100,11 +101,11 @@ def figure_run(bench: Bench) -> Row:
 def drive(bench: Bench) -> list[Row]:
     """The registration of all pairs of the drive's successive scans, starting from odometry."""
     rows = []
-    for what, (seconds, believed, pairs), aim in (
+    for label, (seconds, believed, pairs), aim in (
         ("the drive chained, natively", asked(DRIVE), 3000),
         ("the drive chained, in the tab", in_tab(bench, DRIVE), 12000),
     ):
-        rows.append(Row(what, 1e3 * seconds, "ms", aim, f"{pairs} pairs, {believed} believed"))
+        rows.append(Row(label, 1e3 * seconds, "ms", aim, f"{pairs} pairs, {believed} believed"))
     return rows
 
 

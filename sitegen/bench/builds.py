@@ -44,11 +44,11 @@ def start(bench: Bench) -> list[Row]:
     rounds = f"median of {len(pairs)} pairs of cold starts"
     stock_ms = median(stock for stock, _ in pairs)
     stock = f"that of stock Pyodide with numpy {stock_ms:.0f} ms"
-    again = f"{median(later):.0f} ms, median of {len(later)}"
+    note = f"{median(later):.0f} ms, median of {len(later)}"
     return [
         Row("runtime start against stock Pyodide with numpy", median(b / a for a, b in pairs), "", 0.25, rounds),
         Row("runtime start, cold", median(ours for _, ours in pairs), "ms", None, stock),
-        Row("runtime start, on a later visit, against the same", median(later) / stock_ms, "", 0.15, again),
+        Row("runtime start, on a later visit, against the same", median(later) / stock_ms, "", 0.15, note),
     ]
 
 
@@ -56,8 +56,8 @@ def build_times(bench: Bench) -> list[Row]:
     """Times of a clean build with the runtime cached, of the same again, and from saving a chapter to the page with
     it."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as folder:
-        here = Path(folder)
-        cache, copy = here / "cache", here / "checkout"
+        directory = Path(folder)
+        cache, copy = directory / "cache", directory / "checkout"
         for name in RUNTIME_CACHES:
             if (cache_dir() / name).is_dir():
                 shutil.copytree(cache_dir() / name, cache / name)

@@ -79,8 +79,8 @@ def drag(bench: Bench) -> list[Row]:
                 until(page, IDLE)
                 rung = page.locator(".chapter-rung").inner_text().removeprefix("Rung").strip()
                 figures = page.locator("figure.figure[data-widget]")
-                each = (followed(page, figure, name, rung, server.origin) for figure in figures.all())
-                results += [one for one in each if one]
+                candidates = (followed(page, figure, name, rung, server.origin) for figure in figures.all())
+                results += [result for result in candidates if result]
     return rows(results)
 
 
@@ -98,23 +98,23 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     figure right afterwards.
     """
     widget, name = figure.get_attribute("data-widget") or "", figure.get_attribute("id")
-    where, took = f"{page_name}#{name}", warmed(page, f"#{name}")
+    anchor, took = f"{page_name}#{name}", warmed(page, f"#{name}")
     names = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
     handles = list(names)[:HANDLES]
     slider = figure.locator("input[type=range]").first
-    delays, missed, frames, moved = list[float](), 0, 0, handles
+    delays, missed, frames, controls = list[float](), 0, 0, handles
     ours, control = list[tuple[float, float]](), list[float]()
     for handle in (figure.locator(f'.handle[data-handle="{name}"]').first for name in handles):
         handle.evaluate(CENTRED)
         split.begin(page)
-        late, some = drag_once(page, handle.bounding_box(), MOVES)
-        missed, frames = missed + late, frames + some
+        missed_here, count = drag_once(page, handle.bounding_box(), MOVES)
+        missed, frames = missed + missed_here, frames + count
         delays += answered(page.evaluate(MARKS))
         ours += split.shares(page)
         if rung in NEAR:
-            with split.laid_control(page, figure, handle, origin) as other:
-                drag_once(other, other.locator("button").bounding_box(), MOVES)
-                control += answered(other.evaluate(MARKS))
+            with split.laid_control(page, figure, handle, origin) as control_page:
+                drag_once(control_page, control_page.locator("button").bounding_box(), MOVES)
+                control += answered(control_page.evaluate(MARKS))
     if not handles:
         if not slider.count():
             return None
@@ -124,44 +124,44 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
         until(page, IDLE)
         delays = answered(page.evaluate(MARKS))
         ours = split.shares(page)
-        moved = [f"slider {slider.get_attribute('name')}"]
-    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames, ours, control, took)
+        controls = [f"slider {slider.get_attribute('name')}"]
+    return Followed(widget, anchor, rung, " and ".join(controls), delays, missed, frames, ours, control, took)
 
 
 def rows(results: list[Followed]) -> list[Row]:
     """One row per figure, with targets for handles on near rungs and the race; the others' notes give a frame's
     length."""
     out = []
-    for one in results:
-        near = one.rung in NEAR and one.frames > 0  # a slider redraws a whole map: not a drag
-        aim = NEAR_MS if near else NINE_MS if one.widget == NINE else None
-        note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
+    for result in results:
+        is_near = result.rung in NEAR and result.frames > 0  # a slider redraws a whole map: not a drag
+        aim = NEAR_MS if is_near else NINE_MS if result.widget == NINE else None
+        note = f"{result.moved}: {len(result.delays)} inputs, median {number_ms(median(result.delays))}"
         reading = "" if aim is not None else f"; a frame is {FRAME_MS:.0f} ms"
-        which = "nine panels, " if one.widget == NINE else "near rungs, " if near else ""
-        what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
-        out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
-        out += _split(one, which)
-    missed, frames = sum(one.missed for one in results), sum(one.frames for one in results)
-    worst = max(results, key=lambda one: one.missed / max(one.frames, 1))
+        prefix = "nine panels, " if result.widget == NINE else "near rungs, " if is_near else ""
+        label = f"{prefix}input to swapped SVG, 95th percentile, {result.where}"
+        out.append(Row(label, centile(result.delays, 95), "ms", aim, note + reading))
+        out += _share_rows(result, prefix)
+    missed, frames = sum(r.missed for r in results), sum(r.frames for r in results)
+    worst = max(results, key=lambda r: r.missed / max(r.frames, 1))
     note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
     out.append(Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 1, note))
-    slow = max(results, key=lambda one: one.warm_up)
-    note = f"in sight with Python up; {slow.where}, median {number_ms(median(one.warm_up for one in results))}"
+    slow = max(results, key=lambda r: r.warm_up)
+    note = f"in sight with Python up; {slow.where}, median {number_ms(median(r.warm_up for r in results))}"
     return [*out, Row("warm-up of a figure, the longest", slow.warm_up, "ms", None, note)]
 
 
-def _split(one: Followed, which: str) -> list[Row]:
+def _share_rows(result: Followed, prefix: str) -> list[Row]:
     """The figure's own share of its answers, and its delays relative to the control figure's."""
     out = []
-    if one.ours:
-        near = which.startswith("near")
-        python, script = (number_ms(median(part)) for part in zip(*one.ours, strict=True))
+    if result.ours:
+        is_near = prefix.startswith("near")
+        python, script = (number_ms(median(part)) for part in zip(*result.ours, strict=True))
         note = f"medians: Python {python}, page script {script}"
-        what = f"{which}our share of it, 95th percentile, {one.where}"
-        out.append(Row(what, centile([*map(sum, one.ours)], 95), "ms", OURS_MS if near else None, note))
-    if one.control:
-        here, there = centile(one.delays, 95), centile(one.control, 95)
-        note = f"the control takes {number_ms(there)}, median {number_ms(median(one.control))}"
-        what = f"{which}of the control figure's, 95th percentile, {one.where}"
-        out.append(Row(what, here / there, "times", CONTROLLED, note))
+        label = f"{prefix}our share of it, 95th percentile, {result.where}"
+        out.append(Row(label, centile([*map(sum, result.ours)], 95), "ms", OURS_MS if is_near else None, note))
+    if result.control:
+        delay, control = centile(result.delays, 95), centile(result.control, 95)
+        note = f"the control takes {number_ms(control)}, median {number_ms(median(result.control))}"
+        label = f"{prefix}of the control figure's, 95th percentile, {result.where}"
+        out.append(Row(label, delay / control, "times", CONTROLLED, note))
     return out

@@ -68,7 +68,7 @@ def tasks() -> dict[str, Task]:
     """The tasks by name, in the order of the page."""
     pairs, facade, scans, soft = kabsch_scene("noisy"), facade_scene(outliers=0.4), room("clean"), fish("noisy")
     noise = 0.12 * np.random.default_rng(40).standard_normal((1000, *pairs.source.shape))
-    moved, truth = fish_start().apply(soft.source), soft.truth.compose(fish_start().inverse())
+    source, truth = fish_start().apply(soft.source), soft.truth.compose(fish_start().inverse())
     return {
         "pairs": Task(_clouds(pairs), pairs.truth, ("solvers", "skimage", "open3d")),
         "thousand": Task(
@@ -79,7 +79,7 @@ def tasks() -> dict[str, Task]:
         "scans": Task(
             _clouds(scans), scans.truth, ("solvers", "open3d", "small_gicp"), room_start(degrees=20.0, distance=0.8)
         ),
-        "soft": Task({"source": moved, "target": soft.target}, truth, ("solvers", "pycpd"), scale=True),
+        "soft": Task({"source": source, "target": soft.target}, truth, ("solvers", "pycpd"), scale=True),
     }  # fmt: skip
 
 
@@ -144,12 +144,12 @@ def measured(root: Path, python: Path) -> dict[str, Any]:
                     print(f"{name}, {module}", file=sys.stderr, flush=True)
                     answer = asked(root, python, "-m", "sitegen.bench.gallery_run", snippet(name, module), clouds)
                     turns.setdefault((name, module), []).append(answer)
-    absent = {module: some[0]["absent"] for (_, module), some in turns.items() if "absent" in some[0]}
+    absent = {module: answers[0]["absent"] for (_, module), answers in turns.items() if "absent" in answers[0]}
     results = {
         name: {m: _line(turns[name, m], task.truth) for m in task.modules if m not in absent}
         for name, task in tasks().items()
     }
-    importing = {m: _least(m, turns) for m in LIBRARIES if m not in absent}
+    importing = {m: _quickest_import(m, turns) for m in LIBRARIES if m not in absent}
     versions = asked(root, python, "-c", _VERSIONS, json.dumps([LIBRARIES[m] for m in importing if m != "solvers"]))
     return {
         "date": date.today().isoformat(),
@@ -186,20 +186,20 @@ def _line(turns: Sequence[Mapping[str, Any]], truth: Pose) -> dict[str, Any]:
     return {**line, "seconds": median(quickest["seconds"]), "calls": len(quickest["seconds"])}
 
 
-def _least(module: str, turns: Mapping[tuple[str, str], Sequence[Mapping[str, Any]]]) -> float:
+def _quickest_import(module: str, turns: Mapping[tuple[str, str], Sequence[Mapping[str, Any]]]) -> float:
     """Seconds of the quickest import among a module's snippets."""
-    return min(float(turn["importing"]) for (_, m), some in turns.items() if m == module for turn in some)
+    return min(float(turn["importing"]) for (_, m), answers in turns.items() if m == module for turn in answers)
 
 
 def written(page: str, data: Mapping[str, Any]) -> str:
     """The page with the data's code and tables between its marks. Raises ValueError if a part has none."""
     for name, text in parts(data).items():
         begin, end = marks(name)
-        before, begins, rest = page.partition(begin)
-        _, ends, after = rest.partition(end)
+        head, begins, body = page.partition(begin)
+        _, ends, tail = body.partition(end)
         if not begins or not ends:
             raise ValueError(f"{PAGE}: missing marks for {name}: {begin} … {end}")
-        page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
+        page = f"{head}{begin}\n\n{text}\n\n{end}{tail}"
     return page
 
 
@@ -243,12 +243,12 @@ def _libraries(data: Mapping[str, Any]) -> str:
         for m, seconds in data["importing"].items()
     ]
     table = _markdown(["library", "version", "import, after numpy"], rows)
-    where = (
+    conditions = (
         f"{data['cores']} cores, {data['system']} on {data['machine']}, Python {versions['Python']}, numpy "
         f"{versions['numpy']}"
     )
-    absent = "".join(f" {LIBRARIES[m]} was not available: {why}." for m, why in data["absent"].items())
-    return f"{table}\n\nMeasured on {data['date']}: {where}.{absent}"
+    absent = "".join(f" {LIBRARIES[m]} was not available: {reason}." for m, reason in data["absent"].items())
+    return f"{table}\n\nMeasured on {data['date']}: {conditions}.{absent}"
 
 
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -46,5 +46,5 @@ def run(snippet: Path, clouds: Sequence[Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    with np.load(sys.argv[2]) as given:
-        print(json.dumps(run(Path(sys.argv[1]), [given[name] for name in given.files])))
+    with np.load(sys.argv[2]) as arrays:
+        print(json.dumps(run(Path(sys.argv[1]), [arrays[name] for name in arrays.files])))

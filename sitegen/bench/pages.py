@@ -74,8 +74,9 @@ def visit(browser: Browser, url: str, foreign: list[str] | None = None, hook: st
 def until(page: Page, condition: str) -> None:
     """Wait for a condition, checked once per frame (Playwright's own wait evaluates text, which the policy forbids).
     Raises TimeoutError if it does not come true within a minute."""
-    late = f"performance.now() > began + {PATIENCE_MS}"
-    look = f"const look = () => {condition} ? done(true) : {late} ? done(false) : requestAnimationFrame(look); look();"
+    is_late = f"performance.now() > began + {PATIENCE_MS}"
+    next_look = f"{is_late} ? done(false) : requestAnimationFrame(look)"
+    look = f"const look = () => {condition} ? done(true) : {next_look}; look();"
     if not page.evaluate(f"new Promise(done => {{ const began = performance.now(); {look} }})"):
         raise TimeoutError(f"{page.url}: {condition} never became true")
 
@@ -261,20 +262,20 @@ def nine(bench: Bench) -> list[Row]:
             steps += answered(page.evaluate(MARKS))[int(seed == 0) :]
         handle = page.locator('#fig-race .handle[data-handle="source"]').first
         handle.evaluate(CENTRED)
-        late, frames = drag_once(page, handle.bounding_box())
+        missed, frames = drag_once(page, handle.bounding_box())
         drags = answered(page.evaluate(MARKS))
-        slices, total, inside = page.evaluate(_JOB)
+        slices, total, solving = page.evaluate(_JOB)
         stops = [page.evaluate(_STOP) for _ in range(STOPS)]
     note = f"{len(steps)} steps on {RACES} seeds, median {number_ms(median(steps))}"
     return [
         Row("nine panels, a step of all nine, 95th percentile", centile(steps, 95), "ms", 25, note),
         Row(
             "nine panels, a drag of the start, 95th percentile", centile(drags, 95), "ms", 25,
-            f"{len(drags)} inputs, median {number_ms(median(drags))}; {late} of {frames} frames missed",
+            f"{len(drags)} inputs, median {number_ms(median(drags))}; {missed} of {frames} frames missed",
         ),
         Row(
             "25-seed benchmark in slices on the page", total, "ms", 2500,
-            f"{len(slices)} slices, longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
+            f"{len(slices)} slices, longest {number_ms(max(slices))}; {number_ms(total - solving)} beside the solvers",
         ),
         Row("Stop of the benchmark, until Python is free", max(stops), "ms", 50, f"worst of {STOPS}, in mid run"),
     ]  # fmt: skip
@@ -361,7 +362,7 @@ def drag_once(page: Page, box: Any, moves: int = MOVES) -> tuple[int, int]:
     frames = page.evaluate("(cancelAnimationFrame(seen.next), seen.frames)")
     page.mouse.up()
     until(page, IDLE)
-    steps = [after - before for before, after in pairwise(frames)]
+    steps = [current - previous for previous, current in pairwise(frames)]
     usual = median(steps)
-    late = sum(max(0, round(step / usual) - 1) for step in steps)
-    return late, len(steps) + late
+    missed = sum(max(0, round(step / usual) - 1) for step in steps)
+    return missed, len(steps) + missed

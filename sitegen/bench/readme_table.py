@@ -143,37 +143,37 @@ def keep(root: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
 
 
 def _between_marks(path: Path, text: str) -> str:
-    before, begins, rest = path.read_text("utf-8").partition(MARKS[0])
-    _, ends, after = rest.partition(MARKS[1])
+    head, begins, body = path.read_text("utf-8").partition(MARKS[0])
+    _, ends, tail = body.partition(MARKS[1])
     if not begins or not ends:
         raise ValueError(f"{path.name}: missing marks of the bench's table: {' … '.join(MARKS)}")
-    return f"{before}{begins}\n\n{text}\n\n{ends}{after}"
+    return f"{head}{begins}\n\n{text}\n\n{ends}{tail}"
 
 
 def headlines(rows: Sequence[Row]) -> str:
     """The headline rows of the table, and how many of all targets are missed."""
     results = [_cells(line, rows)[-1] for line in LINES if line.rows]
-    missed, measured = results.count("missed"), results.count("missed") + results.count("met")
+    missed, total = results.count("missed"), results.count("missed") + results.count("met")
     table = _table([_cells(line, rows) for line in LINES if line.headline])
-    return f"{table}\n\nOf {measured} measured targets {missed} are missed: [all of them]({PAGE})."
+    return f"{table}\n\nOf {total} measured targets {missed} are missed: [all of them]({PAGE})."
 
 
 def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
     """The table, where and when it was measured, and what tests check. Raises ValueError for a line without a row."""
     table = _table([_cells(line, rows) for line in LINES if line.rows])
-    where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
+    conditions = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
     colds = (row for row in rows if row.what == COLD)
-    speed = "".join(f" A cold start of the runtime took {_shown(row)} there; {row.note}." for row in colds)
-    when = f"{str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}"
-    guarantees = "\n".join(map(_held, (line for line in LINES if line.tests)))
-    return f"{table}\n\nMeasured on {when}: {where}.{speed}\n\n{HELD}\n\n{guarantees}"
+    speed = "".join(f" A cold start of the runtime took {_value_text(row)} there; {row.note}." for row in colds)
+    revision = f"{str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}"
+    guarantees = "\n".join(map(_guarantee, (line for line in LINES if line.tests)))
+    return f"{table}\n\nMeasured on {revision}: {conditions}.{speed}\n\n{HELD}\n\n{guarantees}"
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in [SHOWN, tuple("---" for _ in SHOWN), *rows])
 
 
-def _held(line: Line) -> str:
+def _guarantee(line: Line) -> str:
     """A line of the list below the table: the tests' names would make any column too wide."""
     names = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
     return f"- {line.what}: {line.aim}. {names}"
@@ -186,10 +186,10 @@ def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
     worst = max(matches, key=_strain)
     verdict = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
     aim = "" if worst.aim is None else f"{'≤ ' * bool(worst.aim)}{number(worst.aim)} {worst.unit}".strip()
-    return line.what, line.aim or aim, _shown(worst), verdict
+    return line.what, line.aim or aim, _value_text(worst), verdict
 
 
-def _shown(row: Row) -> str:
+def _value_text(row: Row) -> str:
     return f"{number(row.value)} {row.unit}".strip()
 
 

@@ -76,17 +76,17 @@ def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str],
         except Exception as error:  # one group's failure does not stop the others
             traceback.print_exc()
             failures[name] = f"{type(error).__name__}: {error}"
-    rows = [row for some in results.values() for row in some]
+    rows = [row for group in results.values() for row in group]
     print(table(rows))
-    for name, why in failures.items():
-        print(f"{name} could not be measured: {why.splitlines()[0]}")
-    where = machine(root, subject)
-    data = {"machine": where, "groups": {n: list(map(asdict, r)) for n, r in results.items()}}
+    for name, reason in failures.items():
+        print(f"{name} could not be measured: {reason.splitlines()[0]}")
+    system = machine(root, subject)
+    data = {"machine": system, "groups": {n: list(map(asdict, r)) for n, r in results.items()}}
     out.write_text(json.dumps({**data, "failed": failures}, indent=1, ensure_ascii=False) + "\n", "utf-8")
     if keeps and not failures:
         from sitegen.bench.readme_table import keep
 
-        keep(root, rows, where)
+        keep(root, rows, system)
     return 1 if failures else 0
 
 
@@ -100,8 +100,8 @@ def table(rows: Sequence[Row]) -> str:
     widths = [max(len(line[i]) for line in lines) for i in range(3)]
     notes = ["", *(row.note for row in rows)]
     return "\n".join(
-        "  ".join([what.ljust(widths[0]), value.rjust(widths[1]), aim.rjust(widths[2]), mark.ljust(6), note]).rstrip()
-        for (what, value, aim, mark), note in zip(lines, notes, strict=True)
+        "  ".join([label.ljust(widths[0]), value.rjust(widths[1]), aim.rjust(widths[2]), mark.ljust(6), note]).rstrip()
+        for (label, value, aim, mark), note in zip(lines, notes, strict=True)
     )
 
 

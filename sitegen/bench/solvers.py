@@ -49,14 +49,14 @@ _RUN = """([message, timeout]) => new Promise((resolve, reject) => {
 
 def race(bench: Bench) -> list[Row]:
     """25 seeds, nine contestants, 'combo' at 45° and 1.43 u: natively and in a tab, in total and by contestant."""
-    here, there = native_race(), tab_race(bench)
+    native, in_page = native_race(), tab_race(bench)
     notes = "warm, median of 3; combo at 45° and 1.43 u"
     return [
-        Row("25-seed benchmark in the tab", 1e3 * total(there), "ms", 2500, notes),
-        Row("the same, natively", 1e3 * total(here), "ms", 1000, notes),
+        Row("25-seed benchmark in the tab", 1e3 * total(in_page), "ms", 2500, notes),
+        Row("the same, natively", 1e3 * total(native), "ms", 1000, notes),
         *(
-            Row(f"  {name}, in the tab", 1e3 * middle(there, name), "ms", None, f"natively {1e3 * of_it:.0f} ms")
-            for name, of_it in ((name, middle(here, name)) for name in here[0])
+            Row(f"  {name}, in the tab", 1e3 * middle(in_page, name), "ms", None, f"natively {1e3 * seconds:.0f} ms")
+            for name, seconds in ((name, middle(native, name)) for name in native[0])
         ),
     ]
 
@@ -66,12 +66,12 @@ Rounds = list[dict[str, float]]
 
 def total(rounds: Rounds) -> float:
     """The median over the rounds of all contestants' total time."""
-    return median(sum(one.values()) for one in rounds)
+    return median(sum(times.values()) for times in rounds)
 
 
 def middle(rounds: Rounds, name: str) -> float:
     """The median over the rounds of one contestant's time."""
-    return median(one[name] for one in rounds)
+    return median(times[name] for times in rounds)
 
 
 def native_race() -> Rounds:
@@ -81,9 +81,9 @@ def native_race() -> Rounds:
 
 def asked(code: str) -> Any:
     """The value of the last line of `code`, an expression that gives JSON, run in this process."""
-    *before, last = code.strip().split("\n")
+    *statements, last = code.strip().split("\n")
     scope: dict[str, Any] = {}
-    exec("\n".join([*before, f"answer = {last}"]), scope)
+    exec("\n".join([*statements, f"answer = {last}"]), scope)
     return json.loads(scope["answer"])
 
 
@@ -131,9 +131,9 @@ def cpd_rows() -> list[Row]:
             steps.append(int(register(s, t, method="cpd-rigid", max_steps=30, tolerance=0.0).steps))
 
         ours = fastest(mine)
-        what, note = f"rigid CPD, {n} × {n}, equal iterations", f"ours {1e3 * ours:.1f} ms, {steps[-1]} iterations"
+        label, note = f"rigid CPD, {n} × {n}, equal iterations", f"ours {1e3 * ours:.1f} ms, {steps[-1]} iterations"
         if pycpd is None:
-            rows.append(Row(what, 1e3 * ours, "ms", None, "pycpd is not installed: no comparison"))
+            rows.append(Row(label, 1e3 * ours, "ms", None, "pycpd is not installed: no comparison"))
             continue
 
         def theirs(s: Any = source, t: Any = target, k: int = steps[-1]) -> None:
@@ -141,7 +141,7 @@ def cpd_rows() -> list[Row]:
             pycpd.RigidRegistration(X=t, Y=s, max_iterations=k, tolerance=0.0, w=0.1).register()
 
         limit = 0.25 if n == 100 else 0.125
-        rows.append(Row(f"{what}, share of pycpd's time", ours / fastest(theirs), "", limit, note))
+        rows.append(Row(f"{label}, share of pycpd's time", ours / fastest(theirs), "", limit, note))
     return rows
 
 
@@ -154,11 +154,11 @@ def cpd_memory(n: int = 1000) -> Row:
     tracemalloc.start()
     try:
         register(source, target, method="cpd-rigid", max_steps=3, tolerance=0.0)
-        most = tracemalloc.get_traced_memory()[1]
+        peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
     note = f"the matrix of shares alone would be {8 * n * n / 1e6:.0f} MB"
-    return Row(f"rigid CPD, {n} × {n}, memory", most / 1e6, "MB", None, note)
+    return Row(f"rigid CPD, {n} × {n}, memory", peak / 1e6, "MB", None, note)
 
 
 def icp_rows() -> list[Row]:
@@ -181,9 +181,9 @@ def icp_rows() -> list[Row]:
         steps.append(int(result.steps))
 
     mine = fastest(ours, 1)
-    what, note = "ICP, 10⁵ points, nearest neighbours", f"ours {mine:.2f} s, {steps[-1]} steps"
+    label, note = "ICP, 10⁵ points, nearest neighbours", f"ours {mine:.2f} s, {steps[-1]} steps"
     if small is None:
-        return [Row(what, mine, "s", None, f"{note}; small_gicp is not installed: no comparison")]
+        return [Row(label, mine, "s", None, f"{note}; small_gicp is not installed: no comparison")]
     iterations: list[int] = []
 
     def theirs() -> None:
@@ -195,9 +195,9 @@ def icp_rows() -> list[Row]:
         )  # fmt: skip
         iterations.append(int(alignment.iterations))
 
-    other = fastest(theirs, 1)
-    note += f"; small_gicp {other:.2f} s, {iterations[-1]} iterations; both with their trees"
-    return [Row(f"{what}, times small_gicp's", mine / other, "", 1.8, note)]
+    theirs_seconds = fastest(theirs, 1)
+    note += f"; small_gicp {theirs_seconds:.2f} s, {iterations[-1]} iterations; both with their trees"
+    return [Row(f"{label}, times small_gicp's", mine / theirs_seconds, "", 1.8, note)]
 
 
 def _turn(angle: float) -> Any:

@@ -108,10 +108,10 @@ def shares(page: Page) -> list[tuple[float, float]]:
 def laid_control(page: Page, figure: Locator, handle: Locator, origin: str) -> Iterator[Page]:
     """A page with a control figure: panels and a handle in the figure's places, and a worker that returns the figure's
     last frames."""
-    there: dict[str, Any] = figure.evaluate(_SEEN, handle.element_handle())
+    layout: dict[str, Any] = figure.evaluate(_SEEN, handle.element_handle())
     frames: list[str] = page.evaluate("split.frames")
     style = page.locator("link[rel=stylesheet]").first.get_attribute("href")
-    body = _page(there, frames, style or "")
+    body = _page(layout, frames, style or "")
     assert page.context.browser
     context = page.context.browser.new_context(viewport=page.viewport_size, service_workers="block")
     context.add_init_script(f"({WATCH})()")
@@ -128,19 +128,19 @@ def laid_control(page: Page, figure: Locator, handle: Locator, origin: str) -> I
         context.close()
 
 
-def _page(there: dict[str, Any], frames: list[str], style: str) -> str:
+def _page(layout: dict[str, Any], frames: list[str], style: str) -> str:
     svgs = {panel["name"]: panel["svg"] for panel in json.loads(frames[0])["panels"]}
     panels = "".join(
         f'<div class="{escape(classes)}" style="position:absolute;{_box(box)}">{svgs[name]}</div>'
-        for name, classes, *box in there["panels"]
+        for name, classes, *box in layout["panels"]
     )
-    width, height = there["size"]
-    data = json.dumps({"frames": frames, "panels": [name for name, *_ in there["panels"]]}).replace("<", "\\u003c")
+    width, height = layout["size"]
+    data = json.dumps({"frames": frames, "panels": [name for name, *_ in layout["panels"]]}).replace("<", "\\u003c")
     return (
         '<!doctype html><html lang="en" class="js"><title>Control</title>'
         f'<link rel="stylesheet" href="{escape(style)}"><body style="display:block;padding:100px">'
         f'<figure class="figure"><div class="figure-stage" style="display:block;width:{width}px;height:{height}px">'
-        f'{panels}<button type="button" style="position:absolute;touch-action:none;opacity:0;{_box(there["handle"])}">'
+        f'{panels}<button type="button" style="position:absolute;touch-action:none;opacity:0;{_box(layout["handle"])}">'
         "</button></div></figure>"
         f'<script type="application/json">{data}</script><script>{_SCRIPT}</script>'
     )

@@ -60,21 +60,21 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
         # These files are named by their content, so the browser caches them like those of the site.
         (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{immutable('runtime/')}", "utf-8")
         with serving(root) as server:
-            here = server.origin + "/"
-            stock = {"folder": here + "stock/"}
-            ours = {"type": "start", "runtime": here + "runtime/", "files": info.start_files()}
-            yield playwright, here, stock, ours
+            origin = server.origin + "/"
+            stock = {"folder": origin + "stock/"}
+            ours = {"type": "start", "runtime": origin + "runtime/", "files": info.start_files()}
+            yield playwright, origin, stock, ours
 
 
 def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
     """`rounds` pairs of cold starts in milliseconds, (stock, ours), after a first pair that is discarded."""
-    with _served(info) as (playwright, here, stock, ours):
+    with _served(info) as (playwright, origin, stock, ours):
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
 
         def cold(worker: str, message: dict[str, Any]) -> float:
             context = browser.new_context()
             try:
-                return _start(context, here, worker, message)
+                return _start(context, origin, worker, message)
             finally:
                 context.close()
 
@@ -86,16 +86,16 @@ def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tu
 def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
     """A returning reader's starts in milliseconds. Three visits are discarded: the first, and two on which the browser
     stores its compiled code."""
-    with _served(info) as (playwright, here, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
+    with _served(info) as (playwright, origin, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
         context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
-        times = [_start(context, here, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
+        times = [_start(context, origin, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
         context.close()
     return times[3:]
 
 
-def _start(context: BrowserContext, here: str, worker: str, message: dict[str, Any], stay: float = 0.0) -> float:
+def _start(context: BrowserContext, origin: str, worker: str, message: dict[str, Any], stay: float = 0.0) -> float:
     page = context.new_page()
-    page.goto(here)
+    page.goto(origin)
     milliseconds = float(page.evaluate(_RUN, [worker, message, TIMEOUT, stay]))
     page.close()
     return milliseconds

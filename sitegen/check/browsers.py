@@ -139,7 +139,7 @@ def chromium(browser_path: Path | None = None) -> Path:
 def shell(browser_path: Path | None = None) -> Path | None:
     """Chromium's headless shell, installed if possible: the same engine without a window, which loads a page with a
     third of the work. None if there is none, or if a Chromium is given or named, which then takes precedence."""
-    if browser_path or any(os.environ.get(each) for each in ENGINES["chromium"].named):
+    if browser_path or any(os.environ.get(variable) for variable in ENGINES["chromium"].named):
         return None
     return next((path for _, path in found_or_installed(SHELL, []) if not SHELL.fault(path)), None)
 
@@ -153,15 +153,15 @@ def found(name: str, browser_path: Path | None = None) -> Path:
     if not engine:
         raise BrowserMissing(f"unknown engine {name!r}; known: {', '.join(ENGINES)}")
     by_variable = [
-        (f"{each}={os.environ[each]}", Path(os.environ[each])) for each in engine.named if os.environ.get(each)
+        (f"{name}={os.environ[name]}", Path(os.environ[name])) for name in engine.named if os.environ.get(name)
     ]
     mandatory = [(f"--browser-path {browser_path}", browser_path)] if browser_path else by_variable[:1]
     attempts: list[str] = []
-    for how, path in mandatory or found_or_installed(engine, attempts):
+    for source, path in mandatory or found_or_installed(engine, attempts):
         fault = engine.fault(path)
         if not fault:
             return path
-        attempts.append(f"{how}: {fault}")
+        attempts.append(f"{source}: {fault}")
     raise BrowserMissing(
         f"no {engine.title} to test with. Tried:\n"
         + "".join(f"  {line}\n" for line in attempts)
@@ -172,26 +172,26 @@ def found(name: str, browser_path: Path | None = None) -> Path:
 def found_or_installed(engine: Engine, attempts: list[str]) -> Iterator[tuple[str, Path]]:
     """Candidates and how they were found; installs only if more are requested. Failures go to `attempts`."""
     programs = [path for name in engine.programs if (path := shutil.which(name))]
-    places = [path for place in engine.places if (path := _filled(place)) and Path(path).is_file()]
+    places = [path for pattern in engine.places if (path := _filled(pattern)) and Path(path).is_file()]
     if not programs and not places:
         attempts.append(f"the PATH: none of {', '.join(engine.programs)}")
     yield from ((path, Path(path)) for path in [*programs, *places])
-    if engine is ENGINES["chromium"] and (own := playwrights_own()).is_file():
-        yield "Playwright's own", own
-    for how, command in installers(engine):
-        print(f"no {engine.title} yet: {how}", file=sys.stderr, flush=True)
+    if engine is ENGINES["chromium"] and (chromium := playwrights_own()).is_file():
+        yield "Playwright's own", chromium
+    for description, command in installers(engine):
+        print(f"no {engine.title} yet: {description}", file=sys.stderr, flush=True)
         fault = run_fault(command)
         if fault:
-            attempts.append(f"{how}: {fault}")
+            attempts.append(f"{description}: {fault}")
             continue
         program = shutil.which(engine.programs[0]) if command[0] == "apt-get" else str(playwrights_own())
         if program:
-            yield how, Path(program)
+            yield description, Path(program)
 
 
-def _filled(place: str) -> str:
+def _filled(pattern: str) -> str:
     try:
-        return place.format_map(os.environ)
+        return pattern.format_map(os.environ)
     except KeyError:
         return ""
 

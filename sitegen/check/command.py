@@ -53,8 +53,8 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
         print(f"{problem} (note)", file=sys.stderr)
     for problem in (*sweep.wrong, *plots.wrong):
         print(problem, file=sys.stderr)
-    again = "repeated now" if sweep.ran else "repeated earlier on this machine with the same code"
-    print(f"sweep: {sweep.proved} runs {again} match its files", flush=True)
+    occasion = "repeated now" if sweep.ran else "repeated earlier on this machine with the same code"
+    print(f"sweep: {sweep.proved} runs {occasion} match its files", flush=True)
     print(f"long plots: one part of each of {plots.proved} matches its file", flush=True)
     if behind := claims.behind(root):
         message = f"{len(behind)} claims are shown as not yet run on this code"

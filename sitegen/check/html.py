@@ -42,7 +42,7 @@ class Element(Tag):
         for name in LOADED.get(self.name, ()):
             if name in self.attributes:
                 several = self.get(name).split(",") if name == "srcset" else [self.get(name)]
-                addresses += [one.split()[0] if one.split() else "" for one in several]
+                addresses += [candidate.split()[0] if candidate.split() else "" for candidate in several]
         return addresses
 
     @property
@@ -82,24 +82,24 @@ class _Collector:
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        self._around: list[tuple[Tag, Element, list[str]]] = []  # open elements with text, and that so far
+        self._open_elements: list[tuple[Tag, Element, list[str]]] = []  # open elements with text, and that so far
 
     def opened(self, tag: Tag) -> None:
         element = Element(*tag)
         self._page.elements.append(element)
-        for _, _, pieces in self._around:
+        for _, _, pieces in self._open_elements:
             pieces.append(element.get("alt") or element.get("aria-label"))
         if tag.name in TELLING or _is_inline(tag):
-            self._around.append((tag, element, []))
+            self._open_elements.append((tag, element, []))
 
     def text(self, text: str) -> None:
-        for _, _, pieces in self._around:
+        for _, _, pieces in self._open_elements:
             pieces.append(text)
 
     def closed(self, tag: Tag) -> None:
-        if not self._around or self._around[-1][0] is not tag:
+        if not self._open_elements or self._open_elements[-1][0] is not tag:
             return
-        _, element, pieces = self._around.pop()
+        _, element, pieces = self._open_elements.pop()
         if _is_inline(tag):
             self._page.inline.append((element, "".join(pieces)))
         else:

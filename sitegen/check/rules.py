@@ -60,7 +60,7 @@ def html_errors(source: str) -> list[tuple[int, int, str]]:
     """Line, column and message of every error in a page."""
     parser = html5lib.HTMLParser(strict=False)
     parser.parse(source)
-    errors = [(place, HTML_ERRORS.get(code, code), values) for place, code, values in parser.errors]
+    errors = [(position, HTML_ERRORS.get(code, code), values) for position, code, values in parser.errors]
     return [(line, column, f"HTML: {words % values if values else words}") for (line, column), words, values in errors]
 
 
@@ -82,12 +82,12 @@ def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem
         for address in element.loads:
             if is_foreign(address):
                 yield at(page, element, f"{address}: pages must not load from another origin")
-        here = [*element.loads, *element.links]
-        here += [element.get("data-tape")] if element.get("data-tape") else []
+        addresses = [*element.loads, *element.links]
+        addresses += [element.get("data-tape")] if element.get("data-tape") else []
         if element.name == "body" and element.get("data-runtime"):
             files = json.loads(element.get("data-runtime-files") or "[]")
-            here += [element.get("data-runtime") + file["name"] for file in files]
-        for address in here:
+            addresses += [element.get("data-runtime") + file["name"] for file in files]
+        for address in addresses:
             if fault := address_fault(address, page, pages):
                 yield at(page, element, f"{address}: {fault}")
 
@@ -142,23 +142,23 @@ def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
 def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """Links, buttons, labels and headings contain words, or are named by an attribute."""
     for element, text in page.texts:
-        named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
-        hidden = element.get("aria-hidden") == "true" or (element.name == "a" and "href" not in element.attributes)
-        if not named and not hidden:
+        has_name = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
+        is_hidden = element.get("aria-hidden") == "true" or (element.name == "a" and "href" not in element.attributes)
+        if not has_name and not is_hidden:
             yield at(page, element, f"empty <{element.name}>")
 
 
 def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """There is one first-level heading, before all others; below it no level is skipped."""
     headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.name)]
-    before = 0
+    previous = 0
     for element in headings:
         level = int(element.name[1])
-        if level == 1 and before:
+        if level == 1 and previous:
             yield at(page, element, "duplicate <h1>")
-        elif level > before + 1:
-            yield at(page, element, f"expected at most <h{before + 1}>, got <h{level}>")
-        before = level
+        elif level > previous + 1:
+            yield at(page, element, f"expected at most <h{previous + 1}>, got <h{level}>")
+        previous = level
 
 
 def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
@@ -191,12 +191,12 @@ def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
         text = path.read_text("utf-8")
         if path.suffix == ".css":
             for url in [*urls(text), *imports(text)]:
-                address, place = url.address, (f"{SHOWN}/{name}", url.line, url.column)
+                address, position = url.address, (f"{SHOWN}/{name}", url.line, url.column)
                 target = None if is_foreign(address) else inside(address, name)
                 if is_foreign(address):
-                    yield Problem(*place, f"{address}: pages must not load from another origin")
+                    yield Problem(*position, f"{address}: pages must not load from another origin")
                 elif target and not (site / target[0]).is_file():
-                    yield Problem(*place, f"{address}: missing file {target[0]}")
+                    yield Problem(*position, f"{address}: missing file {target[0]}")
         else:
             for match in SCRIPT_ADDRESS.finditer(text):
                 message = f"{match.group()[1:]}: scripts must not name another origin"
@@ -204,8 +204,8 @@ def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
 
 
 def _in_text(name: str, text: str, offset: int, message: str) -> Problem:
-    before = text[:offset]
-    return Problem(f"{SHOWN}/{name}", before.count("\n") + 1, offset - before.rfind("\n"), message)
+    head = text[:offset]
+    return Problem(f"{SHOWN}/{name}", head.count("\n") + 1, offset - head.rfind("\n"), message)
 
 
 def names_are_ascii(site: Path, pages: dict[str, Page]) -> Iterator[Problem]:
@@ -225,9 +225,9 @@ def is_light(pages: dict[str, Page]) -> Iterator[Problem]:
     for page in pages.values():
         weight = page_weight(page)
         if weight.total > PAGE_LIMIT:
-            most = ", ".join(f"{n} {s // 1000}" for n, s in sorted(weight.parts.items(), key=lambda p: -p[1])[:4])
+            largest = ", ".join(f"{n} {s // 1000}" for n, s in sorted(weight.parts.items(), key=lambda p: -p[1])[:4])
             message = f"{weight.total / 1000:.0f} kB compressed, more than {PAGE_LIMIT / 1000:.0f} kB"
-            yield Problem(f"{SHOWN}/{page.name}", 0, 0, f"{message} (most, in kB: {most})")
+            yield Problem(f"{SHOWN}/{page.name}", 0, 0, f"{message} (most, in kB: {largest})")
     runtimes = {tuple(sorted(weight.parts.items())): weight for weight in map(runtime_weight, pages.values())}
     for weight in runtimes.values():
         if weight.total > RUNTIME_LIMIT:

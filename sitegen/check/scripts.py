@@ -42,5 +42,5 @@ def lint_problems(root: Path) -> list[Problem]:
         files |= read_files(root, folder, pattern, problems)
     library = fetch.gather(["eslint"])["eslint/linter.mjs"]
     answer = run_node(LINT, {"library": str(library), "files": files}, timeout=120)
-    faults = [Problem(each["path"], each["line"], each["column"], each["message"]) for each in answer]
+    faults = [Problem(finding["path"], finding["line"], finding["column"], finding["message"]) for finding in answer]
     return sorted([*problems.found, *faults])

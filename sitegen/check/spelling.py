@@ -26,16 +26,16 @@ def spelling(root: Path) -> int:
     with tempfile.TemporaryDirectory(prefix="ladder-spelling-") as folder:
         american = Path(folder, "american.txt")
         american.write_text(anglicised(), "utf-8")
-        runs = [
+        processes = [
             _codespell(root, ["--builtin", "clear,rare"], WRITTEN),
             _codespell(root, ["-D", str(american), "-L", BOTH, "--skip", TITLES], READ),
             _codespell(root, ["-D", str(american), "-L", f"{BOTH},{NAMES}"], DRAWN),
         ]
         phrases = style(root)
-        for run in filter(None, runs):
-            sys.stdout.write(run.communicate()[0])
+        for process in filter(None, processes):
+            sys.stdout.write(process.communicate()[0])
         sys.stdout.flush()
-    return 1 if phrases or any(run and run.returncode for run in runs) else 0
+    return 1 if phrases or any(process and process.returncode for process in processes) else 0
 
 
 def anglicised() -> str:
@@ -44,7 +44,7 @@ def anglicised() -> str:
     text = files("codespell_lib").joinpath("data/dictionary_en-GB_to_en-US.txt").read_text("utf-8")
     pairs = [line.split("->") for line in text.splitlines() if "->" in line]
     for ours, theirs in pairs:
-        for word in filter(None, (each.strip() for each in theirs.split(","))):
+        for word in filter(None, (variant.strip() for variant in theirs.split(","))):
             british.setdefault(word, []).append(ours)
     spellings = {ours for ours, _ in pairs}
     return "".join(
@@ -55,8 +55,8 @@ def anglicised() -> str:
 def _codespell(root: Path, words: list[str], names: tuple[str, ...]) -> subprocess.Popen[str] | None:
     """Start codespell on those of the names that exist; None if none do, since without names it would check
     everything."""
-    there = [name for name in names if (root / name).exists()]
-    command = [sys.executable, "-P", "-m", "codespell_lib", *words, *there]
-    if not there:
+    existing = [name for name in names if (root / name).exists()]
+    command = [sys.executable, "-P", "-m", "codespell_lib", *words, *existing]
+    if not existing:
         return None
     return subprocess.Popen(command, cwd=root, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)

@@ -52,7 +52,7 @@ _ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRA
 
 def style(root: Path) -> int:
     """Print every such phrase with its place. The exit code is 1 if there is one."""
-    lines = [hit for path in _files(root) for hit in _told(path, path.relative_to(root).as_posix())]
+    lines = [line for path in _files(root) for line in _findings(path, path.relative_to(root).as_posix())]
     sys.stdout.write("".join(f"{line}\n" for line in lines))
     sys.stdout.flush()
     return 1 if lines else 0
@@ -60,13 +60,13 @@ def style(root: Path) -> int:
 
 def _files(root: Path) -> Iterator[Path]:
     for name in READ:
-        place = root / name
-        for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
+        target = root / name
+        for path in sorted(target.rglob("*")) if target.is_dir() else [target]:
             if path.suffix in KINDS and path.is_file() and path != root / HERE:
                 yield path
 
 
-def _told(path: Path, name: str) -> Iterator[str]:
+def _findings(path: Path, name: str) -> Iterator[str]:
     text = path.read_text("utf-8")
     for match in _ANY.finditer(text):
         words = " ".join(match[0].split())

@@ -70,12 +70,12 @@ def session(driver: Path, display: Display, seconds: float) -> tuple[Service, we
     and the driver then waits for ever.
     """
     try:
-        return _started(driver, display, seconds)
+        return _start(driver, display, seconds)
     except ReadTimeoutError:
-        return _started(driver, display, seconds)
+        return _start(driver, display, seconds)
 
 
-def _started(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
+def _start(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
     service = Service(str(driver), env=display.env)
     service.start()
     config = ClientConfig(remote_server_addr=service.service_url, timeout=STARTS)

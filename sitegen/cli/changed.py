@@ -118,7 +118,7 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
         room = name.split("/")[0]
         if room == "content" and name.endswith(".md"):
             chapters.add(name)
-            tests |= {each for room in OF_TEXTS for each in _naming(root, Path(name).name, room, "test_*.py")}
+            tests |= {test for room in OF_TEXTS for test in _naming(root, Path(name).name, room, "test_*.py")}
         elif room == "content":
             chapters |= _naming(root, name, "content", "*.md")
             modules |= naming(root, name)
@@ -133,21 +133,21 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
             return Chosen((), everything=True)
     pages = set()
     for name in chapters:
-        text, before = (root / name).read_text("utf-8"), _before(root, commit, name)
+        text, old_text = (root / name).read_text("utf-8"), _previous_text(root, commit, name)
         its = _pages(Path(name), text)
-        tests |= {*CLAIM.findall("\n\n".join(_paragraphs(text) - _paragraphs(before))), *OF_PAGES, *OF_WORDS}
-        if ASKED.findall(text) != ASKED.findall(before):
+        tests |= {*CLAIM.findall("\n\n".join(_paragraphs(text) - _paragraphs(old_text))), *OF_PAGES, *OF_WORDS}
+        if ASKED.findall(text) != ASKED.findall(old_text):
             mentions = (*its, Path(name).name)
-            tests |= {test for each in mentions for test in _naming(root, each, "tests/browser", "test_*.py")}
+            tests |= {test for name in mentions for test in _naming(root, name, "tests/browser", "test_*.py")}
         pages |= its
     tests |= importing(root, modules)
     only = all(name.startswith("content/") for name in names) and not modules
-    return Chosen(tuple(sorted(name for name in tests if _there(root, name))), tuple(sorted(pages)) if only else ())
+    return Chosen(tuple(sorted(name for name in tests if _exists(root, name))), tuple(sorted(pages)) if only else ())
 
 
 def naming(root: Path, name: str) -> set[str]:
     """The modules that name a file or its folder, and so may read it."""
-    modules = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
+    modules = {module for room in (*ROOMS, *OF_TEXTS, "tests/browser") for module in _naming(root, name, room, "*.py")}
     return modules - {"sitegen/cli/changed.py"}  # names some files, but reads only those that git lists
 
 
@@ -174,9 +174,9 @@ def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
         for module in (_imported(path) | _fixtures(name)) & (graph.modules | of.keys()):
             graph.add_import(importer=name, imported=module)
     for loader, modules in LOADS.items():
-        for each in graph.modules:
-            if each != loader and any(f"{each}.".startswith(f"{one}.") for one in modules):
-                graph.add_import(importer=loader, imported=each)
+        for module in graph.modules:
+            if module != loader and any(f"{module}.".startswith(f"{parent}.") for parent in modules):
+                graph.add_import(importer=loader, imported=module)
     return graph, of
 
 
@@ -187,10 +187,10 @@ def _git(root: Path, commit: str, *words: str) -> str:
     return result.stdout
 
 
-def _before(root: Path, commit: str, name: str) -> str:
+def _previous_text(root: Path, commit: str, name: str) -> str:
     """A file's text at the commit; "" if there was none."""
-    there = _git(root, commit, "ls-tree", "--name-only", commit, "--", name)
-    return _git(root, commit, "show", f"{commit}:{name}") if there else ""
+    listing = _git(root, commit, "ls-tree", "--name-only", commit, "--", name)
+    return _git(root, commit, "show", f"{commit}:{name}") if listing else ""
 
 
 def _paragraphs(text: str) -> set[str]:
@@ -201,8 +201,8 @@ def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
     """The files in a folder that contain a file's name, or its folder's if that is nested."""
     path = Path(name)
     words = {path.name, *([path.parent.as_posix()] if len(path.parts) > 2 else [])}
-    files = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))
-    return {each.relative_to(root).as_posix() for each in files}
+    files = (path for path in (root / folder).rglob(pattern) if any(word in path.read_text("utf-8") for word in words))
+    return {path.relative_to(root).as_posix() for path in files}
 
 
 def _pages(file: Path, text: str) -> set[str]:
@@ -236,5 +236,5 @@ def _fixtures(name: str) -> set[str]:
     return {".".join([*folders[: k + 1], "conftest"]) for k in range(len(folders))} - {name}
 
 
-def _there(root: Path, test: str) -> bool:
+def _exists(root: Path, test: str) -> bool:
     return (root / test.partition("::")[0]).exists()

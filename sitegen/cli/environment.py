@@ -141,13 +141,13 @@ class _Line:
 
     def __init__(self) -> None:
         self._over = sys.stderr.isatty()
-        self._said = 0.0
+        self._last_time = 0.0
 
     def __call__(self, text: str) -> None:
         if self._over:
             print(f"\r\x1b[K{text[:100]}", end="", file=sys.stderr, flush=True)
-        elif time.monotonic() - self._said > 10:
-            self._said = time.monotonic()
+        elif time.monotonic() - self._last_time > 10:
+            self._last_time = time.monotonic()
             _say(text)
 
     def end(self) -> None:

@@ -32,7 +32,7 @@ class Command:
     unused: Mapping[str, Sequence[str]] = field(default_factory=dict)  # option → options that it makes ineffective
 
 
-def _none(parser: argparse.ArgumentParser) -> None:
+def _no_options(parser: argparse.ArgumentParser) -> None:
     """No options."""
 
 
@@ -229,14 +229,14 @@ def _clean(root: Path, args: Arguments) -> int:
 
 
 COMMANDS: dict[str, Command] = {
-    "build": Command("build site/ (the default)", _none, _build),
+    "build": Command("build site/ (the default)", _no_options, _build),
     "serve": Command(
         "build and show the site, and reload the page on every edit",
         _serve_options,
         _serve,
         unused={"offline_check": ("host", "port", "no_open")},
     ),
-    "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
+    "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _no_options, _check),
     "test": Command(
         "run every check and test; find or install a browser",
         _test_options,
@@ -266,8 +266,8 @@ def parse(words: Sequence[str]) -> Arguments:
     )
     subparsers = parser.add_subparsers(dest="command", metavar="command", title="commands")
     for name, command in COMMANDS.items():
-        more = f" Further arguments are passed to {command.passes_on}." if command.passes_on else ""
-        description = f"{command.help[0].upper()}{command.help[1:]}.{more}"
+        suffix = f" Further arguments are passed to {command.passes_on}." if command.passes_on else ""
+        description = f"{command.help[0].upper()}{command.help[1:]}.{suffix}"
         command.options(subparsers.add_parser(name, help=command.help, description=description, allow_abbrev=False))
     first = next(iter(words), "")
     if first and not first.startswith("-") and first not in COMMANDS:
@@ -281,15 +281,16 @@ def parse(words: Sequence[str]) -> Arguments:
     args.further = [word for word in further if word != "--"]
     if further and not COMMANDS[args.command].passes_on:
         parser.error(f"{args.command}: unknown arguments {' '.join(further)}")
-    own: argparse.ArgumentParser = subparsers.choices[args.command]
-    for one, others in COMMANDS[args.command].unused.items():
-        for other in others:
-            if all(getattr(args, name) not in (own.get_default(name), []) for name in (one, other)):
-                own.error(f"{_shown(one, args)} cannot be combined with {_shown(other, args)}")
+    subparser: argparse.ArgumentParser = subparsers.choices[args.command]
+    for option, conflicts in COMMANDS[args.command].unused.items():
+        for conflict in conflicts:
+            if all(getattr(args, name) not in (subparser.get_default(name), []) for name in (option, conflict)):
+                texts = [_argument_text(name, args) for name in (option, conflict)]
+                subparser.error(" cannot be combined with ".join(texts))
     return args
 
 
-def _shown(name: str, args: Arguments) -> str:
+def _argument_text(name: str, args: Arguments) -> str:
     """An argument as it is written on the command line."""
     return " ".join(args.further) if name == "further" else f"--{name.replace('_', '-')}"
 

@@ -65,14 +65,14 @@ def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
     _check_title(title)
     if markup := MARKUP.search(title):
         raise NameTaken(f"plain text only in a title; {markup[0]!r} would be printed as is")
-    there = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
-    if name in there:
-        raise NameTaken(f"content/{there[name][0]} already exists; choose another name")
+    existing = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
+    if name in existing:
+        raise NameTaken(f"content/{existing[name][0]} already exists; choose another name")
     if name in OWN_PAGES or name == "index":
         raise NameTaken(f"{name}.html is a built-in page; choose another name")
     if owner := _pages(root).get(name):
         raise NameTaken(f"{name}.html is a page of {owner}; choose another name")
-    number = 1 + max((int(match[1]) for match in there.values()), default=-1)
+    number = 1 + max((int(match[1]) for match in existing.values()), default=-1)
     return _fill(root, name, title, {"chapter.md": f"content/{number:02d}-{name}.md"})
 
 
@@ -82,9 +82,9 @@ def _pages(root: Path) -> dict[str, str]:
     chapters, _ = read_chapters(root, read_site(root, ignored), ignored, drafts=True)
     pages = [*chapters, *read_docs(root, ignored)]
     return {
-        name.removesuffix(".html"): one.source.path
-        for one in pages
-        for name in (one.name, one.slug, one.deck, one.checks, *one.redirects)
+        name.removesuffix(".html"): chapter.source.path
+        for chapter in pages
+        for name in (chapter.name, chapter.slug, chapter.deck, chapter.checks, *chapter.redirects)
     }
 
 
@@ -133,8 +133,8 @@ def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[
         try:
             write(path, text.safe_substitute(words).encode())
         except OSError as error:
-            for other in paths:
-                other.unlink()
+            for written_path in paths:
+                written_path.unlink()
             raise OSError(error.errno, error.strerror, path.relative_to(root).as_posix()) from error
         paths.append(path)
     return paths

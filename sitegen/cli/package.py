@@ -36,17 +36,17 @@ def package_command(root: Path, *, tests: bool = False) -> int:
     """Put both files into dist/ and try them; the exit code is 1 if a step fails. `tests`: also run the solvers' tests
     from the source distribution with each Python and numpy."""
     with tempfile.TemporaryDirectory(prefix="ladder-package-") as temporary:
-        here, out = Path(temporary), root / "dist"
+        directory, out = Path(temporary), root / "dist"
         try:
-            copied(root, here / "checkout")
-            files = built(here / "checkout", here / "made")
+            copied(root, directory / "checkout")
+            files = built(directory / "checkout", directory / "made")
             shutil.rmtree(out, ignore_errors=True)
-            shutil.copytree(here / "made", out)
+            shutil.copytree(directory / "made", out)
             for path in files:
                 print(f"dist/{path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
-            check(files, here / "twine")
-            for one in ends(interpreters(candidates(os.environ))):
-                use(one, files, here, root, tests=tests)
+            check(files, directory / "twine")
+            for interpreter in ends(interpreters(candidates(os.environ))):
+                use(interpreter, files, directory, root, tests=tests)
         except PackageError as error:
             print(f"package: {error}", file=sys.stderr)
             return 1
@@ -59,10 +59,10 @@ def built(checkout: Path, out: Path) -> tuple[Path, Path]:
     The backend is this environment's, so no network is needed. It leaves files in the checkout.
     """
     out.mkdir(parents=True)
-    _said([sys.executable, "-P", "-c", BACKEND, "build_sdist", str(out)], checkout)
+    _output([sys.executable, "-P", "-c", BACKEND, "build_sdist", str(out)], checkout)
     (sdist,) = out.glob("*.tar.gz")
     with tempfile.TemporaryDirectory(prefix="ladder-sdist-") as temporary:
-        _said([sys.executable, "-P", "-c", BACKEND, "build_wheel", str(out)], unpacked(sdist, Path(temporary)))
+        _output([sys.executable, "-P", "-c", BACKEND, "build_wheel", str(out)], unpacked(sdist, Path(temporary)))
     (wheel,) = out.glob("*.whl")
     return sdist, wheel
 
@@ -77,37 +77,37 @@ def unpacked(sdist: Path, folder: Path) -> Path:
 def check(files: Sequence[Path], folder: Path) -> None:
     """Check by twine, in its own environment, that an index would accept the files. Raises PackageError."""
     python = environment(Path(sys.executable), folder)
-    _said([str(python), "-m", "pip", "install", "--quiet", "twine"])
-    output = _said([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, files)])
+    _output([str(python), "-m", "pip", "install", "--quiet", "twine"])
+    output = _output([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, files)])
     print("\n".join(re.sub(r"\S*/", "", line) for line in output.splitlines() if line.strip()), flush=True)
 
 
 def ends(pythons: Sequence[Interpreter]) -> list[Interpreter]:
     """The oldest and the newest of the Pythons that can set up environments. Raises PackageError."""
-    able = sorted(one for one in pythons if one.can_set_up)
+    able = sorted(python for python in pythons if python.can_set_up)
     if not able:
         raise PackageError("cannot test the package: no Python on this machine has ensurepip")
     return [able[0], able[-1]] if len(able) > 1 else able
 
 
-def numpys(one: Interpreter, root: Path) -> tuple[str, str]:
+def numpys(interpreter: Interpreter, root: Path) -> tuple[str, str]:
     """The oldest allowed numpy that has a wheel for this Python, and the newest one. Raises PackageError."""
     project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
-    (least,) = (each.partition(">=")[2] for each in project["dependencies"] if each.startswith("numpy"))
-    pip = [str(one.path), "-m", "pip"]
-    releases = among(_said([*pip, "index", "versions", "numpy"]), least)
-    try_one = [*pip, "install", "--quiet", "--dry-run", "--ignore-installed", "--no-deps", "--only-binary=:all:"]
-    return next(name for name in releases if name == releases[-1] or _can([*try_one, f"numpy=={name}"])), releases[-1]
+    (minimum,) = (r.partition(">=")[2] for r in project["dependencies"] if r.startswith("numpy"))
+    pip = [str(interpreter.path), "-m", "pip"]
+    releases = among(_output([*pip, "index", "versions", "numpy"]), minimum)
+    trial = [*pip, "install", "--quiet", "--dry-run", "--ignore-installed", "--no-deps", "--only-binary=:all:"]
+    return next(name for name in releases if name == releases[-1] or _can([*trial, f"numpy=={name}"])), releases[-1]
 
 
-def among(output: str, least: str) -> list[str]:
-    """The releases in the output of `pip index versions` from `least` on, oldest first, whether or not they have a
+def among(output: str, minimum: str) -> list[str]:
+    """The releases in the output of `pip index versions` from `minimum` on, oldest first, whether or not they have a
     wheel for its Python. Raises PackageError."""
     match = re.search(r"^Available versions: (.*)$", output, re.MULTILINE)
     releases = [name for name in match[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if match else []
-    recent = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
+    recent = sorted((name for name in releases if _number(name) >= _number(minimum)), key=_number)
     if not recent:
-        raise PackageError(f"pip finds no numpy {least} or newer:\n{output.strip()}")
+        raise PackageError(f"pip finds no numpy {minimum} or newer:\n{output.strip()}")
     return recent
 
 
@@ -115,42 +115,42 @@ def _number(version: str) -> tuple[int, ...]:
     return tuple(map(int, version.split(".")))
 
 
-def use(one: Interpreter, files: tuple[Path, Path], here: Path, root: Path, *, tests: bool) -> None:
+def use(interpreter: Interpreter, files: tuple[Path, Path], directory: Path, root: Path, *, tests: bool) -> None:
     """Install the wheel with this Python and follow its README: first with the oldest numpy only, then with the newest
     and the extras. Raises PackageError."""
     sdist, wheel = files
-    folder = here / one.name
-    python = environment(one.path, folder / "env")
+    folder = directory / interpreter.name
+    python = environment(interpreter.path, folder / "env")
     pip = [str(python), "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
-    oldest, newest = numpys(one, root)
+    oldest, newest = numpys(interpreter, root)
     for numpy, extras in ((oldest, ""), (newest, "[plot,scipy]")):
         began = time.monotonic()
-        _said([*pip, f"{wheel}{extras}", f"numpy=={numpy}"])
-        print(f"Python {one.name}, numpy {numpy}: installed in {time.monotonic() - began:.1f} s", flush=True)
-        output = _said([str(python), "-I", str(USE), str(root / README), str(folder / numpy)])
+        _output([*pip, f"{wheel}{extras}", f"numpy=={numpy}"])
+        print(f"Python {interpreter.name}, numpy {numpy}: installed in {time.monotonic() - began:.1f} s", flush=True)
+        output = _output([str(python), "-I", str(USE), str(root / README), str(folder / numpy)])
         print(f"  {output.strip()}", flush=True)
         if tests:
-            _said([*pip, *TESTS, f"numpy=={numpy}"])
+            _output([*pip, *TESTS, f"numpy=={numpy}"])
             source = unpacked(sdist, folder / f"tests-{numpy}")
-            output = _said([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/solvers"], source)
+            output = _output([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/solvers"], source)
             print(f"  the source distribution's tests: {output.strip().splitlines()[-1]}", flush=True)
 
 
 def environment(python: Path, folder: Path) -> Path:
     """Create a fresh environment of a Python; its interpreter. Raises PackageError."""
-    _said([str(python), "-P", "-m", "venv", str(folder)])
+    _output([str(python), "-P", "-m", "venv", str(folder)])
     return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
 def _can(command: Sequence[str]) -> bool:
     try:
-        _said(command)
+        _output(command)
     except PackageError:
         return False
     return True
 
 
-def _said(command: Sequence[str], folder: Path | None = None) -> str:
+def _output(command: Sequence[str], folder: Path | None = None) -> str:
     """Run a program; its stdout. Raises PackageError with all its output if it ends with a code other than 0."""
     env: Mapping[str, str] = {
         name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME")

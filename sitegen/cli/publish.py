@@ -46,14 +46,14 @@ class Branch:
         return f"{self.remote}, branch {self.name}"
 
 
-def publish_command(root: Path, where: str, *, force: bool = False) -> int:
+def publish_command(root: Path, address: str, *, force: bool = False) -> int:
     """Build strictly, then publish the site at the author's destination. The exit code is 1 if either fails, 2 for an
     unsuitable destination."""
     site = root / "site"
     try:
-        place = destination(where)
-        if isinstance(place, Path):
-            fit(site, place, force=force)
+        target = destination(address)
+        if isinstance(target, Path):
+            fit(site, target, force=force)
     except (PublishError, OSError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 2
@@ -63,7 +63,10 @@ def publish_command(root: Path, where: str, *, force: bool = False) -> int:
     if not outcome.good:
         return 1
     try:
-        report = to_folder(site, place, force=force) if isinstance(place, Path) else to_branch(site, place, force=force)
+        if isinstance(target, Path):
+            report = to_folder(site, target, force=force)
+        else:
+            report = to_branch(site, target, force=force)
     except (PublishError, OSError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 1
@@ -71,24 +74,24 @@ def publish_command(root: Path, where: str, *, force: bool = False) -> int:
     return 0
 
 
-def destination(where: str) -> Path | Branch:
+def destination(address: str) -> Path | Branch:
     """The folder or the branch that an author names.
 
     Raises PublishError if it is neither, with what to write instead.
     """
-    if not where.startswith("git+"):
-        if URL.match(where):
+    if not address.startswith("git+"):
+        if URL.match(address):
             raise PublishError(
-                f"{where} is a URL, not a folder; to publish on a git branch, write git+{where}#{BRANCH}"
+                f"{address} is a URL, not a folder; to publish on a git branch, write git+{address}#{BRANCH}"
             )
-        if not where:
+        if not address:
             raise PublishError("missing destination: name a folder, or git+REPOSITORY#BRANCH")
-        return Path(where).resolve()
-    remote, hash_, name = where.removeprefix("git+").rpartition("#")
+        return Path(address).resolve()
+    remote, hash_, name = address.removeprefix("git+").rpartition("#")
     if not hash_:
         remote, name = name, BRANCH
     if not remote:
-        raise PublishError(f"missing repository in {where}; write git+REPOSITORY#BRANCH, with a URL or a path")
+        raise PublishError(f"missing repository in {address}; write git+REPOSITORY#BRANCH, with a URL or a path")
     if remote.startswith("-") or HELPER.match(remote):
         raise PublishError(f"invalid repository {remote}: expected a path, or a URL starting with https:// or ssh://")
     if name.startswith("-") or not name or git(Path.cwd(), "check-ref-format", "--branch", name, fails=True) != name:
@@ -112,7 +115,7 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
         raise PublishError(f"{folder} is, contains or lies in the built site: choose another folder")
     if folder.exists() and not folder.is_dir():
         raise PublishError(f"{folder} is not a folder")
-    _own(folder, str(folder), force)
+    _check_owner(folder, str(folder), force)
 
 
 def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
@@ -121,13 +124,13 @@ def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
     return f"{folder}: {_fill(site, folder, str(folder), force)}"
 
 
-def _own(folder: Path, label: str, force: bool) -> None:
+def _check_owner(folder: Path, label: str, force: bool) -> None:
     """Raise PublishError if a folder has files but no list of ours."""
-    there = sorted(path.name for path in folder.iterdir() if path.name != ".git") if folder.is_dir() else []
-    if there and not force and not _is_list(folder / LIST):
-        some = ", ".join(there[:3]) + (" …" if len(there) > 3 else "")
+    existing = sorted(path.name for path in folder.iterdir() if path.name != ".git") if folder.is_dir() else []
+    if existing and not force and not _is_list(folder / LIST):
+        examples = ", ".join(existing[:3]) + (" …" if len(existing) > 3 else "")
         raise PublishError(
-            f"{label} has files from elsewhere ({some}); name an empty folder or a new branch, "
+            f"{label} has files from elsewhere ({examples}); name an empty folder or a new branch, "
             "or add --force to publish among them, replacing files of the same name"
         )
 
@@ -138,30 +141,30 @@ def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
     Raises PublishError, before anything is written, if a link in the folder leads out of it or if the site would
     replace a file from elsewhere and `force` is not set.
     """
-    before, names = _listed(folder), files_of(site)
+    published, names = _names_on_list(folder), files_of(site)
     for name in names:
-        if not _inside(folder, name):
+        if not _is_inside(folder, name):
             raise PublishError(f"{label}: {Path(name).parent} leads outside through a link: remove the link first")
-        if not force and name not in before and os.path.lexists(folder / name) and not _same(site, folder, name):
+        if not force and name not in published and os.path.lexists(folder / name) and not _is_same(site, folder, name):
             raise PublishError(
                 f"{label}: {name} comes from elsewhere, and the site has a file of that name; "
                 "move it away, or add --force to replace it"
             )
     manifest = folder / LIST
-    write(manifest, "\n".join(sorted({*before, *names})).encode())  # so that an interrupted publish is known
-    changed = [name for name in names if not _same(site, folder, name)]
-    for name in changed:
+    write(manifest, "\n".join(sorted({*published, *names})).encode())  # so that an interrupted publish is known
+    updates = [name for name in names if not _is_same(site, folder, name)]
+    for name in updates:
         write(folder / name, (site / name).read_bytes())
-    removals = [name for name in sorted(before - set(names)) if _removed(folder, name)]
+    removals = [name for name in sorted(published - set(names)) if _removed(folder, name)]
     write(manifest, "\n".join(sorted(names)).encode())
-    return f"{len(changed)} files written, {len(names) - len(changed)} unchanged, {len(removals)} old ones removed"
+    return f"{len(updates)} files written, {len(names) - len(updates)} unchanged, {len(removals)} old ones removed"
 
 
 def _is_list(path: Path) -> bool:
     return path.is_file() and not path.is_symlink()
 
 
-def _listed(folder: Path) -> Set[str]:
+def _names_on_list(folder: Path) -> Set[str]:
     """The names of the files that earlier publishes put into a folder."""
     if not _is_list(folder / LIST):
         return frozenset()
@@ -169,12 +172,12 @@ def _listed(folder: Path) -> Set[str]:
     return frozenset(name for name in lines if name and "\0" not in name)
 
 
-def _inside(folder: Path, name: str) -> bool:
+def _is_inside(folder: Path, name: str) -> bool:
     """Whether a file of this name would be inside the folder, and not elsewhere through a link."""
     return Path(os.path.realpath((folder / name).parent)).is_relative_to(os.path.realpath(folder))
 
 
-def _same(site: Path, folder: Path, name: str) -> bool:
+def _is_same(site: Path, folder: Path, name: str) -> bool:
     """Whether the folder already has this file of the site, as a file and not as a link."""
     source, dest = site / name, folder / name
     if dest.is_symlink() or not dest.is_file() or dest.stat().st_size != source.stat().st_size:
@@ -185,7 +188,7 @@ def _same(site: Path, folder: Path, name: str) -> bool:
 def _removed(folder: Path, name: str) -> bool:
     """Remove a file of an earlier publish, and the folders that this leaves empty; whether it was there."""
     path = folder / name
-    if not _inside(folder, name) or path.is_symlink() or not path.is_file():
+    if not _is_inside(folder, name) or path.is_symlink() or not path.is_file():
         return False
     path.unlink()
     for parent in path.parents:
@@ -198,7 +201,7 @@ def _removed(folder: Path, name: str) -> bool:
 def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
     """Put the site on a branch as one commit on top of its head; a report of what was done.
 
-    Raises PublishError with git's message, or like `_own` and `_fill`.
+    Raises PublishError with git's message, or like `_check_owner` and `_fill`.
     """
     full = f"refs/heads/{branch.name}"
     with tempfile.TemporaryDirectory(prefix="ladder-publish-") as temporary:
@@ -208,14 +211,14 @@ def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
         if git(clone, "ls-remote", "--heads", "--", branch.remote, full):
             git(clone, "fetch", "--quiet", "--depth", "1", "--", branch.remote, full)
             git(clone, "reset", "--quiet", "--hard", "FETCH_HEAD")
-        _own(clone, str(branch), force)
+        _check_owner(clone, str(branch), force)
         _fill(site, clone, str(branch), force)
         write(clone / ".nojekyll", b"")  # otherwise GitHub Pages omits names with a leading underscore
         git(clone, "add", "--all", "--force", ".")
         if not git(clone, "status", "--porcelain"):
             return f"{branch}: nothing has changed"
-        who = git(site.parent, "log", "-1", "--format=%h") if (site.parent / ".git").exists() else ""
-        message = f"The site as of {who}" if who else "The site"
+        commit = git(site.parent, "log", "-1", "--format=%h") if (site.parent / ".git").exists() else ""
+        message = f"The site as of {commit}" if commit else "The site"
         identity = git(clone, "config", "user.email", fails=True)
         author = [] if identity else ["-c", "user.name=publish", "-c", "user.email=publish@localhost"]
         git(clone, *author, "commit", "--quiet", "--message", message)

@@ -64,34 +64,35 @@ def interpreters(paths: Iterable[Path]) -> list[Interpreter]:
         match = re.fullmatch(r"(\d+) (\d+) (\d+) final (True|False)", result.stdout.strip())
         if result.returncode != 0 or match is None:
             continue
-        one = Interpreter((int(match[1]), int(match[2]), int(match[3])), match[4] == "True", path)
-        minor = one.version[:2]
-        if minor >= LEAST and (minor not in newest or (one.can_set_up, one.version) > _rank(newest[minor])):
-            newest[minor] = one
+        interpreter = Interpreter((int(match[1]), int(match[2]), int(match[3])), match[4] == "True", path)
+        minor = interpreter.version[:2]
+        if minor >= LEAST and (minor not in newest or _rank(interpreter) > _rank(newest[minor])):
+            newest[minor] = interpreter
     return sorted(newest.values())
 
 
-def _rank(one: Interpreter) -> tuple[bool, tuple[int, int, int]]:
-    return one.can_set_up, one.version
+def _rank(interpreter: Interpreter) -> tuple[bool, tuple[int, int, int]]:
+    return interpreter.can_set_up, interpreter.version
 
 
 def test_pythons(root: Path) -> int:
     """Print the Pythons found and try each, except this one's own version; the exit code is 1 if one fails."""
-    own = tuple(sys.version_info[:2])
+    this = tuple(sys.version_info[:2])
     pythons = interpreters(candidates(os.environ))
-    others = [one for one in pythons if one.version[:2] != own and one.can_set_up]
+    others = [p for p in pythons if p.version[:2] != this and p.can_set_up]
     print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has already tested")
-    for one in pythons:
-        if one.version[:2] != own and not one.can_set_up:
-            print(f"skipped {one.path}, Python {one.name}: without ensurepip it cannot create a .venv")
-    print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'none'}", flush=True)
-    failures = [one for one in others if not works(root, one)]
-    for one in others:
-        print(f"Python {one.name}: {'FAILED (see above)' if one in failures else 'builds the site, solver tests pass'}")
+    for python in pythons:
+        if python.version[:2] != this and not python.can_set_up:
+            print(f"skipped {python.path}, Python {python.name}: without ensurepip it cannot create a .venv")
+    print(f"to try: {', '.join(f'{p.name} ({p.path})' for p in others) or 'none'}", flush=True)
+    failures = [p for p in others if not works(root, p)]
+    for python in others:
+        outcome = "FAILED (see above)" if python in failures else "builds the site, solver tests pass"
+        print(f"Python {python.name}: {outcome}")
     return 1 if failures else 0
 
 
-def works(root: Path, one: Interpreter) -> bool:
+def works(root: Path, interpreter: Interpreter) -> bool:
     """Whether a copy of the checkout sets itself up, builds and passes the solvers' tests with this Python."""
     from sitegen.cache.files import cache_dir
 
@@ -103,7 +104,7 @@ def works(root: Path, one: Interpreter) -> bool:
                 shutil.copytree(cache_dir() / kind, cache / kind)
         env = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH")}
         env["LADDER_CACHE"] = str(cache)
-        return all(_run([str(one.path), *words], copy, env, one) for words in steps())
+        return all(_run([str(interpreter.path), *words], copy, env, interpreter) for words in steps())
 
 
 def copied(root: Path, copy: Path) -> None:
@@ -123,10 +124,11 @@ def steps() -> list[list[str]]:
     return [["build.py"], ["build.py", "test", f"-n{min(4, os.cpu_count() or 1)}", "--dist=loadfile", TESTS]]
 
 
-def _run(command: Sequence[str], folder: Path, env: Mapping[str, str], one: Interpreter) -> bool:
+def _run(command: Sequence[str], folder: Path, env: Mapping[str, str], interpreter: Interpreter) -> bool:
     words = " ".join(command[1:])
-    print(f"== Python {one.name}: {words}", flush=True)
+    label = f"== Python {interpreter.name}: {words}"
+    print(label, flush=True)
     began = time.monotonic()
     code = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, check=False).returncode
-    print(f"== Python {one.name}: {words} exited with code {code} after {time.monotonic() - began:.0f} s", flush=True)
+    print(f"{label} exited with code {code} after {time.monotonic() - began:.0f} s", flush=True)
     return code == 0

@@ -196,11 +196,11 @@ def understood(words: Sequence[str]) -> argparse.Namespace | None:
 def is_part(root: Path, options: argparse.Namespace) -> bool:
     """Whether only some of the tests are selected: by files, by -k and the like."""
     everything = {root.resolve(), (root / "tests").resolve()}
-    some = {Path(name.partition("::")[0]).resolve() for name in options.file_or_dir}
+    paths = {Path(name.partition("::")[0]).resolve() for name in options.file_or_dir}
     choices = {name for name in CHOOSING if getattr(options, name, None)}
     if getattr(options, "markexpr", "") == USUAL:
         choices.discard("markexpr")
-    return bool(some and not some & everything) or bool(choices)
+    return bool(paths and not paths & everything) or bool(choices)
 
 
 def hostile(root: Path, further: Sequence[str]) -> int:

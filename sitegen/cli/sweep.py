@@ -19,11 +19,11 @@ def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], metho
 
     The exit code is 2 for names that do not exist or do not go together.
     """
-    sweeps, plots, contestants = [each.name for each in SWEEPS], list(long_plots()), [c.method for c in racing()]
+    sweeps, plots, contestants = [s.name for s in SWEEPS], list(long_plots()), [c.method for c in racing()]
     wrong = sorted({*only} - {*sweeps, *plots} | {*methods} - {*contestants})
     if wrong:
-        known = ", ".join([*sweeps, *plots, *contestants])
-        print(f"sweep: unknown {', '.join(wrong)}; known: {known}", file=sys.stderr)
+        available = ", ".join([*sweeps, *plots, *contestants])
+        print(f"sweep: unknown {', '.join(wrong)}; known: {available}", file=sys.stderr)
         return 2
     alone = [name for name in plots if name in only and methods]
     if alone:
@@ -33,10 +33,10 @@ def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], metho
         print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
         return 2
     with shown() as progress:
-        for each in SWEEPS:
-            if each.name in (only or sweeps):
-                run(root, each, methods, cache_dir(), progress, scheduler or processes)
-                path = root / FOLDER / f"{each.name}.json"
+        for experiment in SWEEPS:
+            if experiment.name in (only or sweeps):
+                run(root, experiment, methods, cache_dir(), progress, scheduler or processes)
+                path = root / FOLDER / f"{experiment.name}.json"
                 print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
         for name in renew([name for name in plots if name in (only or plots) and not methods], processes, progress):
             print(f"{name}: computed", flush=True)

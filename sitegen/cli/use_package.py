@@ -74,8 +74,8 @@ def main(readme: str, folder: str) -> None:
     assert solvers.register(np.eye(2), np.eye(2), "kabsch").status
     first = time.perf_counter() - began
     assert Path(solvers.__file__).is_relative_to(sys.prefix), f"{solvers.__file__} is not the installed package"
-    others = [name for name in ("widgets", "sitegen", "tests", "build") if importlib.util.find_spec(name)]
-    assert not others, f"installed beside the package: {', '.join(others)}"
+    packages = [name for name in ("widgets", "sitegen", "tests", "build") if importlib.util.find_spec(name)]
+    assert not packages, f"installed beside the package: {', '.join(packages)}"
 
     text = Path(readme).read_text("utf-8")
     draws = importlib.util.find_spec("matplotlib") is not None

@@ -49,13 +49,13 @@ def code_hash(
 def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
     """The hash of the code that makes one figure's frames: everything except the modules of the other figures, which it
     cannot import."""
-    own = Path(str(sys.modules[widgets[name].start.__module__].__file__))
-    return _code_beside(own)
+    path = Path(str(sys.modules[widgets[name].start.__module__].__file__))
+    return _code_beside(path)
 
 
 @lru_cache
-def _code_beside(own: Path) -> str:
-    mine = ("__init__.py", _figure_of(own))
+def _code_beside(path: Path) -> str:
+    mine = ("__init__.py", _figure_of(path))
     return code_hash(skip=lambda path: path.is_relative_to(FIGURES) and _figure_of(path) not in mine)
 
 
@@ -74,7 +74,7 @@ def _frames(data: bytes) -> list[Plain]:
 def _tape(data: bytes) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
     """Parse a cached tape."""
     script, first, states = json.loads(data)
-    return script.encode(), first, tuple(StateRoles(**each) for each in states)
+    return script.encode(), first, tuple(StateRoles(**state) for state in states)
 
 
 class Bakery:
@@ -92,10 +92,10 @@ class Bakery:
         Raises FigureFault if the widget is at fault.
         """
 
-        def made() -> bytes:
+        def make() -> bytes:
             return _plain([self._frame(dom_id, record) for record in records])
 
-        return _frames(self._store.get(self._frames_key(dom_id, records), made))
+        return _frames(self._store.get(self._frames_key(dom_id, records), make))
 
     def shown(self, figure: Figure, tape_states: Sequence[Plain], record: Plain) -> Plain:
         """The frame of a figure in a state, taken from its tape if `tape_states`, the tape's states, include it.
@@ -111,11 +111,11 @@ class Bakery:
         Raises FigureFault.
         """
 
-        def made() -> bytes:
+        def make() -> bytes:
             frame = self.shown(figure, tape_states, record)
             return _plain([{readout["name"]: readout["value"] for readout in frame["readouts"]}])
 
-        (values,) = _frames(self._store.get(self._readouts_key(figure, record), made))
+        (values,) = _frames(self._store.get(self._readouts_key(figure, record), make))
         return values
 
     def lacks_readouts(self, figure: Figure, record: Plain) -> bool:
@@ -142,12 +142,12 @@ class Bakery:
         """The tape that `script` makes of a figure's records and their frames, the first frame, and the roles that each
         state shows; cached as well."""
 
-        def made() -> bytes:
+        def make() -> bytes:
             frames = self.frames(dom_id, records)
             states = list(map(state_roles, records, frames))
             return _plain([script(dom_id, records, frames), frames[0], states])
 
-        return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", made))
+        return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", make))
 
     def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
         """The result of each job of the record's widget, without machine-dependent parts; cached as well."""
@@ -156,14 +156,14 @@ class Bakery:
             return ()
         state = parsed(widget, record)
 
-        def made() -> bytes:
+        def make() -> bytes:
             try:
                 jobs = [watched_job(widget, job) for job in widget.jobs]
                 return _plain([dict(finished(job, state.controls, state.seed, f"{dom_id}-{job.name}")) for job in jobs])
             except Exception as error:
                 raise FigureFault.of(widget, "jobs", error, record) from error
 
-        return tuple(json.loads(self._store.get(self._results_key(dom_id, record), made)))
+        return tuple(json.loads(self._store.get(self._results_key(dom_id, record), make)))
 
     def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
         """Whether any of a figure's frames or job results has to be made."""

@@ -100,10 +100,10 @@ def draw(fill: Callable[[Any], None], size: tuple[int, int], prefix: str) -> str
 def clean(source: str, size: tuple[int, int], prefix: str) -> str:
     """Convert matplotlib's SVG for use in a page."""
     root = ElementTree.fromstring(source)
-    used = {each.get(f"{LINK}href", "")[1:] for each in root.iter(f"{SVG}use")}
-    for each in root.iter():
-        used.update(re.findall(r"url\(#([^)]+)\)", each.get("clip-path", "")))
-    names = {name: f"{prefix}-{i}" for i, name in enumerate(n for n in _ids(root) if n in used)}
+    ids = {element.get(f"{LINK}href", "")[1:] for element in root.iter(f"{SVG}use")}
+    for element in root.iter():
+        ids.update(re.findall(r"url\(#([^)]+)\)", element.get("clip-path", "")))
+    names = {name: f"{prefix}-{i}" for i, name in enumerate(n for n in _ids(root) if n in ids)}
     out: list[str] = []
     _write(root, names, out)
     width, height = size
@@ -112,46 +112,46 @@ def clean(source: str, size: tuple[int, int], prefix: str) -> str:
 
 
 def _ids(root: ElementTree.Element) -> list[str]:
-    return [each.get("id", "") for each in root.iter() if each.get("id")]
+    return [element.get("id", "") for element in root.iter() if element.get("id")]
 
 
 def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -> None:
     """Write the marks below an element. Groups are dropped, unless they clip or hold definitions that are reused."""
-    for each in parent:
-        kind = each.tag.removeprefix(SVG)
+    for element in parent:
+        kind = element.tag.removeprefix(SVG)
         if kind == "style" or kind == "metadata":
             continue
         if kind in ("image", "linearGradient", "pattern"):
             raise ValueError(f"unsupported element {kind} in a plot: draw areas and lines instead")
-        attributes = _attributes(each, names)
+        attributes = _attributes(element, names)
         if kind in DRAWN:
             unseen = attributes.get("fill") == "none" and "s-" not in attributes.get("class", "")
             if attributes.get("d") == "" or (unseen and kind == "path"):
                 continue
-            _element(kind, attributes, each, names, out)
+            _element(kind, attributes, element, names, out)
         elif kind in ("clipPath", "rect", "defs") or "clip-path" in attributes:
-            _element(kind, attributes, each, names, out)
+            _element(kind, attributes, element, names, out)
         else:
-            _write(each, names, out)
+            _write(element, names, out)
 
 
 def _element(
-    kind: str, attributes: dict[str, str], each: ElementTree.Element, names: dict[str, str], out: list[str]
+    kind: str, attributes: dict[str, str], element: ElementTree.Element, names: dict[str, str], out: list[str]
 ) -> None:
-    inside: list[str] = []
-    _write(each, names, inside)
-    if kind == "defs" and not inside:
+    children: list[str] = []
+    _write(element, names, children)
+    if kind == "defs" and not children:
         return
-    text = escape(each.text or "") if kind in ("text", "tspan") else ""
+    text = escape(element.text or "") if kind in ("text", "tspan") else ""
     attrs = "".join(f' {name}="{escape(value)}"' for name, value in attributes.items())
-    holds = f"{text}{''.join(inside)}"
-    out.append(f"<{kind}{attrs}>{holds}</{kind}>" if holds else f"<{kind}{attrs}/>")
+    content = f"{text}{''.join(children)}"
+    out.append(f"<{kind}{attrs}>{content}</{kind}>" if content else f"<{kind}{attrs}/>")
 
 
-def _attributes(each: ElementTree.Element, names: dict[str, str]) -> dict[str, str]:
+def _attributes(element: ElementTree.Element, names: dict[str, str]) -> dict[str, str]:
     result: dict[str, str] = {}
     classes: list[str] = []
-    for raw, value in each.items():
+    for raw, value in element.items():
         name = raw.removeprefix(LINK)
         if name == "style":
             for declaration in filter(None, map(str.strip, value.split(";"))):

@@ -25,11 +25,11 @@ SHAPES, ANCHORS = get_args(Shape), get_args(Anchor)
 
 
 class FigureFault(Exception):
-    """A fault in a figure, found as it draws. place: in its module, None if unknown; says: the messages."""
+    """A fault in a figure, found as it draws. place: in its module, None if unknown; messages: what is wrong."""
 
-    def __init__(self, widget: str, place: Place | None, says: tuple[str, ...]) -> None:
-        super().__init__(f"figure {widget}, {'; '.join(says)}")
-        self.widget, self.place, self.says = widget, place, says
+    def __init__(self, widget: str, place: Place | None, messages: tuple[str, ...]) -> None:
+        super().__init__(f"figure {widget}, {'; '.join(messages)}")
+        self.widget, self.place, self.messages = widget, place, messages
         self.record: Mapping[str, Any] = {}
 
     @classmethod
@@ -42,18 +42,18 @@ class FigureFault(Exception):
         fault.record = record or fault.record
         return fault
 
-    def tell(self, problems: Problems, placed: Place | None) -> None:
-        """Add it to the problems, once. placed: where a chapter places the figure, None if none does."""
-        place = self.place or placed or Place("widgets/figures")
+    def tell(self, problems: Problems, line: Place | None) -> None:
+        """Add it to the problems, once. line: where a chapter places the figure, None if none does."""
+        place = self.place or line or Place("widgets/figures")
         presses = ",".join(entry[1] for entry in self.record.get("log", ()))
         state = f"preset {self.record.get('preset')}" + (f" press={presses}" if presses else "")
-        by = "not placed in any chapter" if placed is None else f"placed at {placed.path}:{placed.line}"
+        by = "not placed in any chapter" if line is None else f"placed at {line.path}:{line.line}"
         # A message that differs only in numbers has been reported for another state.
-        here = [each for each in problems.found if (each.path, each.line) == (place.path, place.line)]
-        messages = [NUMBER.sub("0", each.message) for each in here]
-        for says in (f"figure {self.widget}, {each}" for each in self.says):
-            if not any(each.startswith(NUMBER.sub("0", says)) for each in messages):
-                problems.add(place, f"{says} ({state}; {by})")
+        earlier = [problem for problem in problems.found if (problem.path, problem.line) == (place.path, place.line)]
+        messages = [NUMBER.sub("0", problem.message) for problem in earlier]
+        for message in (f"figure {self.widget}, {fault}" for fault in self.messages):
+            if not any(m.startswith(NUMBER.sub("0", message)) for m in messages):
+                problems.add(place, f"{message} ({state}; {by})")
 
 
 class Watched(Mapping[str, Widget]):
@@ -84,26 +84,26 @@ def _watched(widget: Widget) -> Widget:
         except Exception as error:
             raise FigureFault.of(widget, name, error) from error
 
-    def held(name: str, says: tuple[str, ...]) -> None:
-        if says:
-            raise FigureFault(widget.name, def_line(getattr(widget, name)), tuple(f"{name}: {each}" for each in says))
+    def require(name: str, messages: tuple[str, ...]) -> None:
+        if messages:
+            raise FigureFault(widget.name, def_line(getattr(widget, name)), tuple(f"{name}: {m}" for m in messages))
 
     def draw(*arguments: Any) -> Picture:
         picture: Picture = ran("draw", *arguments)
-        held("draw", tuple(picture_faults(widget, picture)))
+        require("draw", tuple(picture_faults(widget, picture)))
         panels.clear()
         panels.update({panel.name: panel for panel in picture.panels})
         return picture
 
-    def motion(before: Any, after: Any) -> tuple[Animation, ...]:
-        animations = motions(ran("motion", before, after))
+    def motion(previous: Any, current: Any) -> tuple[Animation, ...]:
+        animations = motions(ran("motion", previous, current))
         unknown = (m.panel for m in animations if m.panel not in panels)
-        held("motion", tuple(f"unknown panel {name!r}{hint(name, panels)}" for name in unknown))
+        require("motion", tuple(f"unknown panel {name!r}{hint(name, panels)}" for name in unknown))
         return animations
 
     def python(state: Any) -> str:
         text = ran("python", state)
-        held("python", () if isinstance(text, str) else (f"expected text, got {text!r:.60}",))
+        require("python", () if isinstance(text, str) else (f"expected text, got {text!r:.60}",))
         return str(text)
 
     return replace(
@@ -124,9 +124,9 @@ def watched_job(widget: Widget, job: Job) -> Job:
     def work(controls: Any, seed: int) -> Iterator[Progress]:
         try:
             for progress in job.work(controls, seed):
-                says = tuple(f"job {job.name}: {each}" for each in _result(progress.result))
-                if says:
-                    raise FigureFault(widget.name, def_line(job.work), says)
+                messages = tuple(f"job {job.name}: {message}" for message in _result(progress.result))
+                if messages:
+                    raise FigureFault(widget.name, def_line(job.work), messages)
                 yield progress
         except Exception as error:
             raise FigureFault.of(widget, f"job {job.name}", error) from error
@@ -150,13 +150,13 @@ def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
     yield from _texts(picture, "picture", "description", "note")
     names = [panel.name for panel in picture.panels]
     for panel in picture.panels:
-        where = f"panel {panel.name!r}"
-        yield from _texts(panel, where, "name", "label", "caption")
+        subject = f"panel {panel.name!r}"
+        yield from _texts(panel, subject, "name", "label", "caption")
         if names.count(panel.name) > 1:
-            yield f"{where}: duplicate panel name"
+            yield f"{subject}: duplicate panel name"
         if not np.isfinite([panel.view.x0, panel.view.x1, panel.view.y0, panel.view.y1]).all():
-            yield f"{where}: view: expected finite numbers, got {panel.view!r:.80}"
-        yield from _marks(panel.marks, where)
+            yield f"{subject}: view: expected finite numbers, got {panel.view!r:.80}"
+        yield from _marks(panel.marks, subject)
     for readout in picture.readouts:
         yield from _readout(readout)
     for handle in picture.handles:
@@ -164,77 +164,77 @@ def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
     buttons = [button.name for button in widget.buttons]
     for name in sorted(set(picture.disabled) - set(buttons)):
         yield f"disabled: unknown button {name!r}{hint(str(name), buttons)}"
-    for what in ("clicks", "hovers"):
-        for name in getattr(widget, what):
+    for field in ("clicks", "hovers"):
+        for name in getattr(widget, field):
             if name not in names:
-                yield f"{what}: unknown panel {name!r}{hint(name, names)}"
+                yield f"{field}: unknown panel {name!r}{hint(name, names)}"
 
 
-def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
+def _marks(marks: tuple[Mark, ...], subject: str) -> Iterator[str]:
     for i, mark in enumerate(marks, 1):
-        here = f"{where}, mark {i}"
+        mark_subject = f"{subject}, mark {i}"
         if isinstance(mark, Group):
-            yield from _marks(mark.marks, f"{here} (Group {mark.name!r})")
+            yield from _marks(mark.marks, f"{mark_subject} (Group {mark.name!r})")
             continue
         if not isinstance(mark, get_args(Mark)):
-            yield f"{here}: expected a mark of widgets.drawing.picture, got {mark!r:.60}"
+            yield f"{mark_subject}: expected a mark of widgets.drawing.picture, got {mark!r:.60}"
             continue
-        here = f"{here} ({type(mark).__name__})"
+        mark_subject = f"{mark_subject} ({type(mark).__name__})"
         role = getattr(mark, "role", "ink")
         if role not in ROLES:
-            yield f"{here}: unknown role {role!r}{hint(str(role), ROLES)}"
+            yield f"{mark_subject}: unknown role {role!r}{hint(str(role), ROLES)}"
         for name, choices in (("shape", SHAPES), ("anchor", ANCHORS)):
             if getattr(mark, name, choices[0]) not in choices:
-                yield f"{here}: unknown {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), choices)}"
+                yield f"{mark_subject}: unknown {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), choices)}"
         if hasattr(mark, "text"):
-            yield from _texts(mark, here, "text")
+            yield from _texts(mark, mark_subject, "text")
         for name in (name for name in PAIRS if hasattr(mark, name)):
-            yield from _places(getattr(mark, name), f"{here}: {name}")
+            yield from _coordinates(getattr(mark, name), f"{mark_subject}: {name}")
 
 
-def _places(values: Any, where: str) -> Iterator[str]:
+def _coordinates(values: Any, subject: str) -> Iterator[str]:
     """Check rows of two numbers. Infinity is allowed, as a point far out."""
     try:
         rows = np.asarray(values, dtype=float).reshape(-1, 2)
     except (TypeError, ValueError):
-        yield f"{where}: expected rows of two numbers, got {values!r:.60}"
+        yield f"{subject}: expected rows of two numbers, got {values!r:.60}"
         return
-    missing = np.flatnonzero(np.isnan(rows).any(axis=1))
-    if len(missing):
-        x, y = rows[missing[0]]
-        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
-        yield f"{where}: expected numbers, got ({x:g}, {y:g}) in row {missing[0]}{more}: omit points without a place"
+    bad = np.flatnonzero(np.isnan(rows).any(axis=1))
+    if len(bad):
+        x, y = rows[bad[0]]
+        suffix = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
+        yield f"{subject}: expected numbers, got ({x:g}, {y:g}) in row {bad[0]}{suffix}: omit points without a place"
 
 
-def _texts(thing: Any, where: str, *names: str) -> Iterator[str]:
+def _texts(thing: Any, subject: str, *names: str) -> Iterator[str]:
     for name in names:
         value = getattr(thing, name)
         if not isinstance(value, str):
-            yield f"{where}: {name}: expected text, got {value!r:.40}"
+            yield f"{subject}: {name}: expected text, got {value!r:.40}"
 
 
 def _readout(readout: Readout) -> Iterator[str]:
-    where = f"readout {readout.name!r}"
-    yield from _texts(readout, where, "name", "label", "unit")
+    subject = f"readout {readout.name!r}"
+    yield from _texts(readout, subject, "name", "label", "unit")
     if not isinstance(readout.value, str):
         as_text = "number(value)" if isinstance(readout.value, (int, float)) else "str(value)"
-        yield f"{where}: value: expected text, got {readout.value!r:.40}: use {as_text}"
+        yield f"{subject}: value: expected text, got {readout.value!r:.40}: use {as_text}"
     if readout.role is not None and readout.role not in ROLES:
-        yield f"{where}: unknown role {readout.role!r}{hint(str(readout.role), ROLES)}"
+        yield f"{subject}: unknown role {readout.role!r}{hint(str(readout.role), ROLES)}"
 
 
 def _handle(widget: Widget, handle: Handle, panels: list[str]) -> Iterator[str]:
-    where = f"handle {handle.name!r}"
-    yield from _texts(handle, where, "label", "value")
+    subject = f"handle {handle.name!r}"
+    yield from _texts(handle, subject, "label", "value")
     if handle.sets:
         sliders = [name for name, spec in specs(widget.controls).items() if spec.kind == "slider"]
         if handle.sets not in sliders:
-            yield f"{where}: sets: unknown slider {handle.sets!r}{hint(handle.sets, sliders)}"
+            yield f"{subject}: sets: unknown slider {handle.sets!r}{hint(handle.sets, sliders)}"
     elif handle.name not in widget.handles:
-        yield f"{where}: missing from the WIDGET's handles{hint(handle.name, widget.handles)}"
+        yield f"{subject}: missing from the WIDGET's handles{hint(handle.name, widget.handles)}"
     for name in (handle.panel, *handle.also):
         if name not in panels:
-            yield f"{where}: unknown panel {name!r}{hint(name, panels)}"
-    yield from _places(handle.xy, f"{where}: xy")
+            yield f"{subject}: unknown panel {name!r}{hint(name, panels)}"
+    yield from _coordinates(handle.xy, f"{subject}: xy")
     for key, xy in handle.keys.items():
-        yield from _places(xy, f"{where}: keys {key!r}")
+        yield from _coordinates(xy, f"{subject}: keys {key!r}")

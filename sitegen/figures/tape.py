@@ -37,15 +37,15 @@ class Tape:
     states: tuple[StateRoles, ...] = ()
 
     def roles(
-        self, controls: Plain, moved: Collection[str], presses: Collection[str], panels: Collection[str]
+        self, controls: Plain, free: Collection[str], presses: Collection[str], panels: Collection[str]
     ) -> Collection[str]:
-        """The roles that these panels may show while no other controls are moved and no other buttons pressed; all
+        """The roles that these panels may show while no controls but `free` are moved and no other buttons pressed; all
         roles if the tape does not record one of the buttons."""
-        rest = {name: value for name, value in controls.items() if name not in moved}
-        near = [each for each in self.states if rest.items() <= each.controls.items()]
-        if not {*presses} <= {each.pressed for each in near}:
+        fixed = {name: value for name, value in controls.items() if name not in free}
+        states = [state for state in self.states if fixed.items() <= state.controls.items()]
+        if not {*presses} <= {state.pressed for state in states}:
             return ROLES
-        return {role for each in near for panel in panels for role in each.roles.get(panel, ())}
+        return {role for state in states for panel in panels for role in state.roles.get(panel, ())}
 
 
 def state_roles(record: Plain, frame: Plain) -> Plain:
@@ -61,13 +61,13 @@ def state_roles(record: Plain, frame: Plain) -> Plain:
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
     """The classic script that hands a figure its tape: the drawings, then the entries, whose panels refer to drawings
     by index. Each drawing is stored once; those of one run are grouped by panel, which compresses best."""
-    runs: dict[str, list[Plain]] = {}
+    groups: dict[str, list[Plain]] = {}
     for record, frame in zip(records, frames, strict=True):
-        runs.setdefault(dumps([record["controls"], record["seed"]]), []).append(frame)
+        groups.setdefault(dumps([record["controls"], record["seed"]]), []).append(frame)
     numbers: dict[tuple[str, str], int] = {}
-    for run in runs.values():
-        for name in dict.fromkeys(panel["name"] for frame in run for panel in frame["panels"]):
-            svgs = [panel["svg"] for frame in run for panel in frame["panels"] if panel["name"] == name]
+    for group in groups.values():
+        for name in dict.fromkeys(panel["name"] for frame in group for panel in frame["panels"]):
+            svgs = [panel["svg"] for frame in group for panel in frame["panels"] if panel["name"] == name]
             for svg in svgs:
                 numbers.setdefault((name, svg), len(numbers))
     entries = [

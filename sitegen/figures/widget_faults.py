@@ -36,13 +36,13 @@ def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget
             problems.unread.add(module_file(name))
             continue
         if widget.name != name:
-            says = f"expected {name!r}, the name of its module, got {widget.name!r}"
-            problems.add(place_of(widget, name, "name"), f"figure {name}, name: {says}")
+            message = f"expected {name!r}, the name of its module, got {widget.name!r}"
+            problems.add(place_of(widget, name, "name"), f"figure {name}, name: {message}")
             widget = dataclasses.replace(widget, name=name)
         faults = list(widget_faults(widget))
-        for field, item, says in faults:
+        for field, item, message in faults:
             words = f"{field} {item!r}" if item else field
-            problems.add(place_of(widget, name, field, item), f"figure {name}, {words}: {says}")
+            problems.add(place_of(widget, name, field, item), f"figure {name}, {words}: {message}")
         if faults:
             problems.unread.add(module_file(name))
         else:
@@ -86,8 +86,8 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     presses = [button.name for button in widget.buttons if button.does == "press"]
     for button in widget.buttons:
         if button.does == "run" and button.repeats not in presses:
-            says = f"repeats: unknown button to press {button.repeats!r}{hint(button.repeats, presses)}"
-            yield "buttons", button.name, says
+            message = f"repeats: unknown button to press {button.repeats!r}{hint(button.repeats, presses)}"
+            yield "buttons", button.name, message
     for key in widget.legend:
         if key.role not in ROLES:
             yield "legend", key.label, f"unknown role {key.role!r}{hint(key.role, ROLES)}"
@@ -95,8 +95,8 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
         for option in options:
             if fault := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
                 yield "legend", key.label, f"under: {fault}"
-    for i, (changes, pressed) in enumerate(widget.tape):
-        log = [["press", press] for press in pressed]
+    for i, (changes, buttons) in enumerate(widget.tape):
+        log = [["press", press] for press in buttons]
         plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}
         if fault := _refusal(lambda plain=plain: parsed(widget, plain)):
             yield "tape", "", f"entry {i + 1}: {fault}"
@@ -115,10 +115,10 @@ def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
     for name, field in by_name.items():
         if fault := _refusal(lambda name=name, field=field: validated(controls, {name: field.default})):
             yield "controls", name, f"invalid default: {fault.removeprefix(f'{name}: ')}"
-        for option, brought in field.metadata["spec"].sets.items():
+        for option, effects in field.metadata["spec"].sets.items():
             if option not in field.metadata["spec"].options:
                 yield "controls", name, f"sets: unknown option {option!r}{hint(option, field.metadata['spec'].options)}"
-            if fault := _refusal(lambda brought=brought: validated(controls, brought)):
+            if fault := _refusal(lambda effects=effects: validated(controls, effects)):
                 yield "controls", name, f"option {option!r} sets {fault}"
         by, labels = field.metadata["spec"].named or ("", {})
         for option in labels:
@@ -163,9 +163,9 @@ def _field_line(tree: ast.Module, field: str, item: str) -> ast.expr | None:
 
 
 def _control_line(tree: ast.Module, name: str, field: str) -> ast.stmt | None:
-    for each in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == name):
-        lines = (line for line in each.body if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name))
-        return next((line for line in lines if ast.unparse(line.target) == field), each)
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == name):
+        lines = (line for line in cls.body if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name))
+        return next((line for line in lines if ast.unparse(line.target) == field), cls)
     return None
 
 

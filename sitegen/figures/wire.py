@@ -40,9 +40,9 @@ def _control(control: Spec) -> Plain:
         naming = {"named": control.named} if control.named else {}
         return {**common, **numbers, "unit": control.unit, "decimals": control.decimals, **naming}
     if control.kind == "choice":
-        sets = {option: dict(brought) for option, brought in control.sets.items()}
-        places = {"places": True} if control.places else {}
-        return {**common, "options": dict(control.options), "sets": sets, **places}
+        sets = {option: dict(effects) for option, effects in control.sets.items()}
+        flags = {"places": True} if control.places else {}
+        return {**common, "options": dict(control.options), "sets": sets, **flags}
     return common
 
 

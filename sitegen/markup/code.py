@@ -32,6 +32,6 @@ def highlighted(code: str, language: str) -> Markup:
         raise ValueError(f"unknown language {language!r}{hint(language, names)}") from None
     pieces = ((STANDARD_TYPES.get(kind, ""), text) for kind, text in lexer.get_tokens(code))
     tokens = ((name if name in COLOURED else "", text) for name, text in pieces)
-    runs = ((name, "".join(text for _, text in run)) for name, run in groupby(tokens, lambda piece: piece[0]))
-    texts = ((name, escape(text, quote=False)) for name, text in runs)
+    groups = ((name, "".join(text for _, text in group)) for name, group in groupby(tokens, lambda piece: piece[0]))
+    texts = ((name, escape(text, quote=False)) for name, text in groups)
     return Markup("".join(f'<span class="{name}">{text}</span>' if name else text for name, text in texts))

@@ -95,8 +95,8 @@ def _close(source: str, start: int, stop: int) -> int:
         if char == "\\":
             i += 1
         elif char in delimiters:
-            after = source.find(char, i + 1, stop)
-            i = after if after >= 0 else i
+            delimiter_end = source.find(char, i + 1, stop)
+            i = delimiter_end if delimiter_end >= 0 else i
         elif char == opening:
             depth += 1
         elif char == closing:
@@ -118,8 +118,8 @@ def attributes(directive: Directive) -> list[Attribute]:
             raise DirectiveError("unclosed quote", directive.attributes_start + offset)
         value, quoted = match["value"], match["value"].startswith('"')
         if (not match["name"] and value.endswith("=")) or APART.match(source, match.end()):
-            where = directive.attributes_start + match.start("name" if match["name"] else "value")
-            raise DirectiveError("expected name=value, without spaces around the =", where)
+            offset = directive.attributes_start + match.start("name" if match["name"] else "value")
+            raise DirectiveError("expected name=value, without spaces around the =", offset)
         if quoted:
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")

@@ -31,13 +31,13 @@ def open_fence(tokens: Sequence[Token], lines: Sequence[str]) -> OpenFence | Non
     fences = [token for token in tokens if token.type == "fence" and token.map]
     for i, token in enumerate(fences):
         inner = token.content.split("\n")
-        within = next((n for n, line in enumerate(inner) if _is_opening(token, line)), None)
-        if within is not None:
-            return _found(token, lines, within)
+        index = next((n for n, line in enumerate(inner) if _is_opening(token, line)), None)
+        if index is not None:
+            return _fence(token, lines, index)
         if not _is_closed(token, lines):
             # Fences come in pairs: a block that contains figures has lost its end, and the last fence is left over.
-            guilty = next((each for each in fences[:i] if any(map(DIRECTIVE.match, each.content.split("\n")))), token)
-            return _found(guilty, lines, None)
+            guilty = next((f for f in fences[:i] if any(map(DIRECTIVE.match, f.content.split("\n")))), token)
+            return _fence(guilty, lines, None)
     return None
 
 
@@ -54,13 +54,14 @@ def _is_opening(token: Token, line: str) -> bool:
     return bool(match and not indented and match["sign"].startswith(token.markup) and match["more"].strip())
 
 
-def _found(token: Token, lines: Sequence[str], within: int | None) -> OpenFence:
+def _fence(token: Token, lines: Sequence[str], index: int | None) -> OpenFence:
     first, end = token.map or (0, 0)
     inner = token.content.split("\n")
-    near = next((n for n, line in enumerate(inner) if FENCE.fullmatch(line)), None) if within is None else within
-    says = f"unclosed code block {lines[first].strip(' >')!r}: end it with a line of {token.markup} alone"
-    if near is not None:
-        why = "does not end it" if inner[near].strip() != token.markup else "is indented too far"
-        says += f"; line {first + 2 + near}, {inner[near].strip()!r}, {why}"
+    near_end = next((n for n, line in enumerate(inner) if FENCE.fullmatch(line)), None) if index is None else index
+    message = f"unclosed code block {lines[first].strip(' >')!r}: end it with a line of {token.markup} alone"
+    if near_end is not None:
+        reason = "does not end it" if inner[near_end].strip() != token.markup else "is indented too far"
+        message += f"; line {first + 2 + near_end}, {inner[near_end].strip()!r}, {reason}"
     text = next((n for n, line in enumerate(inner) if TEXT.match(line)), len(inner))
-    return OpenFence(first, min(first + 1 + (text - 1 if near is None else min(text - 1, near)), end - 1), says)
+    unclear = first + 1 + (text - 1 if near_end is None else min(text - 1, near_end))
+    return OpenFence(first, min(unclear, end - 1), message)

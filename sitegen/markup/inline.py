@@ -35,13 +35,13 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
         return False
     if not silent:
         if directive.name not in INLINE:
-            why = (
+            advice = (
                 "; on a line of its own, use two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
             )
-            fault(state, start, f"unknown directive :{directive.name}{why}")
+            fault(state, start, f"unknown directive :{directive.name}{advice}")
             lose(state.env, directive.attributes)
         elif directive.name in AROUND:
-            _around(state, directive)
+            _wrap(state, directive)
         else:
             note(state.push(directive.name, "", 0), InLine(directive, start))
     state.pos = directive.end
@@ -61,26 +61,26 @@ def misplaced(state: StateInline, silent: bool) -> bool:
     if (word and bare) or (name not in (*BLOCK, *INLINE) and (word or bare or colons == ":")):
         return False  # C++, a time, an emoji
     if name in BLOCK:
-        why = f"::{name} must start a line of its own"
+        message = f"::{name} must start a line of its own"
     elif colons != ":":
-        near = "; inside a line, use one colon" if name in INLINE else hint(name, (*BLOCK, *INLINE))
-        why = f"unknown directive {colons}{name}{near}"
+        advice = "; inside a line, use one colon" if name in INLINE else hint(name, (*BLOCK, *INLINE))
+        message = f"unknown directive {colons}{name}{advice}"
     else:
-        why = f":{name} cannot directly follow a letter or digit"
+        message = f":{name} cannot directly follow a letter or digit"
     if bare and colons == ":" and name in INLINE:
-        why = f"expected :{name}[text]{{…}}"
+        message = f"expected :{name}[text]{{…}}"
     try:
         directive = None if bare else read(state.src, start, state.posMax, colons)
     except DirectiveError:
         directive = None
     if not silent:
-        fault(state, start, why)
+        fault(state, start, message)
         lose(state.env, directive.attributes if directive else state.src[start : state.posMax])
     state.pos = directive.end if directive else match.end()
     return True
 
 
-def _around(state: StateInline, directive: Directive) -> None:
+def _wrap(state: StateInline, directive: Directive) -> None:
     note(state.push(f"{directive.name}_open", "", 1), InLine(directive, directive.start))
     stop = state.posMax
     state.pos, state.posMax = directive.text_start, directive.text_start + len(directive.text)
@@ -116,11 +116,11 @@ def citation(state: StateInline, silent: bool) -> bool:
 
 def placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
     """Run an inline rule and note the offset of its token; for links and images, that of their target."""
-    start, before = state.pos, len(state.tokens)
+    start, count = state.pos, len(state.tokens)
     if not rule(state, silent):
         return False
     if not silent:
-        token = next((t for t in state.tokens[before:] if t.type != "text"), None)
+        token = next((t for t in state.tokens[count:] if t.type != "text"), None)
         if token is not None:
             target = state.src.rfind("](", start, state.pos) if token.type in ("link_open", "image") else -1
             thing = NoteMark(footnote_label(token)) if token.type == "footnote_ref" else None

@@ -37,9 +37,9 @@ def leftovers(text: str, children: Sequence[Token], addresses: Mapping[str, Any]
             elif children[i + 1].type == "link_close":
                 yield offset, "missing link text: [words](address)"
         elif token.type == "text":  # escaped characters are tokens of another type
-            for mark, says in MARKS:
+            for mark, message in MARKS:
                 if half := mark.search(token.content):
-                    yield _offset(text, token.content[half.start() :]), says.format(half[0])
+                    yield _offset(text, token.content[half.start() :]), message.format(half[0])
 
 
 def _offset(text: str, piece: str) -> int:

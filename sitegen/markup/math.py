@@ -72,20 +72,20 @@ def render(
     """All formulas as MathML. Invalid LaTeX goes to `problems` and becomes empty; formulas that browsers would draw
     incompletely go to `problems` too."""
     all_uses = list(uses)
-    formulas = {one.formula for one in all_uses}
-    make = partial(_made, formulas, macros, cache, progress)
+    formulas = {use.formula for use in all_uses}
+    make = partial(_mathematics, formulas, macros, cache, progress)
     mathematics, faults = (memory or Memory()).answer("formulas", (formulas, macros), make)
-    for one in all_uses:
-        if "<menclose" in mathematics.mathml[one.formula]:
-            problems.add(one.at(0), "formula: browsers do not draw <menclose>: avoid \\overline, \\boxed, \\cancel …")
-        if fault := faults.get(one.formula):
+    for use in all_uses:
+        if "<menclose" in mathematics.mathml[use.formula]:
+            problems.add(use.at(0), "formula: browsers do not draw <menclose>: avoid \\overline, \\boxed, \\cancel …")
+        if fault := faults.get(use.formula):
             position = fault["position"]
-            place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
-            problems.add(place, f"formula: {_said(str(fault['message']))}")
+            place = use.at(min(position, len(use.formula.source)) if isinstance(position, int) else 0)
+            problems.add(place, f"formula: {_message(str(fault['message']))}")
     return mathematics
 
 
-def _made(
+def _mathematics(
     formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: Progress
 ) -> tuple[Mathematics, dict[Formula, Any]]:
     """All formulas, and Temml's errors for those that it cannot parse."""
@@ -116,7 +116,7 @@ def _hash(data: object) -> str:
     return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:24]
 
 
-def _said(message: str) -> str:
+def _message(message: str) -> str:
     """Temml's message without the excerpt that it appends, which our place makes redundant."""
     first = message.strip().split("\n")[0].replace(COMBINING, "")
     return re.sub(r",?\s*at (position \d+|end of input).*$", "", first).strip(" :")
@@ -126,13 +126,13 @@ def _classed(mathml: str, styles: dict[str, str]) -> str:
     """The MathML with classes instead of style attributes; `styles` collects style → class."""
 
     def swap(match: re.Match[str]) -> str:
-        style, rest = match["style"], match["before"] + match["after"]
+        style, attributes = match["style"], match["before"] + match["after"]
         if style in SEEN_BY_CLASS:
-            return f"<{match['tag']}{rest}>"
+            return f"<{match['tag']}{attributes}>"
         name = styles.setdefault(style, f"m{hashlib.sha256(style.encode()).hexdigest()[:6]}")
-        if ' class="' in rest:
-            joined = rest.replace(' class="', f' class="{name} ', 1)
-            return f"<{match['tag']}{joined}>"
-        return f'<{match["tag"]} class="{name}"{rest}>'
+        if ' class="' in attributes:
+            with_class = attributes.replace(' class="', f' class="{name} ', 1)
+            return f"<{match['tag']}{with_class}>"
+        return f'<{match["tag"]} class="{name}"{attributes}>'
 
     return STYLE.sub(swap, mathml)

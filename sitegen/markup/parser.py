@@ -105,7 +105,7 @@ def parse(source: Source) -> Document:
         column = source.shift + len(line) - len(line.lstrip(" >")) + 1
         source.problems.add(Place(source.path, fence.first + 1, column), fence.says)
         source.problems.unclear |= {(source.path, n + 1) for n in range(fence.first, fence.unclear + 1)}
-        lines = [" " * len(each) if fence.hides(n, each) else each for n, each in enumerate(text.split("\n"))]
+        lines = [" " * len(row) if fence.hides(n, row) else row for n, row in enumerate(text.split("\n"))]
         text = "\n".join(lines)
 
 
@@ -130,7 +130,7 @@ def parser() -> MarkdownIt:
     for name in PLACED:
         md.inline.ruler.at(name, partial(placed, rules[name]))
     md.core.ruler.before("inline", "heading_ids", _heading_ids)
-    md.core.ruler.after("inline", "places", _places)
+    md.core.ruler.after("inline", "places", _add_places)
     md.core.ruler.push("fold", _fold)
     return md
 
@@ -192,14 +192,14 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     if silent:
         return True
     last = source.at(directive.end).line - 1
-    rest = state.src[directive.end : state.eMarks[last]]
-    if rest.strip():
+    remainder = state.src[directive.end : state.eMarks[last]]
+    if remainder.strip():
         source.problems.add(
-            source.at(directive.end), f"unexpected {rest.strip()!r} after a directive: move it to another line"
+            source.at(directive.end), f"unexpected {remainder.strip()!r} after a directive: move it to another line"
         )
     if directive.name not in BLOCK:
-        why = "; inside a line, use one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
-        source.problems.add(source.at(start), f"unknown directive ::{directive.name}{why}")
+        advice = "; inside a line, use one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
+        source.problems.add(source.at(start), f"unknown directive ::{directive.name}{advice}")
         lose(state.env, directive.attributes)
     state.line = last + 1
     token = state.push("directive_open", "", 1)
@@ -225,8 +225,8 @@ def _heading_ids(state: StateCore) -> None:
             if ANCHOR.fullmatch(match[1]):
                 name = match[1]
             else:
-                says = "use lower-case letters, digits and hyphens, starting with a letter"
-                source.problems.add(place, f"invalid anchor {match[1]!r}: {says}")
+                rule = "use lower-case letters, digits and hyphens, starting with a letter"
+                source.problems.add(place, f"invalid anchor {match[1]!r}: {rule}")
             inline.content = inline.content[: match.start()]
         elif (offset := unread_anchor(inline.content)) is not None:
             line = (inline.map or [0])[0]
@@ -236,15 +236,16 @@ def _heading_ids(state: StateCore) -> None:
         note(heading, Located(Anchor(name), place, source.at, start))
 
 
-def _places(state: StateCore) -> None:
+def _add_places(state: StateCore) -> None:
     """Give every child with an offset its place in the file."""
     source: Source = state.env["source"]
     addresses = state.env.get("references", {})
-    for again in state.env.get("duplicate_refs", []):
-        if again["href"] != addresses[again["label"]]["href"]:
-            where = Place(source.path, again["map"][0] + 1, 1)
-            first = addresses[again["label"]]["map"][0] + 1
-            source.problems.add(where, f"duplicate [{again['label'].lower()}], with another address on line {first}")
+    for duplicate in state.env.get("duplicate_refs", []):
+        if duplicate["href"] != addresses[duplicate["label"]]["href"]:
+            place = Place(source.path, duplicate["map"][0] + 1, 1)
+            first = addresses[duplicate["label"]]["map"][0] + 1
+            name = duplicate["label"].lower()
+            source.problems.add(place, f"duplicate [{name}], with another address on line {first}")
     cell = columns = 0
     for i, token in enumerate(state.tokens):
         cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
@@ -259,30 +260,30 @@ def _places(state: StateCore) -> None:
         elif token.type.startswith("container_") and token.map:
             _container(source, token)
             if token.nesting == 1 and state.tokens[i + 1].type.endswith("_close"):
-                where = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(where, f"empty {token.markup}{token.info.strip()}")
+                place = Place(source.path, token.map[0] + 1, 1)
+                source.problems.add(place, f"empty {token.markup}{token.info.strip()}")
         elif token.type == "tr_open" and token.map:
             line = source.lines[token.map[0]]
             columns = cells(line) if state.tokens[i - 1].type == "thead_open" else columns
             if cells(line) > columns:
-                where = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(where, f"row of {cells(line)} cells in a table of {columns} columns")
+                place = Place(source.path, token.map[0] + 1, 1)
+                source.problems.add(place, f"row of {cells(line)} cells in a table of {columns} columns")
         elif token.type == "fence" and token.map:
             place = Place(source.path, token.map[0] + 1, 1)
             note(token, Located(None, place, source.at, source.starts[token.map[0]]))
         elif token.type == "code_block" and token.map and INDENTED.match(token.content):
             line = source.lines[token.map[0]]
-            where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
-            source.problems.add(where, "indented by a tab or four spaces, this is code: unindent the directive")
+            place = Place(source.path, token.map[0] + 1, line.find("::") + 1)
+            source.problems.add(place, "indented by a tab or four spaces, this is code: unindent the directive")
             lose(state.env, token.content)
         if token.type != "inline":
             continue
         at = partial(_inline_place, source, token, cell)
-        for offset, says in slips(token.content):
-            source.problems.add(at(offset), says)
+        for offset, message in slips(token.content):
+            source.problems.add(at(offset), message)
             lose(state.env, token.content)
-        for offset, says in leftovers(token.content, token.children or [], addresses):
-            source.problems.add(at(offset), says)
+        for offset, message in leftovers(token.content, token.children or [], addresses):
+            source.problems.add(at(offset), message)
         for child in token.children or []:
             if (remark := noted(child, InLine)) is None:
                 continue
@@ -316,16 +317,16 @@ def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Plac
     """The place of an offset in an inline token's content, whose lines have lost indentation and container marks."""
     if (start := noted(inline, TextStart)) is not None:
         return source.at(start.offset + offset)
-    before, lines = inline.content[:offset], inline.content.split("\n")
+    head, lines = inline.content[:offset], inline.content.split("\n")
     top, end = inline.map or (0, 0)
     # Lines of characters such as U+2028, which Markdown does not count as blank, are stripped from a paragraph's start.
     top = next((row for row in range(top, end) if lines[0].rstrip() in source.lines[row]), top)
-    row, content = top + before.count("\n"), lines[before.count("\n")]
+    row, content = top + head.count("\n"), lines[head.count("\n")]
     raw = source.lines[row]
     bars = [m.end() for m in re.finditer(r"(?<!\\)\|", raw)] if cell else []
     first = bars[cell - (not raw.lstrip().startswith("|"))] if cell < len(bars) + 1 and bars else 0
     column = raw.find(content.rstrip(), first)
-    return Place(source.path, row + 1, source.shift + max(column, 0) + len(before.rpartition("\n")[2]) + 1)
+    return Place(source.path, row + 1, source.shift + max(column, 0) + len(head.rpartition("\n")[2]) + 1)
 
 
 def _fold(state: StateCore) -> None:

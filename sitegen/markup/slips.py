@@ -44,9 +44,9 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
             yield match.start(), "unmatched ':::': no block is open"
         depth += 1 if name else -1 if depth else 0
     words = plain(text)
-    for pattern, says in SLIPS:
+    for pattern, message in SLIPS:
         for match in re.finditer(pattern, words, re.MULTILINE):
-            yield match.start(), says.format(match[0])
+            yield match.start(), message.format(match[0])
     for match in NEARLY.finditer(words):
         name, opens = match[3].lower(), words[match.end()]
         if (match[2] or match[3] != name) if opens != "(" else not match[2]:

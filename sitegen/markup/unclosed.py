@@ -20,12 +20,12 @@ def dollar(state: StateInline, silent: bool) -> bool:
     double = state.src.startswith("$$", start)
     end = state.src.find("$$", start + 2, state.posMax) if double else -1
     if not silent:
-        says = "unclosed formula: missing $; write \\$ for a literal dollar"
+        message = "unclosed formula: missing $; write \\$ for a literal dollar"
         if double:
-            says = "unclosed equation: missing $$ before the next blank line"
+            message = "unclosed equation: missing $$ before the next blank line"
         if end >= 0:
-            says = "$$ inside a paragraph: put the equation on lines of its own, after a blank one"
-        fault(state, start, says)
+            message = "$$ inside a paragraph: put the equation on lines of its own, after a blank one"
+        fault(state, start, message)
         lose(state.env, state.src[start : state.posMax])
     # Skip the contents of an equation: they are not text.
     state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1

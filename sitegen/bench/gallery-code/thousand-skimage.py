@@ -2,5 +2,5 @@ from skimage.transform import EuclideanTransform
 
 
 def register(source, targets):
-    fits = (EuclideanTransform.from_estimate(source, each) for each in targets)
+    fits = (EuclideanTransform.from_estimate(source, target) for target in targets)
     return [fit.params for fit in fits]

@@ -126,7 +126,7 @@ def test_what_is_dear_to_make_is_not_trusted_either(
     given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
     monkeypatch.setattr(assemble, "run_node", compile_here)
     monkeypatch.setattr(wheel, "_built", lambda given: b"a-1.whl\n" + b"wheel" * 100)
-    monkeypatch.setattr(typefaces, "_made", lambda face, original, codes: b"font" * 100 + bytes(codes))
+    monkeypatch.setattr(typefaces, "_subset", lambda face, original, codes: b"font" * 100 + bytes(codes))
     (tmp_path / "given").write_bytes(b"engine, original")
     engine = {"pyodide/pyodide.asm.wasm": tmp_path / "given"}
     cache = tmp_path / "cache"
