@@ -60,13 +60,13 @@ class Problems:
         """Record something that an author may want to know."""
         self._append(self.notes, place, message)
 
-    def take(self, others: Problems) -> None:
-        """Add everything from `others`, each once."""
-        self.found += [one for one in others.found if one not in self.found]
-        self.warnings += [one for one in others.warnings if one not in self.warnings]
-        self.notes += [one for one in others.notes if one not in self.notes]
-        self.unread |= others.unread
-        self.unclear |= others.unclear
+    def take(self, source: Problems) -> None:
+        """Add everything from `source`, each once."""
+        self.found += [p for p in source.found if p not in self.found]
+        self.warnings += [p for p in source.warnings if p not in self.warnings]
+        self.notes += [p for p in source.notes if p not in self.notes]
+        self.unread |= source.unread
+        self.unclear |= source.unclear
 
     def _append(self, problems: list[Problem], place: Place, message: str) -> None:
         problem = Problem(place.path, place.line, place.column, message)
@@ -98,13 +98,13 @@ def read_text(path: Path, name: str, problems: Problems) -> str:
     text = _decoded(path.read_bytes(), name, problems).removeprefix("\ufeff")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if controls := list(CONTROL.finditer(text)):
-        first, more = controls[0].start(), len(controls) - 1
+        first, count = controls[0].start(), len(controls) - 1
         place = Place(name, text.count("\n", 0, first) + 1, first - text.rfind("\n", 0, first))
-        also = f"; {more} more below" if more else ""
+        also = f"; {count} more below" if count else ""
         problems.add(place, f"invisible character U+{ord(text[first]):04X}: delete it{also}")
         text = CONTROL.sub("\ufffd", text)
     for match in CONFLICT.finditer(text):
-        first, last = (text.count("\n", 0, place) + 1 for place in (match.start(), match.end()))
+        first, last = (text.count("\n", 0, offset) + 1 for offset in (match.start(), match.end()))
         problems.add(Place(name, first, 1), f"unresolved merge conflict, up to line {last}")
     return CONFLICT.sub(_ours, text)
 
@@ -116,8 +116,8 @@ def _decoded(raw: bytes, name: str, problems: Problems) -> str:
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError as error:
-        before = raw[: error.start].decode("utf-8")
-        place = Place(name, before.count("\n") + 1, len(before.rpartition("\n")[2].removeprefix("\ufeff")) + 1)
+        head = raw[: error.start].decode("utf-8")
+        place = Place(name, head.count("\n") + 1, len(head.rpartition("\n")[2].removeprefix("\ufeff")) + 1)
         problems.add(place, "invalid UTF-8 from here on: save the file as UTF-8")
         return raw.decode("utf-8", "replace")
 

@@ -28,16 +28,16 @@ class _Bars:
     """One bar for the current task, removed when the task is done."""
 
     def __init__(self) -> None:
-        self._what = ""
+        self._task = ""
         self._bar: tqdm[Any] | None = None
 
-    def __call__(self, what: str, done: int, total: int) -> None:
-        if self._bar is None or what != self._what:
+    def __call__(self, task: str, done: int, total: int) -> None:
+        if self._bar is None or task != self._task:
             self.close()
             size = total >= BYTES
-            self._what = what
+            self._task = task
             options: dict[str, Any] = {"unit": "B" if size else "", "unit_scale": size, "leave": False, "delay": 0.3}
-            self._bar = tqdm(desc=what, total=total or None, **options)
+            self._bar = tqdm(desc=task, total=total or None, **options)
         self._bar.total = total or None
         self._bar.update(done - self._bar.n)
         if total and done >= total:
@@ -53,20 +53,20 @@ class _Lines:
     """A line for every ten seconds that a task takes, and a last one when such a task is done."""
 
     def __init__(self) -> None:
-        self._what = ""
-        self._told = 0.0
+        self._task = ""
+        self._last = 0.0
         self._spoke = False
 
-    def __call__(self, what: str, done: int, total: int) -> None:
+    def __call__(self, task: str, done: int, total: int) -> None:
         now = time.monotonic()
-        if what != self._what:
-            self._what, self._told, self._spoke = what, now, False
+        if task != self._task:
+            self._task, self._last, self._spoke = task, now, False
         ends = bool(total) and done >= total
-        if now - self._told >= LOG_SECONDS or (ends and self._spoke):
+        if now - self._last >= LOG_SECONDS or (ends and self._spoke):
             scale, unit = (1e6, " MB") if total >= BYTES else (1.0, "")
             digits = 1 if unit else 0
-            print(f"{what}: {done / scale:.{digits}f} of {total / scale:.{digits}f}{unit}", file=sys.stderr, flush=True)
-            self._told, self._spoke = now, True
+            print(f"{task}: {done / scale:.{digits}f} of {total / scale:.{digits}f}{unit}", file=sys.stderr, flush=True)
+            self._last, self._spoke = now, True
 
     def close(self) -> None:
         """Do nothing: plain lines leave nothing open."""
@@ -75,5 +75,5 @@ class _Lines:
 Progress = Callable[[str, int, int], None]
 
 
-def quiet(what: str, done: int, total: int) -> None:
+def quiet(task: str, done: int, total: int) -> None:
     """A Progress that shows nothing."""

@@ -42,18 +42,18 @@ def held() -> Iterator[None]:
         return
     came: list[tuple[int, FrameType | None]] = []
     numbers = (signal.SIGINT, signal.SIGTERM)
-    before: dict[int, Any] = {
+    handlers: dict[int, Any] = {
         number: signal.signal(number, lambda number, frame: came.append((number, frame))) for number in numbers
     }
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
         for number, frame in came[:1]:
-            if callable(before[number]):
-                before[number](number, frame)
-            elif before[number] is signal.SIG_DFL:
+            if callable(handlers[number]):
+                handlers[number](number, frame)
+            elif handlers[number] is signal.SIG_DFL:
                 signal.raise_signal(number)
 
 
@@ -69,8 +69,8 @@ def unheard() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -67,8 +67,8 @@ def imports(source: str, root: Path) -> list[str]:
             modules += [name.split()[0] for name in plain.split(",")]
             continue
         inner = [f"{module}.{name}" for name in re.findall(r"(\w+)(?: as \w+)?", re.sub(r"#.*", "", names))]
-        inside = [name for name in inner if _file(name, root) is not None]
-        modules += inside if len(inside) == len(inner) else [*inside, module]
+        submodules = [name for name in inner if _file(name, root) is not None]
+        modules += submodules if len(submodules) == len(inner) else [*submodules, module]
     return modules
 
 
@@ -102,11 +102,11 @@ def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = 
         if name in code or name not in definitions:
             continue
         node = definitions[name]
-        decorators = [_segment(lines, each) for each in getattr(node, "decorator_list", [])]
+        decorators = [_segment(lines, decorator) for decorator in getattr(node, "decorator_list", [])]
         code[name] = "\n".join([*decorators, code_text(_segment(lines, node))])
         if isinstance(node, ast.ImportFrom):
             code[name] += imported(node.module or "")
-        waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
+        waiting += sorted({child.id for child in ast.walk(node) if isinstance(child, ast.Name)})
     return code
 
 
@@ -128,7 +128,7 @@ def _defines(node: ast.stmt) -> list[str]:
         case ast.Import() | ast.ImportFrom():
             return [(alias.asname or alias.name).partition(".")[0] for alias in node.names]
         case ast.Assign():
-            return [each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)]
+            return [child.id for target in node.targets for child in ast.walk(target) if isinstance(child, ast.Name)]
         case ast.AnnAssign(target=ast.Name() as target):
             return [target.id]
     return []

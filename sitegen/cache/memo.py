@@ -19,32 +19,32 @@ class Remembered:
 
     def __init__(self, cache: Path, name: str, spare: int | None = None) -> None:
         self._store, self._name, self._spare = Store(cache, "remembered"), name, SPARE if spare is None else spare
-        self._asked: dict[str, Any] = {}
+        self._recent: dict[str, Any] = {}
 
     @cached_property
-    def _known(self) -> dict[str, Any]:
+    def _answers(self) -> dict[str, Any]:
         """The stored answers, read on first use."""
         entries: dict[str, Any] = json.loads(self._store.find(self._name) or "{}")
         return entries
 
     def knows(self, question: str) -> bool:
         """Whether the answer is stored."""
-        return _key(question) in self._known
+        return _key(question) in self._answers
 
     def answer(self, question: str, make: Callable[[], Any]) -> Any:
         """The stored answer, or else the result of `make`, which must depend on `question` alone."""
         key = _key(question)
-        if key not in self._asked:
-            self._asked[key] = self._known[key] if key in self._known else make()
-        return self._asked[key]
+        if key not in self._recent:
+            self._recent[key] = self._answers[key] if key in self._answers else make()
+        return self._recent[key]
 
     def keep(self) -> None:
         """Store the answers if any are new; those used least recently are dropped first."""
-        if not self._asked or self._asked.keys() <= self._known.keys():
+        if not self._recent or self._recent.keys() <= self._answers.keys():
             return
-        rest = [(key, value) for key, value in self._known.items() if key not in self._asked]
-        self._known = dict([*rest[max(0, len(rest) - self._spare) :], *self._asked.items()])
-        self._store.put(self._name, json.dumps(self._known, ensure_ascii=False).encode())
+        unused = [(key, value) for key, value in self._answers.items() if key not in self._recent]
+        self._answers = dict([*unused[max(0, len(unused) - self._spare) :], *self._recent.items()])
+        self._store.put(self._name, json.dumps(self._answers, ensure_ascii=False).encode())
 
 
 def _key(question: str) -> str:

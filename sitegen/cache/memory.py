@@ -25,38 +25,38 @@ class Memory:
 
     def __init__(self) -> None:
         self._state: object = None
-        self._known: dict[Hashable, tuple[object, Any]] = {}
+        self._answers: dict[Hashable, tuple[object, Any]] = {}
 
     def begin(self, state: object) -> None:
         """Begin a build. state: the inputs common to all answers; if it has changed, all answers are dropped."""
         if self._state != state:
-            self._state, self._known = state, {}
+            self._state, self._answers = state, {}
 
     def answer(self, name: Hashable, made_of: object, make: Callable[[], T]) -> T:
         """The result of `make`, reused while its inputs `made_of` compare equal; nobody may change it."""
-        if name not in self._known or self._known[name][0] != made_of:
-            self._known[name] = made_of, make()
-        value: T = self._known[name][1]
+        if name not in self._answers or self._answers[name][0] != made_of:
+            self._answers[name] = made_of, make()
+        value: T = self._answers[name][1]
         return value
 
     def told(self, name: Hashable, made_of: object, problems: Problems, make: Callable[[Problems], T]) -> T:
         """Like `answer`, for a `make` that also reports problems, which may depend on those found before. A reused
         answer reports its problems again."""
 
-        def made() -> tuple[T, Problems]:
-            own = _before(problems)
-            return make(own), own
+        def make_both() -> tuple[T, Problems]:
+            faults = _snapshot(problems)
+            return make(faults), faults
 
-        value, own = self.answer(name, (made_of, _before(problems)), made)
-        problems.take(own)
+        value, faults = self.answer(name, (made_of, _snapshot(problems)), make_both)
+        problems.take(faults)
         return value
 
     def has_told(self, name: Hashable, made_of: object, problems: Problems) -> bool:
         """Whether `told` would reuse its answer."""
-        return name in self._known and self._known[name][0] == (made_of, _before(problems))
+        return name in self._answers and self._answers[name][0] == (made_of, _snapshot(problems))
 
 
-def _before(problems: Problems) -> Problems:
+def _snapshot(problems: Problems) -> Problems:
     return Problems([*problems.found], unread={*problems.unread}, unclear={*problems.unclear})
 
 
@@ -73,7 +73,7 @@ def state(root: Path) -> frozenset[Stamp]:
 
 def _stamps(home: Path) -> Iterator[Stamp]:
     for folder, folders, files in os.walk(home):
-        folders[:] = [one for one in folders if one != "__pycache__"]
+        folders[:] = [name for name in folders if name != "__pycache__"]
         for file in files:
             path = os.path.join(folder, file)
             with suppress(FileNotFoundError):  # removed in the meantime

@@ -28,11 +28,11 @@ def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
     return {name + ".gz": gzipped(data, cache, partial(_is_packed, data, gzip.decompress)), name + ".br": small}
 
 
-def gzipped(data: bytes, cache: Path, holds: Callable[[bytes], bool] = anything) -> bytes:
+def gzipped(data: bytes, cache: Path, is_valid: Callable[[bytes], bool] = anything) -> bytes:
     """The data compressed as by gzip -9, without a date; data that is already gzipped is returned unchanged."""
     if data[:2] == b"\x1f\x8b":
         return data
-    return Store(cache, "gzip").get(digest(data), partial(gzip.compress, data, 9, mtime=0), holds)
+    return Store(cache, "gzip").get(digest(data), partial(gzip.compress, data, 9, mtime=0), is_valid)
 
 
 def _brotli(data: bytes) -> bytes:

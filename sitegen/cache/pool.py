@@ -49,15 +49,15 @@ def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[
             _end(crew)
 
 
-def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
+def make(task: str, pieces: Sequence[Piece], progress: Progress) -> None:
     """Make all pieces, started in order: with the longest first, the cores stay busy to the end. A single piece is left
     to whoever needs it, since a process takes a second to start."""
     if len(pieces) < 2:
         return
     with working(pieces) as results:
-        for done, _ in enumerate(results):
-            progress(what, done, len(pieces))
-        progress(what, len(pieces), len(pieces))
+        for count, _ in enumerate(results):
+            progress(task, count, len(pieces))
+        progress(task, len(pieces), len(pieces))
 
 
 @contextmanager
@@ -85,8 +85,8 @@ def _finished(
             with suppress(OSError):  # if it has died, the missing answer shows it
                 to.send(piece)
 
-    for each in [_started(crew) for _ in range(count)]:
-        hand_on(each)
+    for connection in [_start_process(crew) for _ in range(count)]:
+        hand_on(connection)
     while busy:
         for ready in cast(list[Connection], wait(list(busy))):
             i = busy.pop(ready)
@@ -96,16 +96,16 @@ def _finished(
                 result = PieceFailed("its process died")
                 crew.pop(ready).join()
                 if todo:
-                    hand_on(_started(crew))
+                    hand_on(_start_process(crew))
             else:
                 hand_on(ready)
             yield i, result
 
 
-def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
+def _start_process(crew: dict[Connection, SpawnProcess]) -> Connection:
     """Start a new process and return the pipe to it."""
     resource_tracker.ensure_running()  # otherwise the first start does it, which unblocks signals in the middle
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    environment = {name: os.environ.get(name) for name in ONE_THREAD}
     with held(), unheard():
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
         context = get_context("spawn")
@@ -114,7 +114,7 @@ def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
         process.start()
         theirs.close()
         crew[ours] = process
-        for name, value in before.items():
+        for name, value in environment.items():
             if value is None:
                 del os.environ[name]
             else:

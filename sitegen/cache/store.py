@@ -41,10 +41,10 @@ class Store:
     cache: Path
     kind: Kind
 
-    def get(self, key: str, make: Callable[[], bytes], holds: Callable[[bytes], bool] = anything) -> bytes:
-        """Return the entry; make and store it if it is missing or `holds` rejects it."""
+    def get(self, key: str, make: Callable[[], bytes], is_valid: Callable[[bytes], bool] = anything) -> bytes:
+        """Return the entry; make and store it if it is missing or `is_valid` rejects it."""
         data = self.find(key)
-        if data is None or not holds(data):
+        if data is None or not is_valid(data):
             data = make()
             self.put(key, data)
         return data
@@ -56,12 +56,12 @@ class Store:
     def find(self, key: str) -> bytes | None:
         """The entry; None if it is missing or damaged. An entry unchanged since it was last read is the same object."""
         path = self.path(key)
-        facts = _used(path)
+        facts = _touch(path)
         if facts is None:
             return None
         memory = _memory(path)
-        for then, data in memory:
-            if then == facts:
+        for stamp, data in memory:
+            if stamp == facts:
                 return data
         data = _read(path)
         memory[:] = [(facts, data)]
@@ -103,10 +103,10 @@ def _memory(path: Path) -> list[tuple[tuple[int, int], bytes | None]]:
 
 def used(path: Path) -> bool:
     """Whether a file of a cache exists. If so, its date is updated, at most once a day, to keep it from prune.py."""
-    return _used(path) is not None
+    return _touch(path) is not None
 
 
-def _used(path: Path) -> tuple[int, int] | None:
+def _touch(path: Path) -> tuple[int, int] | None:
     """A file's date and size, after marking it as used; None if it is missing."""
     try:
         facts = path.stat()

@@ -198,7 +198,7 @@ class Values:
     """Evaluates calls. Values of each package are cached per state of its code; plots cache their own results."""
 
     def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
-        self._known = {name: Remembered(cache, f"values {name} {code}", SPARE) for name, code in codes.items()}
+        self._memos = {name: Remembered(cache, f"values {name} {code}", SPARE) for name, code in codes.items()}
         self._gallery = gallery
 
     def value(self, call: Call) -> int | float:
@@ -206,12 +206,12 @@ class Values:
         package = call.names[0][0]
         if package == "plots":
             return of_plot(call, self._gallery)
-        number: int | float = self._known[package].answer(call.text, partial(evaluate, call))
+        number: int | float = self._memos[package].answer(call.text, partial(evaluate, call))
         return number
 
     def keep(self) -> None:
         """Store new values."""
-        for memo in self._known.values():
+        for memo in self._memos.values():
             memo.keep()
 
 

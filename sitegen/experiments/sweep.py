@@ -34,9 +34,9 @@ Work = Iterator[tuple[Unit, dict[str, list[float]]]]
 
 
 def run(
-    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, where: int | str
+    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, scheduler: int | str
 ) -> None:
-    """Run one sweep for the contestants of `methods` (all if empty) and put their results into its file. where: see
+    """Run one sweep for the contestants of `methods` (all if empty) and put their results into its file. scheduler: see
     `workers`."""
     work: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
     store, keys = Store(cache, "sweep"), dict[str, str]()
@@ -45,18 +45,18 @@ def run(
         work[contestant.method] = list(units(sweep, contestant))
         for _, unit in work[contestant.method]:
             keys[_key(unit)] = kept_by(unit, codes[contestant.method])
-    every = [unit for rows in work.values() for _, unit in rows]
+    all_units = [unit for rows in work.values() for _, unit in rows]
     results = {key: json.loads(data) for key, name in keys.items() if (data := store.find(name)) is not None}
-    missing = [unit for unit in every if _key(unit) not in results]
-    done = len(every) - len(missing)
-    progress(f"sweeping {sweep.name}", done, len(every))
-    with workers(root, missing, where) as answers:
+    missing = [unit for unit in all_units if _key(unit) not in results]
+    done = len(all_units) - len(missing)
+    progress(f"sweeping {sweep.name}", done, len(all_units))
+    with workers(root, missing, scheduler) as answers:
         for unit, runs in answers:
             data = json.dumps(runs, separators=(",", ":")).encode()
             store.put(keys[_key(unit)], data)
             results[_key(unit)] = json.loads(data)
             done += 1
-            progress(f"sweeping {sweep.name}", done, len(every))
+            progress(f"sweeping {sweep.name}", done, len(all_units))
     entries = {}
     for method, rows in work.items():
         if code_of(next(c for c in racing() if c.method == method), root) != codes[method]:
@@ -84,20 +84,20 @@ def _runner() -> str:
 
 def _cells(sweep: Sweep, rows: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
     """Every cell's result, from its units' runs in the order of the seeds."""
-    runs: dict[str, dict[str, list[float]]] = {}
+    cells: dict[str, dict[str, list[float]]] = {}
     for names, unit in rows:
         for name, part in zip(names, split(ran[_key(unit)], len(names)), strict=True):
-            whole = runs.setdefault(name, {})
+            whole = cells.setdefault(name, {})
             for key, values in part.items():
                 whole.setdefault(key, []).extend(values)
-    return {name: sweep.keep(cell) for name, cell in runs.items()}
+    return {name: sweep.keep(cell) for name, cell in cells.items()}
 
 
 def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
     """Write the sweep's file: new entries replace old ones, in the race's order."""
     path = root / FOLDER / f"{sweep.name}.json"
-    before = json.loads(path.read_text("utf-8"))["contestants"] if path.is_file() else {}
-    whole = {**before, **entries}
+    old_entries = json.loads(path.read_text("utf-8"))["contestants"] if path.is_file() else {}
+    whole = {**old_entries, **entries}
     data = {
         "numpy": np.__version__,
         "seeds": len(sweep.seeds),
@@ -122,16 +122,18 @@ def _short(value: Any) -> str:
 
 
 @contextmanager
-def workers(root: Path, jobs: Sequence[Unit], where: int | str) -> Iterator[Work]:
-    """Run the units and yield their results in the order of completion; leaving the context cancels the rest. where:
-    the number of processes, 0 for one per core, or the address of a Dask cluster."""
-    if isinstance(where, str):
-        with _cluster(root, jobs, where) as answers:
+def workers(root: Path, jobs: Sequence[Unit], scheduler: int | str) -> Iterator[Work]:
+    """Run the units and yield their results in the order of completion; leaving the context cancels the rest.
+
+    scheduler: the number of processes, 0 for one per core, or the address of a Dask cluster.
+    """
+    if isinstance(scheduler, str):
+        with _cluster(root, jobs, scheduler) as answers:
             yield answers
-    elif where == 1 or len(jobs) < 2:
+    elif scheduler == 1 or len(jobs) < 2:
         yield ((unit, run_unit(unit)) for unit in jobs)
     else:
-        with _processes(jobs, where) as answers:
+        with _processes(jobs, scheduler) as answers:
             yield answers
 
 

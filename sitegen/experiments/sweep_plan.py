@@ -72,7 +72,7 @@ def bootstrap(values: Sequence[float], statistic: Callable[[Any], Any]) -> list[
     blocks = (rng.integers(0, len(data), (200, len(data))) for _ in range(RESAMPLES // 200))
     estimates = np.concatenate([statistic(data[rows]) for rows in blocks])
     low, high = np.quantile(estimates, (0.025, 0.975))
-    return [round(float(each), 4) for each in (statistic(data), low, high)]
+    return [round(float(value), 4) for value in (statistic(data), low, high)]
 
 
 def _median(values: Any) -> Any:
@@ -140,10 +140,10 @@ SWEEPS = (
 def code_of(contestant: Contestant, root: Path) -> str:
     """A hash of the code that a contestant's runs execute (its method's modules, scenes, the loop, metrics) and of its
     options."""
-    own = method_modules(contestant.method)
+    modules = method_modules(contestant.method)
     core = [f"solvers.core.{name}" for name in ("pose", "status", "stepper")]
     common = {"solvers.scenes.rooms", "solvers.metrics", *core}
-    files = closure(own | common, root, skip=["solvers.core.registry"])
+    files = closure(modules | common, root, skip=["solvers.core.registry"])
     race = reached((root / "solvers" / "studies" / "race.py").read_text("utf-8"), ["race_problem", "MAX_STEPS"])
     pieces = [(name, code_text(path.read_text("utf-8")).encode()) for name, path in files.items()]
     pieces += [(f"race.{name}", text.encode()) for name, text in race.items()]

@@ -39,8 +39,8 @@ def run_unit(unit: Unit) -> dict[str, list[float]]:
 
 def close(runs: Mapping[str, Sequence[float]]) -> list[bool]:
     """Which runs ended near the truth: below 5° and 0.2 u."""
-    near = (np.asarray(runs["rre"]) < CLOSE_DEGREES) & (np.asarray(runs["rte"]) < CLOSE_DISTANCE)
-    return [bool(each) for each in near]
+    is_close = (np.asarray(runs["rre"]) < CLOSE_DEGREES) & (np.asarray(runs["rte"]) < CLOSE_DISTANCE)
+    return [bool(flag) for flag in is_close]
 
 
 def turned(runs: Mapping[str, Sequence[float]]) -> list[bool]:
@@ -54,39 +54,39 @@ def _run(contestant: Contestant, problem: Problem, truth: Pose) -> dict[str, lis
         batch = advance(batch)
     row = line(contestant, batch, truth, 0.0)
     return {
-        "rre": [float(each) for each in np.round(row.rre, 4)],
-        "rte": [float(each) for each in np.round(row.rte, 4)],
-        "steps": [int(each) for each in row.steps],
-        "status": [int(each) for each in row.status],
+        "rre": [float(error) for error in np.round(row.rre, 4)],
+        "rte": [float(error) for error in np.round(row.rte, 4)],
+        "steps": [int(count) for count in row.steps],
+        "status": [int(status) for status in row.status],
     }
 
 
 def _batches(cases: Sequence[tuple[Problem, Pose]]) -> list[tuple[Problem, Pose]]:
     """The same problems in batches of `BATCH`, across points whose clouds have the same size."""
-    cut: list[tuple[Problem, Pose]] = []
+    batches: list[tuple[Problem, Pose]] = []
     group: list[tuple[Problem, Pose]] = []
-    for each in [*cases, None]:
-        if group and (each is None or each[0].source.shape[1:] != group[0][0].source.shape[1:]):
-            cut += _cut(*_joined(group))
+    for case in [*cases, None]:
+        if group and (case is None or case[0].source.shape[1:] != group[0][0].source.shape[1:]):
+            batches += _cut(*_merge(group))
             group = []
-        if each is not None:
-            group.append(each)
-    return cut
+        if case is not None:
+            group.append(case)
+    return batches
 
 
-def _joined(group: Sequence[tuple[Problem, Pose]]) -> tuple[Problem, Pose]:
+def _merge(group: Sequence[tuple[Problem, Pose]]) -> tuple[Problem, Pose]:
     problems, truths = [p for p, _ in group], [t for _, t in group]
     whole = Problem(
         np.concatenate([p.source for p in problems]),
         np.concatenate([p.target for p in problems]),
         np.concatenate([p.weights for p in problems]),
-        _poses([_spread(p.start, p.size) for p in problems]),
+        _poses([_broadcast(p.start, p.size) for p in problems]),
         np.concatenate([p.seed for p in problems]),
     )
     return whole, _poses(truths)
 
 
-def _spread(pose: Pose, count: int) -> Pose:
+def _broadcast(pose: Pose, count: int) -> Pose:
     """A pose for each of `count` problems, repeated if there is only one."""
     return Pose(np.broadcast_to(pose.R, (count, 2, 2)), np.broadcast_to(pose.t, (count, 2)))
 

@@ -48,7 +48,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
     codes = {contestant.method: code_of(contestant, root) for contestant in racing()}
     for sweep in sweeps:
         name = f"{FOLDER}/{sweep.name}.json"
-        again = f"run `python3 build.py sweep --only {sweep.name}`"
+        command = f"run `python3 build.py sweep --only {sweep.name}`"
         path = root / name
         data: Any = json.loads(path.read_text("utf-8")) if path.is_file() else {"numpy": "", "contestants": {}}
         old = []
@@ -57,32 +57,32 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
             if entry.get("code") != codes[contestant.method] or list(entry["cells"]) != list(sweep.cells):
                 old.append(contestant.label)
             elif data["numpy"] == np.__version__:
-                make = partial(_sampled, sweep, contestant, entry["cells"], ran)
-                of, off = memo.answer(_given(sweep, contestant, entry), make) if memo else make()
+                make = partial(_sample, sweep, contestant, entry["cells"], ran)
+                of, off = memo.answer(_inputs(sweep, contestant, entry), make) if memo else make()
                 if off > OFF:
                     message = f"{contestant.label}: {off} of {of} repeated runs end differently with the same code"
                     wrong.append(Problem(name, 0, 0, message))
                 else:
                     proved += of - off
         if old:
-            message = f"stale: from other code or settings ({', '.join(old)}); {again}"
+            message = f"stale: from other code or settings ({', '.join(old)}); {command}"
             stale.append(Problem(name, 0, 0, message))
         elif data["numpy"] != np.__version__:
-            message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"
+            message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {command}"
             stale.append(Problem(name, 0, 0, message))
     if memo:
         memo.keep()
     return Standing(tuple(wrong), tuple(stale), proved, len(ran))
 
 
-def _sampled(
+def _sample(
     sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any], ran: list[str]
 ) -> tuple[int, int]:
     ran.append(contestant.method)
     return sample(sweep, contestant, cells)
 
 
-def _given(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> str:
+def _inputs(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> str:
     """Everything that a sample's outcome depends on; the entry holds the hash of the solver's code."""
     machine = [platform.platform(), platform.processor(), np.__version__]
     runner = [Path(str(module.__file__)).read_text("utf-8") for module in (sweep_plan, sweep_unit)]

@@ -60,7 +60,7 @@ def train(name: str, steps: int, tell: Callable[[int, float], None], seed: int =
 
     torch.manual_seed(seed)
     torch.set_num_threads(1)  # so that the order of sums, and thus the weights, do not depend on the machine's cores
-    params = {shape.name: _begun(torch, shape).requires_grad_() for shape in network.shapes()}
+    params = {shape.name: _initial(torch, shape).requires_grad_() for shape in network.shapes()}
     optimiser = torch.optim.AdamW(params.values(), lr=RATE, weight_decay=1e-3, betas=(0.9, 0.98))
     average = {key: value.detach().clone() for key, value in params.items()}
     random = np.random.default_rng(seed)
@@ -81,7 +81,7 @@ def train(name: str, steps: int, tell: Callable[[int, float], None], seed: int =
     return {key: value.numpy().astype(np.float64) for key, value in average.items()}
 
 
-def _begun(torch: Any, shape: network.Shape) -> Any:
+def _initial(torch: Any, shape: network.Shape) -> Any:
     if len(shape.size) == 1:
         gain = shape.name.rpartition(".")[2].startswith("g")
         return torch.full(shape.size, 1.0 if gain else 0.0)
@@ -138,31 +138,31 @@ def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> 
     return 0
 
 
-def check_command(kept: Path = KEPT) -> int:
+def check_command(home: Path = KEPT) -> int:
     """Train from another seed, add its study to the log beside the stored one, and compare: 0 if all counts agree."""
     with tempfile.TemporaryDirectory(prefix="ladder-training-") as folder:
         code = train_command(Path(folder), seed=OTHER_SEED)
         if code:
             return code
-        again = json.loads(Path(folder, "log.json").read_text("utf-8"))
-    log = json.loads((kept / "log.json").read_text("utf-8"))
-    log["again"] = {"seed": OTHER_SEED, "held_out": [_rounded(line) for line in again["held_out"]]}
-    write(kept / "log.json", json.dumps(log, indent=1, ensure_ascii=False).encode() + b"\n")
-    apart = differences(log["held_out"], log["again"]["held_out"])
-    print("\n".join(apart) or "every count within its bound")
-    return 1 if apart else 0
+        repeat = json.loads(Path(folder, "log.json").read_text("utf-8"))
+    log = json.loads((home / "log.json").read_text("utf-8"))
+    log["again"] = {"seed": OTHER_SEED, "held_out": [_rounded(line) for line in repeat["held_out"]]}
+    write(home / "log.json", json.dumps(log, indent=1, ensure_ascii=False).encode() + b"\n")
+    messages = differences(log["held_out"], log["again"]["held_out"])
+    print("\n".join(messages) or "every count within its bound")
+    return 1 if messages else 0
 
 
 def _rounded(line: dict[str, Any]) -> dict[str, Any]:
     return {**line, "degrees": round(line["degrees"], 1), "length": round(line["length"], 3)}
 
 
-def differences(before: list[dict[str, Any]], again: list[dict[str, Any]]) -> list[str]:
+def differences(stored: list[dict[str, Any]], repeat: list[dict[str, Any]]) -> list[str]:
     """Messages for the lines of two held-out studies whose counts differ by more than their bound."""
-    by_line = {(line["variant"], line["kind"]): line for line in before}
+    by_line = {(line["variant"], line["kind"]): line for line in stored}
     return [
         f"{new['variant']}, {new['kind']}: {count} was {old[count]} of {old['count']}, now {new[count]}"
-        for new in again
+        for new in repeat
         for old in [by_line[new["variant"], new["kind"]]]
         for count in ("turned", "placed")
         if abs(new[count] - old[count]) > NEAR_THRESHOLD.get((new["variant"], count), BOUND) * old["count"]

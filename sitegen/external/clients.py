@@ -35,26 +35,27 @@ def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -
     for file in files:
         with urllib.request.urlopen(source.spec + file.name, timeout=URL_TIMEOUT) as answer:
             parts: list[bytes] = []
-            done = 0
+            count = 0
             # One byte more than expected is enough to see that it is not the file.
-            while part := answer.read(min(1 << 16, file.size + 1 - done)):
+            while part := answer.read(min(1 << 16, file.size + 1 - count)):
                 parts.append(part)
-                done += len(part)
-                progress(file.name, done, file.size)
+                count += len(part)
+                progress(file.name, count, file.size)
         contents[file.name] = b"".join(parts)
     return contents
 
 
 def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
     with tempfile.TemporaryDirectory(prefix="ladder-npm-") as temporary:
-        here = Path(temporary)
-        (here / "out").mkdir()
+        directory = Path(temporary)
+        (directory / "out").mkdir()
         # Its own cache, so that progress can be measured and nothing is left afterwards.
-        folders: list[str | Path] = ["--cache", here / "cache", "--pack-destination", here / "out"]
-        _download(npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts"), here, source, progress)
+        folders: list[str | Path] = ["--cache", directory / "cache", "--pack-destination", directory / "out"]
+        command = npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts")
+        _download(command, directory, source, progress)
         members = {f"{source.folder}/{file.name}": file for file in files}
         contents: dict[str, bytes] = {}
-        package = _only_file(here / "out", source)
+        package = _only_file(directory / "out", source)
         with _Limited(package) as stream, tarfile.open(fileobj=stream, mode="r|") as archive:
             for member in archive:
                 file = members.get(member.name)
@@ -78,14 +79,14 @@ class _Limited(gzip.GzipFile):
 
 def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
     with tempfile.TemporaryDirectory(prefix="ladder-pip-") as temporary:
-        here = Path(temporary)
-        (here / "out").mkdir()
+        directory = Path(temporary)
+        (directory / "out").mkdir()
         # The wheel is only opened as an archive here, so it may be for another Python than ours.
         options = ["--no-deps", "--only-binary=:all:", "--no-cache-dir", "--retries", "2"]
         options += ["--python-version", source.python, *(["--platform", source.platform] if source.platform else [])]
-        pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(here / "out")]
-        _download([*pip, *options, source.spec], here, source, progress)
-        wheel = _only_file(here / "out", source)
+        pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(directory / "out")]
+        _download([*pip, *options, source.spec], directory, source, progress)
+        wheel = _only_file(directory / "out", source)
         if source.folder:
             return _members(wheel, source.folder, files)
         with wheel.open("rb") as stream:
@@ -118,19 +119,19 @@ def _only_file(folder: Path, source: Source) -> Path:
     return files[0]
 
 
-def _download(command: Sequence[str], here: Path, source: Source, progress: Progress) -> None:
-    """Run a package client in `here`; progress is the size of the files there, since the clients do not report it."""
-    env = environment({"TMPDIR": str(here), "TEMP": str(here), "TMP": str(here)})
-    log = here / "log"
+def _download(command: Sequence[str], directory: Path, source: Source, progress: Progress) -> None:
+    """Run a package client in `directory`; progress is the size of the files in it, which the clients do not report."""
+    env = environment({"TMPDIR": str(directory), "TEMP": str(directory), "TMP": str(directory)})
+    log = directory / "log"
     with log.open("wb") as out:
-        process = subprocess.Popen(command, cwd=here, env=env, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+        process = subprocess.Popen(command, cwd=directory, env=env, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
         try:
             while True:
                 try:
                     process.wait(timeout=0.25)
                     break
                 except subprocess.TimeoutExpired:
-                    progress(source.spec, min(_weight(here), source.archive_size), source.archive_size)
+                    progress(source.spec, min(_weight(directory), source.archive_size), source.archive_size)
         finally:
             if process.poll() is None:
                 process.kill()

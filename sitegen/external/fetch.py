@@ -73,13 +73,13 @@ def licences(names: Iterable[str], *, cache: Path | None = None, manifest: Path 
 
 
 def _licence_texts(entry: str, bundle: Bundle, paths: Sequence[Path]) -> list[str]:
-    how, _, what = entry.partition(":")
-    if how == "kept":
-        return [(KEPT_LICENCES / what).read_text("utf-8").strip()]
-    if how == "file":
-        return [p.read_text("utf-8").strip() for f, p in zip(bundle.files, paths, strict=True) if f.name == what]
+    kind, _, pattern = entry.partition(":")
+    if kind == "kept":
+        return [(KEPT_LICENCES / pattern).read_text("utf-8").strip()]
+    if kind == "file":
+        return [p.read_text("utf-8").strip() for f, p in zip(bundle.files, paths, strict=True) if f.name == pattern]
     with zipfile.ZipFile(paths[0]) as archive:
-        members = sorted(m for m in archive.namelist() if fnmatch.fnmatch(m, what) and not m.endswith("/"))
+        members = sorted(m for m in archive.namelist() if fnmatch.fnmatch(m, pattern) and not m.endswith("/"))
         return [f"{m}\n\n{archive.read(m).decode('utf-8').strip()}" for m in members]
 
 

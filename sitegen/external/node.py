@@ -76,14 +76,14 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
             continue
         out, err = (stream.decode("utf-8", "replace") for stream in (result.stdout, result.stderr))
         if result.returncode != 0:
-            raise NodeError(f"{script.name} exited with code {result.returncode}:\n{_shown(err or out)}")
+            raise NodeError(f"{script.name} exited with code {result.returncode}:\n{_excerpt(err or out)}")
         try:
             return json.loads(out.splitlines()[-1])
         except (IndexError, ValueError) as error:
-            raise NodeError(f"{script.name} returned invalid JSON:\n{_shown(out + err)}") from error
+            raise NodeError(f"{script.name} returned invalid JSON:\n{_excerpt(out + err)}") from error
     raise NodeError(f"{script.name} did not answer within {timeout:g} s")
 
 
-def _shown(text: str) -> str:
+def _excerpt(text: str) -> str:
     """A process's output, without the minified source lines that Node quotes."""
     return "\n".join(line if len(line) <= 1000 else line[:200] + " …" for line in text.strip().splitlines())

@@ -48,8 +48,8 @@ class PinnedFile:
         digest = hashlib.sha256(data).hexdigest()
         if digest == self.sha256:
             return ""
-        got = f"{digest[:16]}… and {len(data)} bytes"
-        return f"{self.name}: expected sha256 {self.sha256[:16]}… and {self.size} bytes, got {got}"
+        actual = f"{digest[:16]}… and {len(data)} bytes"
+        return f"{self.name}: expected sha256 {self.sha256[:16]}… and {self.size} bytes, got {actual}"
 
     def read(self, stream: IO[bytes]) -> bytes:
         """Read the file from a stream, up to one byte more than expected: enough to see that it is not the file."""
@@ -92,7 +92,7 @@ def _manifest(name: str, text: bytes) -> dict[str, Bundle]:
                 entry["licence"],
                 tuple(entry["licence_texts"]),
                 tuple(sources[s] for s in entry["sources"]),
-                tuple(PinnedFile(_inside(n), f["size"], f["sha256"]) for n, f in entry["files"].items()),
+                tuple(PinnedFile(_inside_name(n), f["size"], f["sha256"]) for n, f in entry["files"].items()),
             )
             for name, entry in data["bundle"].items()
         }
@@ -100,7 +100,7 @@ def _manifest(name: str, text: bytes) -> dict[str, Bundle]:
         raise OutsideError(f"{name}: {type(error).__name__}: {error}") from error
 
 
-def _inside(name: str) -> str:
+def _inside_name(name: str) -> str:
     """A file's name, checked to stay inside its bundle's folder. Raises OutsideError."""
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts or "\\" in name:

@@ -81,15 +81,16 @@ class Gallery:
 
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
-        self._computed, self._drawn, self._progress = Store(cache, "plots"), Store(cache, "drawings"), progress
+        self._result_store, self._drawing_store = Store(cache, "plots"), Store(cache, "drawings")
+        self._progress = progress
         self._results: dict[str, bytes] = {}
         self._keys: dict[str, str] = {}
 
     def lacks(self, plot: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
-        if not self._computed.has(_result_key(plot.plot)):
+        if not self._result_store.has(_result_key(plot.plot)):
             return True
-        return not self._drawn.has(self._drawings_key(plot))
+        return not self._drawing_store.has(self._drawings_key(plot))
 
     def result(self, plot: Plot) -> Any:
         """The plot's result. Errors of its module propagate."""
@@ -106,7 +107,7 @@ class Gallery:
                 self._progress(f"computing {plot.name}", 1, 1)
                 return data
 
-            self._results[plot.name] = self._computed.get(_result_key(plot), make)
+            self._results[plot.name] = self._result_store.get(_result_key(plot), make)
         return self._results[plot.name]
 
     def _drawings_key(self, plot: Placed) -> str:
@@ -143,7 +144,7 @@ class Gallery:
             self._progress(f"drawing {plot.name}", 1, 1)
             return json.dumps(drawings).encode()
 
-        svgs = json.loads(self._drawn.get(self._drawings_key(placed), make))
+        svgs = json.loads(self._drawing_store.get(self._drawings_key(placed), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
 
 

@@ -61,12 +61,12 @@ class Watched(Mapping[str, Widget]):
 
     def __init__(self, widgets: Mapping[str, Widget]) -> None:
         self._widgets = widgets
-        self._made: dict[str, Widget] = {}
+        self._cache: dict[str, Widget] = {}
 
     def __getitem__(self, name: str) -> Widget:
-        if name not in self._made:
-            self._made[name] = _watched(self._widgets[name])
-        return self._made[name]
+        if name not in self._cache:
+            self._cache[name] = _watched(self._widgets[name])
+        return self._cache[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._widgets)

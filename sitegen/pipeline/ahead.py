@@ -17,7 +17,7 @@ from sitegen.plots import registry
 def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[pool.Piece]:
     """The site's own plots and figures that are not cached, as pieces for the pool: plots first, slowest plot first."""
     plots = registry.longest_first(plot for survey in surveys for plot in survey.plots.values())
-    ours = [plot for plot in plots if registry.known().get(plot.plot.name) is plot.plot]
+    ours = [plot for plot in plots if registry.all_plots().get(plot.plot.name) is plot.plot]
     figures = [(figure, survey.taped[figure.id]) for survey in surveys for figure in survey.figures.values()]
     taped = [(figure, states) for figure, states in figures if known_by_name(figure.widget)]
     return [

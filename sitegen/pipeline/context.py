@@ -24,7 +24,7 @@ class Parts:
     """The parts of a build other than content and templates; tests substitute their own."""
 
     widgets: Mapping[str, Widget]
-    plots: Mapping[str, Plot] = field(default_factory=registry.known)
+    plots: Mapping[str, Plot] = field(default_factory=registry.all_plots)
     assemble: Callable[..., RuntimeInfo] | None = assembled
     cut_fonts: Callable[..., typefaces.FontSet] | None = typefaces.make
     draw_emblem: Callable[..., Mapping[str, bytes]] | None = icons.make

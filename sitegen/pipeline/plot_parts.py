@@ -15,7 +15,7 @@ from sitegen.cache.memo import Remembered
 from sitegen.experiments.sweep_verify import Standing
 from sitegen.figures.gallery import Plot
 from sitegen.figures.parts import FOLDER, Asked, named
-from sitegen.plots.registry import known
+from sitegen.plots.registry import all_plots
 from sitegen.problems import Problem
 from sitegen.progress import Progress
 
@@ -27,12 +27,12 @@ NEAR = 1e-3
 
 def long_plots() -> dict[str, Plot]:
     """The plots that are computed in parts, by name."""
-    return {name: plot for name, plot in known().items() if plot.parts}
+    return {name: plot for name, plot in all_plots().items() if plot.parts}
 
 
 def run_part(name: str, arguments: Asked) -> Any:
     """Run one part of a plot and return its result."""
-    plot = known()[name]
+    plot = all_plots()[name]
     assert plot.parts is not None
     return plot.parts.run(arguments)
 

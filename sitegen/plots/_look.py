@@ -23,18 +23,18 @@ def titled(axes: Any, title: str, x: str = "", y: str = "") -> None:
     """Set the axes' title, in bold at the upper left, the x label, and the y label below the title."""
     axes.set_title(title, fontweight="bold", pad=26.0 if y else 10.0)
     if y:
-        place = {"xycoords": "axes fraction", "xytext": (0.0, 8.0), "textcoords": "offset points", "va": "bottom"}
-        axes.annotate(y, (0.0, 1.0), color=COLOURS["soft"], fontsize=12.0, **place)
+        position = {"xycoords": "axes fraction", "xytext": (0.0, 8.0), "textcoords": "offset points", "va": "bottom"}
+        axes.annotate(y, (0.0, 1.0), color=COLOURS["soft"], fontsize=12.0, **position)
     axes.set_xlabel(x)
     axes.grid(axis="y")
     axes.spines["left"].set_visible(False)
 
 
-def label(axes: Any, x: float, y: float, text: str, role: str = "ink", **more: Any) -> None:
+def label(axes: Any, x: float, y: float, text: str, role: str = "ink", **extra: Any) -> None:
     """Write a label beside a mark, `dx` and `dy` px away from it (up is positive)."""
-    shift = more.pop("dx", 0.0), more.pop("dy", 0.0)
-    options = {"va": "center", "ha": "left", "color": COLOURS[role], "fontsize": 12.5, "annotation_clip": False, **more}
-    axes.annotate(text, (x, y), xytext=shift, textcoords="offset points", **options)
+    shift = extra.pop("dx", 0.0), extra.pop("dy", 0.0)
+    options = {"va": "center", "ha": "left", "color": COLOURS[role], "fontsize": 12.5, "annotation_clip": False}
+    axes.annotate(text, (x, y), xytext=shift, textcoords="offset points", **{**options, **extra})
 
 
 def measured(

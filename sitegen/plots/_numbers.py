@@ -8,10 +8,10 @@ from typing import Any
 from sitegen.problems import hint
 
 
-def at(values: Collection[Any], value: Any, what: str) -> int:
+def at(values: Collection[Any], value: Any, label: str) -> int:
     """The index of a value among others. Raises ValueError that names the known ones."""
     if value in values:
         return list(values).index(value)
     if isinstance(value, str):
-        raise ValueError(f"{what}: unknown {value!r}{hint(value, values)}")
-    raise ValueError(f"{what}: expected one of {', '.join(f'{each:g}' for each in values)}; got {value!r}")
+        raise ValueError(f"{label}: unknown {value!r}{hint(value, values)}")
+    raise ValueError(f"{label}: expected one of {', '.join(f'{v:g}' for v in values)}; got {value!r}")

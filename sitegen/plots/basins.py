@@ -86,23 +86,23 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
 
     width, height = (148, 44) if narrow else (96, 66)
     if narrow:
-        places = [[(34 + 160 * k, 58 + 90 * i, width, height) for k in range(2)] for i in range(9)]
+        pairs = [[(34 + 160 * k, 58 + 90 * i, width, height) for k in range(2)] for i in range(9)]
     else:
-        places = [
+        pairs = [
             [(40 + 232 * (i % 3) + 104 * k, 64 + 118 * (i // 3), width, height) for k in range(2)] for i in range(9)
         ]
-    boxes = [box for pair in places for box in pair]
+    boxes = [box for pair in pairs for box in pair]
     scale = (34, 896, 140, 10) if narrow else (40, 414, 140, 10)
     *maps, bar = axes_in(figure, narrow, [*boxes, scale], [*boxes, scale])
     for n, axes in enumerate(maps):
         i, k = divmod(n, 2)
         fields(axes, result.successes[i][k], result.seeds)
         top = len(result.offsets)
-        named = i < (1 if narrow else 3)
-        if named:
+        has_name = i < (1 if narrow else 3)
+        if has_name:
             label(axes, 0, top, f"{result.settings[k]} room", "soft", dy=10, fontsize=12.0)
         if k == 0:
-            label(axes, 0, top, LABELS[result.methods[i]], dy=27 if named else 11, fontweight="bold")
+            label(axes, 0, top, LABELS[result.methods[i]], dy=27 if has_name else 11, fontweight="bold")
         last = i == 8 if narrow else i >= 6
         ticks = ["−90°", "0°", "90°"] if last else ["", "", ""]
         axes.set_xticks([0.5 + result.angles.index(angle) for angle in (-90, 0, 90)], ticks)
@@ -117,7 +117,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
         text.set_horizontalalignment(side)
 
 
-def fields(axes: Any, rows: Any, most: int) -> None:
+def fields(axes: Any, rows: Any, total: int) -> None:
     """Draw rows of counts as coloured areas, the first row lowest, with one shape per colour."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -129,7 +129,7 @@ def fields(axes: Any, rows: Any, most: int) -> None:
         begin = 0
         for x in range(1, len(row) + 1):
             if x == len(row) or row[x] != row[begin]:
-                boxes.setdefault(round(LEVELS * row[begin] / most), []).append((begin, x, y))
+                boxes.setdefault(round(LEVELS * row[begin] / total), []).append((begin, x, y))
                 begin = x
     for level, spans in sorted(boxes.items()):
         shapes = [Path([(a, y), (b, y), (b, y + 1), (a, y + 1), (a, y)], closed=True) for a, b, y in spans]

@@ -110,14 +110,14 @@ def words(result: Result) -> str:
         for place in result.places:
             counts = [f"{NAMES[way]} {held(result, residual, place, way):.0f}" for way in _ways(result, residual)]
             parts.append(f"{place}: {', '.join(counts)}")
-        clauses.append(f"{_titled(residual)}, {'; '.join(parts)}.")
+        clauses.append(f"{_title(residual)}, {'; '.join(parts)}.")
     return (
         f"Three charts of how many of {result.draws:,} redrawn pairs of scans have the truth in their 95 % region, in "
         f"a room, a corridor and a hall; 950 would be right. {' '.join(clauses)}"
     )
 
 
-def _titled(residual: str) -> str:
+def _title(residual: str) -> str:
     name = RESIDUALS[residual]
     return name[0].upper() + name[1:]
 
@@ -146,7 +146,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     wide = [(44 + 232 * k, 44, 184, 236) for k in range(3)]
     small = [(44, 44 + 200 * k, 280, 120) for k in range(3)]
     for i, (axes, residual) in enumerate(zip(axes_in(figure, narrow, wide, small), result.residuals, strict=True)):
-        axes.set_title(_titled(residual), fontweight="bold", pad=12)
+        axes.set_title(_title(residual), fontweight="bold", pad=12)
         axes.axhline(LEVEL, color=COLOURS["guide"], linewidth=1.25, dashes=(4, 3))
         axes.grid(axis="y")
         axes.spines["left"].set_visible(False)
@@ -160,10 +160,10 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
         axes.set_xticks(range(len(result.places)), result.places)
         axes.set_yticks([0.0, 0.5, LEVEL], ["0 %", "50 %", "95 %"])
         if i == len(result.residuals) - 1:
-            _named(axes, narrow)
+            _legend(axes, narrow)
 
 
-def _named(axes: Any, narrow: bool) -> None:
+def _legend(axes: Any, narrow: bool) -> None:
     """Draw the ways' marks and names below the last chart, each in its colour."""
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import label

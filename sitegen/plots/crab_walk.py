@@ -43,8 +43,8 @@ def compute() -> Result:
         last = len(poses.t) - 1
         steps = [min(step, last) for step in range(STEPS + 1)]
         gaps.append(tuple(round(float(BACK - poses.t[step, 0]), 5) for step in steps))
-        moved = [(corner - [BACK, 0.0]) @ poses.R[steps[step]].T + poses.t[steps[step]] for step in SHOWN]
-        corners.append(tuple(tuple(tuple(round(float(v), 5) for v in xy) for xy in each) for each in moved))
+        walls = [(corner - [BACK, 0.0]) @ poses.R[steps[step]].T + poses.t[steps[step]] for step in SHOWN]
+        corners.append(tuple(tuple(tuple(round(float(v), 5) for v in xy) for xy in wall) for wall in walls))
     return Result(tuple(gaps), tuple(corners), float((cloud[:, 0] > CORNER[1][0] - 1e-9).mean()))
 
 
@@ -55,11 +55,11 @@ def gap(result: Result, method: str, step: int) -> float:
 
 def words(result: Result) -> str:
     """The picture in words."""
-    after = [f"{abs(gap(result, 'icp', step)):.2f} u after {step}" for step in SHOWN[1:]]
+    clauses = [f"{abs(gap(result, 'icp', step)):.2f} u after {step}" for step in SHOWN[1:]]
     return (
         f"A long wall and an end wall, sampled every {SPACING:g} u, and the same points pushed back by {BACK:g} u along"
         f" the long wall; {100 * result.facing:.0f} % of them are on the end wall. With point pairs the scan's end wall"
-        f" comes nearer in ever smaller steps but stays off: {', '.join(after)} steps. With planes the first step"
+        f" comes nearer in ever smaller steps but stays off: {', '.join(clauses)} steps. With planes the first step"
         f" leaves {abs(gap(result, 'point-to-plane', 1)):.2f} u. A dashed curve shrinks by the fraction of points on"
         f" the end wall at each step; the gap of point pairs comes down a little above it, and then stays."
     )
@@ -87,9 +87,9 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             axes.plot(*np.transpose(corner), color=COLOURS["source"], linewidth=1.5, alpha=(k + 2) / (len(corners) + 1))
         axes.set(xlim=(6.1, 8.16), ylim=(-0.12, 2.15))
     x, y = result.corners[0][0][2]
-    place, aside = ("right", 6) if narrow else ("center", 0)  # narrow: the label "start" goes to the left of its wall
-    label(rooms[0], x, y, "start", "source", dx=aside, dy=9, ha=place)
-    label(rooms[0], 8.0, 2.0, "end wall", "target", dx=2 * aside, dy=9, ha=place)
+    align, aside = ("right", 6) if narrow else ("center", 0)  # narrow: the label "start" goes to the left of its wall
+    label(rooms[0], x, y, "start", "source", dx=aside, dy=9, ha=align)
+    label(rooms[0], 8.0, 2.0, "end wall", "target", dx=2 * aside, dy=9, ha=align)
 
     steps = np.arange(STEPS + 1)
     titled(chart, "The gap", "step", "gap to the end wall, u")

@@ -81,15 +81,16 @@ def words(result: Result) -> str:
     for setting, rows in zip(result.settings, result.successes, strict=True):
         ends = []
         for method, row in zip(result.methods, rows, strict=True):
-            all_ = [angle for angle, k in zip(result.angles, row, strict=True) if k == result.runs]
-            some = [angle for angle, k in zip(result.angles, row, strict=True) if k]
-            whole = f"all from up to {max(all_)}°" if all_ else f"{max(row)} at best"
-            ends.append(f"{METHODS[method]} {whole}, some from up to {max(some)}°" if some else f"{METHODS[method]} 0")
+            sure = [angle for angle, k in zip(result.angles, row, strict=True) if k == result.runs]
+            possible = [angle for angle, k in zip(result.angles, row, strict=True) if k]
+            whole = f"all from up to {max(sure)}°" if sure else f"{max(row)} at best"
+            reach = f"{whole}, some from up to {max(possible)}°" if possible else "0"
+            ends.append(f"{METHODS[method]} {reach}")
         clauses.append(f"{SETTINGS[setting].lower()}: {'; '.join(ends)}")
     return (
         f"Three charts of how many of {result.runs} seeds ended within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u of "
         f"the truth, against the starting angle from {result.angles[0]}° to {result.angles[-1]}°, for the four methods "
-        f"of the walkthrough. {'. '.join(one[0].upper() + one[1:] for one in clauses)}. Without clutter the clouds "
+        f"of the walkthrough. {'. '.join(c[0].upper() + c[1:] for c in clauses)}. Without clutter the clouds "
         f"are the same in every draw: {' and '.join(METHODS[name] for name in CERTAIN)} always or never succeed."
     )
 
@@ -112,7 +113,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     small = [(46, 50 + 236 * i, 290, 150) for i in range(3)]
     charts = axes_in(figure, narrow, wide, small)
     handles: list[Any] = []
-    for place, (axes, setting, rows) in enumerate(zip(charts, result.settings, result.successes, strict=True)):
+    for index, (axes, setting, rows) in enumerate(zip(charts, result.settings, result.successes, strict=True)):
         axes.set_title(SETTINGS[setting], fontweight="bold", pad=12)
         axes.grid(axis="y")
         axes.spines["left"].set_visible(False)
@@ -121,10 +122,10 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             role, mark = LOOKS[method]
             colour = COLOURS[role]
             x = np.array(result.angles) + APART * (j - 1.5)
-            some = [i for i, k in enumerate(row) if 0 < k < result.runs]
-            if some:
-                low, high = zip(*(wilson(row[i], result.runs) for i in some), strict=True)
-                axes.vlines(x[some], low, high, color=colour, linewidth=1.25, capstyle="butt")
+            uncertain = [i for i, k in enumerate(row) if 0 < k < result.runs]
+            if uncertain:
+                low, high = zip(*(wilson(row[i], result.runs) for i in uncertain), strict=True)
+                axes.vlines(x[uncertain], low, high, color=colour, linewidth=1.25, capstyle="butt")
             (line,) = axes.plot(
                 x, [k / result.runs for k in row], mark, color=colour, markersize=5.0, markeredgewidth=0.0,
                 linewidth=1.5, label=METHODS[method], zorder=3, clip_on=False,
@@ -132,7 +133,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             handles.append(line)
         axes.set(xlim=(-6, 186), ylim=(0.0, 1.0))
         axes.set_xticks([0, 45, 90, 135, 180], ["0°", "45°", "90°", "135°", "180°"])
-        axes.set_yticks([0.0, 0.5, 1.0], ["0 %", "50 %", "100 %"] if narrow or place == 0 else ["", "", ""])
-        if not narrow or place == 2:
+        axes.set_yticks([0.0, 0.5, 1.0], ["0 %", "50 %", "100 %"] if narrow or index == 0 else ["", "", ""])
+        if not narrow or index == 2:
             axes.set_xlabel("starting angle")
     figure.legend(handles=handles, loc="lower center", ncols=4, frameon=False, columnspacing=1.4, handlelength=1.6)

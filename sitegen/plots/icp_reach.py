@@ -80,11 +80,12 @@ def words(result: Result) -> str:
     clauses = []
     for setting in result.settings:
         low, high = (sure(result, setting, side) for side in (-1, 1))
-        most = max(_row(result, setting))
-        some = [angle for angle, hits in zip(result.angles, _row(result, setting), strict=True) if hits]
+        best_count = max(_row(result, setting))
+        possible = [angle for angle, hits in zip(result.angles, _row(result, setting), strict=True) if hits]
         ends = f"from {_signed(low)} to {_signed(high)}"
-        best = f"all of {result.runs} {ends}" if most == result.runs else f"{most} at best"
-        clauses.append(f"{SETTINGS[setting].lower()}: {best}, some from {_signed(min(some))} to {_signed(max(some))}")
+        best = f"all of {result.runs} {ends}" if best_count == result.runs else f"{best_count} at best"
+        range_ = f"from {_signed(min(possible))} to {_signed(max(possible))}"
+        clauses.append(f"{SETTINGS[setting].lower()}: {best}, some {range_}")
     return (
         f"Four small charts of the share of {result.runs} seeds for which ICP ended within 5° and 0.2 u of the truth, "
         f"against the starting angle from {_signed(result.angles[0])} to {_signed(result.angles[-1])} in steps of 10°, "

@@ -29,7 +29,7 @@ COMPUTING = ("compute", "part", "whole", "PARTS")
 
 
 @once
-def known() -> dict[str, Plot]:
+def all_plots() -> dict[str, Plot]:
     """All plots, by the names that chapters use."""
     modules = (module.name for module in pkgutil.iter_modules([str(FOLDER)]))
     names = sorted(name for name in modules if not name.startswith("_") and name != Path(__file__).stem)
@@ -39,7 +39,7 @@ def known() -> dict[str, Plot]:
 def read(module: ModuleType) -> Plot:
     """The plot defined by a module."""
     name = module.__name__.rpartition(".")[2]
-    own = {
+    functions = {
         key: value
         for key, value in vars(module).items()
         if inspect.isfunction(value) and value.__module__ == module.__name__ and not key.startswith("_")
@@ -47,23 +47,24 @@ def read(module: ModuleType) -> Plot:
     source = Path(str(module.__file__)).read_text("utf-8")
     files = [(name, ROOT / name) for name in getattr(module, "READS", ())]
     parts = None
-    if "part" in own:
+    if "part" in functions:
         code = partial(runs, source, ("part", "PARTS"), words=False)
-        parts = Parts(module.PARTS, own["part"], own["whole"], code, ROOT / KEPT / f"{name.replace('_', '-')}.json")
+        file = ROOT / KEPT / f"{name.replace('_', '-')}.json"
+        parts = Parts(module.PARTS, functions["part"], functions["whole"], code, file)
         files.append(("parts", parts.file))
-    reads = [(name, path.read_bytes()) for name, path in files if path.is_file()]
+    inputs = [(name, path.read_bytes()) for name, path in files if path.is_file()]
     helpers = [(path.name, path.read_bytes()) for path in FOLDER.glob("_*.py")]
     return Plot(
         name.replace("_", "-"),
         module.TITLE,
         module.Result,
-        parts.result if parts else own["compute"],
-        own["draw"],
-        own["words"],
-        own.get("table"),
-        {key: value for key, value in own.items() if key not in OWN},
+        parts.result if parts else functions["compute"],
+        functions["draw"],
+        functions["words"],
+        functions.get("table"),
+        {key: value for key, value in functions.items() if key not in OWN},
         {**SIZES, **getattr(module, "SIZES", {})},
-        fingerprint([("runs", runs(source).encode()), *reads]),
+        fingerprint([("runs", runs(source).encode()), *inputs]),
         fingerprint([("module", source.encode()), *helpers]),
         getattr(module, "SECONDS", 0.0),
         parts,
@@ -80,8 +81,8 @@ def runs(source: str, first: Sequence[str] = COMPUTING, *, words: bool = True) -
     """
 
     def helper(module: str) -> str:
-        inside = module.startswith("sitegen.plots.")
-        return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if inside else ""
+        is_ours = module.startswith("sitegen.plots.")
+        return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if is_ours else ""
 
     definitions = reached(source, first, helper)
     whole = "\n".join(definitions.values())
@@ -91,7 +92,7 @@ def runs(source: str, first: Sequence[str] = COMPUTING, *, words: bool = True) -
     files = closure(modules, ROOT, skip=["solvers.core.registry"])
     pieces = [(name, text.encode()) for name, text in definitions.items()]
     solvers = [(name, path.read_bytes() if words else _code(path)) for name, path in files.items()]
-    beside = {each for path in files.values() for each in path.parent.glob("*/*") if each.suffix in DATA}
+    beside = {sibling for path in files.values() for sibling in path.parent.glob("*/*") if sibling.suffix in DATA}
     return fingerprint([*pieces, *solvers, *((path.name, path.read_bytes()) for path in sorted(beside))])
 
 
@@ -100,12 +101,12 @@ def _code(path: Path) -> bytes:
     return code_text(path.read_text("utf-8")).encode()
 
 
-def longest_first(placed: Iterable[Placed]) -> list[Placed]:
+def longest_first(plots: Iterable[Placed]) -> list[Placed]:
     """Sort the plots, longest first, to keep every core busy to the end; equally long ones stay in the site's order."""
-    return sorted(placed, key=lambda one: -one.plot.seconds)
+    return sorted(plots, key=lambda plot: -plot.plot.seconds)
 
 
 def make_ahead(name: str, plot_id: str, cache: Path) -> None:
     """Compute and draw one of the known plots into the cache; runs in its own process."""
-    plot = known()[name]
+    plot = all_plots()[name]
     Gallery({name: plot}, cache).drawn(Placed(plot_id, "", plot, Place("")))

@@ -75,9 +75,9 @@ def words(result: Result) -> str:
         turn, offset = STARTS[start]
         parts = []
         for residual in result.residuals:
-            none = _count(result, start, residual, "none")
+            unweighted = _count(result, start, residual, "none")
             robust = [_count(result, start, residual, weight) for weight in result.weights if weight != "none"]
-            parts.append(f"{RESIDUALS[residual].lower()} {none} without weights and {span(robust)} with")
+            parts.append(f"{RESIDUALS[residual].lower()} {unweighted} without weights and {span(robust)} with")
         clause = f"from the {start} start ({turn:g}° and {offset:g} u) {', '.join(parts)}"
         clauses.append(clause.replace("gicp", "GICP"))
     return (

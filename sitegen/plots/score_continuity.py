@@ -48,20 +48,20 @@ def compute() -> Result:
         x = np.linspace(-REACH, REACH, 241)
         line.append(_piece(x, _scores(cells, scene.source, x, grids)))
         borders = _borders(cells, scene.source, REACH)
-        before, after = (_scores(cells, scene.source, borders + aside, grids) for aside in (-BESIDE, BESIDE))
-        steps = after - before
+        left, right = (_scores(cells, scene.source, borders + aside, grids) for aside in (-BESIDE, BESIDE))
+        steps = right - left
         size = np.abs(steps[np.abs(steps) > 1e-6 / len(scene.source)])
         jumps.append(len(size))
         largest.append(round(float(size.max()), 8))
         mean.append(round(float(size.mean()), 8))
         highest.append(round(float(_scores(cells, scene.source, np.linspace(-REACH, REACH, 4801), grids).max()), 8))
-        near = borders[np.abs(borders) < ZOOM]
-        ends = np.concatenate([[-ZOOM], near, [ZOOM]])
+        inner = borders[np.abs(borders) < ZOOM]
+        ends = np.concatenate([[-ZOOM], inner, [ZOOM]])
         pieces = []
-        for left, right in pairwise(ends):
-            if right - left > 4 * BESIDE:
-                inside = np.linspace(left + BESIDE, right - BESIDE, 2 + int((right - left) / 0.004))
-                pieces.append(_piece(inside, _scores(cells, scene.source, inside, grids)))
+        for start, end in pairwise(ends):
+            if end - start > 4 * BESIDE:
+                x_between = np.linspace(start + BESIDE, end - BESIDE, 2 + int((end - start) / 0.004))
+                pieces.append(_piece(x_between, _scores(cells, scene.source, x_between, grids)))
         zoom.append(tuple(pieces))
     return Result(tuple(line), tuple(zoom), tuple(jumps), tuple(largest), tuple(mean), tuple(highest))
 
@@ -158,7 +158,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     whole.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0], ["−1", "−0.5", "0", "0.5", "1"])
     label(whole, 0.0, 0.04 * peak, "truth", "truth", dx=6)
     middle = [v for pieces in result.zoom for _, ys in pieces for v in ys]
-    spread = max(middle) - min(middle)
-    close.set(xlim=(-ZOOM, ZOOM), ylim=(min(middle) - 0.12 * spread, max(middle) + 0.12 * spread))
-    close.set_yticks([v for v in (0.28, 0.3, 0.32, 0.34, 0.36) if min(middle) - 0.12 * spread <= v])
+    extent = max(middle) - min(middle)
+    close.set(xlim=(-ZOOM, ZOOM), ylim=(min(middle) - 0.12 * extent, max(middle) + 0.12 * extent))
+    close.set_yticks([v for v in (0.28, 0.3, 0.32, 0.34, 0.36) if min(middle) - 0.12 * extent <= v])
     close.set_xticks([-0.1, -0.05, 0.0, 0.05, 0.1], ["−0.1", "", "0", "", "0.1"])

@@ -66,9 +66,9 @@ def words(result: Result) -> str:
     clauses = []
     for i, setting in enumerate(result.settings):
         rates = [(row[i] / result.seeds, LABELS[m]) for row, m in zip(result.close, result.methods, strict=True)]
-        above = [label for rate, label in rates if rate >= 0.95]
-        below = [label for rate, label in rates if rate < 0.05]
-        parts = [f"above 95 %: {', '.join(above) or 'none'}", f"below 5 %: {', '.join(below) or 'none'}"]
+        high = [label for rate, label in rates if rate >= 0.95]
+        low = [label for rate, label in rates if rate < 0.05]
+        parts = [f"above 95 %: {', '.join(high) or 'none'}", f"below 5 %: {', '.join(low) or 'none'}"]
         clauses.append(f"{NAMES[setting].lower()}, {'; '.join(parts)}")
     return (
         f"Six charts, one for each setting of the room: the share of {result.seeds:,} seeds that ended within 5° "

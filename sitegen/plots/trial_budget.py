@@ -85,7 +85,7 @@ def words(result: Result) -> str:
     """The picture in words."""
     half = result.shares.index(0.5)
     asks = ", ".join(f"{row[half]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
-    least = ", ".join(f"{row[0]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
+    largest = ", ".join(f"{row[0]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
     clauses = []
     for p, row in zip(result.confidences, result.failures, strict=True):
         rates = [k / result.runs for k in row]
@@ -93,7 +93,7 @@ def words(result: Result) -> str:
     return (
         f"Two charts over the inlier fraction w. First, the number of trials N for samples of two pairs, log scale: it "
         f"falls steeply with w. With half of the pairs right the formula asks for {asks}; with three in ten right, "
-        f"for {least}. Second, the share of {result.runs} runs of exactly N trials that ended more than 5° or 0.2 u "
+        f"for {largest}. Second, the share of {result.runs} runs of exactly N trials that ended more than 5° or 0.2 u "
         f"from the truth ({PAIRS} pairs, noise of {NOISE} u, ε = {INLIER} u), for w from {result.shares[0]} to "
         f"{result.shares[-1]}: {'; '.join(clauses)}."
     )
@@ -101,7 +101,7 @@ def words(result: Result) -> str:
 
 def table(result: Result) -> tuple[list[str], list[list[str]]]:
     """N and failures for each w."""
-    heads = ["w", *(f"{what}, p = {p:g}" for p in result.confidences for what in ("N", "failed"))]
+    heads = ["w", *(f"{column}, p = {p:g}" for p in result.confidences for column in ("N", "failed"))]
     rows = []
     for i, share in enumerate(result.shares):
         cells = [f"{share:.1f}"]
@@ -124,10 +124,10 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     titled(formula, "Trials that the formula asks for", "inlier fraction w", "N before it is rounded up, log scale")
     share = np.linspace(0.2, 0.995, 160)
     for p in result.confidences:
-        needed = np.log1p(-p) / np.log1p(-(share**2))
-        shown = needed >= 1.0
-        formula.plot(share[shown], needed[shown], color=COLOURS["accent"])
-        label(formula, share[0], needed[0], f"p = {p:g}", "accent", dx=-5, ha="right")
+        budget = np.log1p(-p) / np.log1p(-(share**2))
+        visible = budget >= 1.0
+        formula.plot(share[visible], budget[visible], color=COLOURS["accent"])
+        label(formula, share[0], budget[0], f"p = {p:g}", "accent", dx=-5, ha="right")
     formula.set(yscale="log", ylim=(0.8, 300), xlim=(0.0, 1.0), xticks=[0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     formula.set_yticks([1, 10, 100], ["1", "10", "100"])
 

@@ -97,42 +97,42 @@ class RuntimeInfo:
 def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
     """Assemble the runtime. Raises OutsideError, NodeError or WheelError."""
     cache = cache or cache_dir()
-    outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
-    numpy_given = numpy_wheel(outside)
+    originals = gather(["numpy", "pyodide"], cache=cache, progress=progress)
+    numpy_path = numpy_wheel(originals)
     module_names = kept_modules()
 
-    stdlib, numpy = library_and_numpy(outside, cache, progress)
+    stdlib, numpy = library_and_numpy(originals, cache, progress)
     wheel = build_wheel(cache)
-    ladder = compiled(wheel, SITE_PACKAGES, outside, cache, progress, ours=True)
+    ladder = compiled(wheel, SITE_PACKAGES, originals, cache, progress, ours=True)
 
     library = bundled(pick(stdlib, lambda name: module_name(name) in module_names), "library", before_bundles)
     stdlib_zip = stored_zip(library)
     numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, module_names)), "numpy"))
     ours = our_packs(ladder)
-    lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ours[START]})
+    lock = lock_text(originals["pyodide/pyodide-lock.json"], {numpy_path.name: numpy_zip, wheel.name: ours[START]})
 
-    core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
+    core = {name: originals[f"pyodide/{name}"].read_bytes() for name in CORE}
     contents = {f"core-{fingerprint(core.items())[:10]}/{name}": data for name, data in core.items()}
     for name, data in {"python_stdlib": stdlib_zip, "numpy": numpy_zip, **ours}.items():
         contents[f"{short_hash(data)}/{name}.pack"] = gzipped(data, cache)
     contents[f"{short_hash(lock)}/pyodide-lock.json"] = lock
 
-    def told(name: str) -> RuntimeFile:
+    def describe(name: str) -> RuntimeFile:
         data, modules = contents[name], holds(PurePosixPath(name).stem)
         return RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)), modules)
 
-    later = tuple(file for file in map(told, contents) if file.holds)
+    later = tuple(file for file in map(describe, contents) if file.holds)
     listing = json.dumps([{k: v for k, v in asdict(file).items() if k != "gzipped"} for file in later]).encode()
     contents[f"{short_hash(listing)}/{LISTED}"] = listing
-    files = tuple(file for file in map(told, contents) if not file.holds)
+    files = tuple(file for file in map(describe, contents) if not file.holds)
     wheel_path = f"{short_hash(wheel.data)}/{wheel.name}"
     version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
     return RuntimeInfo(files, later, wheel_path, version, {**contents, wheel_path: wheel.data})
 
 
-def numpy_wheel(outside: Mapping[str, Path]) -> Path:
+def numpy_wheel(originals: Mapping[str, Path]) -> Path:
     """numpy's wheel for Pyodide among the gathered files."""
-    return next(path for key, path in outside.items() if key.startswith("numpy/"))
+    return next(path for key, path in originals.items() if key.startswith("numpy/"))
 
 
 def kept_modules(path: Path = KEPT_MODULES) -> frozenset[str]:
@@ -154,11 +154,11 @@ def in_numpy(member: str, modules: Iterable[str]) -> bool:
     return member.endswith(".dist-info/METADATA")
 
 
-def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progress = quiet) -> tuple[bytes, bytes]:
-    """Pyodide's standard library and numpy's wheel, compiled. outside: the gathered files of both."""
-    sources = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
+def library_and_numpy(originals: Mapping[str, Path], cache: Path, progress: Progress = quiet) -> tuple[bytes, bytes]:
+    """Pyodide's standard library and numpy's wheel, compiled. originals: the gathered files of both."""
+    sources = ((originals["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(originals), SITE_PACKAGES))
     library, numpy = (
-        compiled(Archive(path.name, path.read_bytes()), prefix, outside, cache, progress) for path, prefix in sources
+        compiled(Archive(path.name, path.read_bytes()), prefix, originals, cache, progress) for path, prefix in sources
     )
     return library, numpy
 
@@ -166,7 +166,7 @@ def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progre
 def compiled(
     archive: Archive,
     prefix: str,
-    outside: Mapping[str, Path],
+    originals: Mapping[str, Path],
     cache: Path,
     progress: Progress = quiet,
     *,
@@ -174,10 +174,10 @@ def compiled(
 ) -> bytes:
     """The archive with its .py files compiled by Pyodide's own Python; cached by a hash of all its inputs.
 
-    outside: the gathered files of numpy and pyodide. Our own wheel keeps its assertions, and its modules are imported
+    originals: the gathered files of numpy and pyodide. Our own wheel keeps its assertions, and its modules are imported
     in order to compile the methods of its dataclasses too.
     """
-    engine = outside["pyodide/pyodide.asm.wasm"]
+    engine = originals["pyodide/pyodide.asm.wasm"]
     job: dict[str, Any] = {"prefix": prefix, "optimize": 0 if ours else 2, "replaced": REPLACED, "changed": CHANGED}
     job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": DATACLASSES}
     job |= {"added": ADDED if prefix == STDLIB else ()}
@@ -191,20 +191,20 @@ def compiled(
     def make() -> bytes:
         progress(f"compiling {archive.name}", 0, 1)
         with tempfile.TemporaryDirectory(prefix="ladder-compile-") as temporary:
-            here = Path(temporary)
-            write(here / "given" / archive.name, archive.data)
+            directory = Path(temporary)
+            write(directory / "given" / archive.name, archive.data)
             request: dict[str, Any] = {
                 "folder": str(engine.parent),
-                "mounts": {"/in": str(here / "given"), "/out": temporary},
+                "mounts": {"/in": str(directory / "given"), "/out": temporary},
                 "env": ENVIRONMENT,
                 "python": COMPILER.read_text("utf-8"),
                 "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
             }
             if ours:
-                library, numpy = library_and_numpy(outside, cache, progress)
-                request |= mounted(library, [numpy], here)
+                library, numpy = library_and_numpy(originals, cache, progress)
+                request |= mounted(library, [numpy], directory)
             run_node(RUNNER, request, timeout=900)
-            data = (here / "out.zip").read_bytes()
+            data = (directory / "out.zip").read_bytes()
         progress(f"compiling {archive.name}", 1, 1)
         return data
 
@@ -214,8 +214,8 @@ def compiled(
 def mounted(library: bytes, packages: Iterable[bytes], folder: Path) -> dict[str, str]:
     """Lay out a library and packages in a folder; the part of Node's request that uses them."""
     write(folder / "python_stdlib.zip", library)
-    for each in packages:
-        with zipfile.ZipFile(io.BytesIO(each)) as archive:
+    for package in packages:
+        with zipfile.ZipFile(io.BytesIO(package)) as archive:
             archive.extractall(folder / "site")
     return {"stdlib": str(folder / "python_stdlib.zip"), "site": str(folder / "site")}
 
@@ -240,18 +240,18 @@ def our_packs(ladder: bytes) -> dict[str, bytes]:
 
 
 def bundled(
-    members: Mapping[str, bytes], name: str, apart: Callable[[str], bool] = lambda member: False
+    members: Mapping[str, bytes], name: str, exclude: Callable[[str], bool] = lambda member: False
 ) -> dict[str, bytes]:
-    """The members with all bytecode, except that of `apart`, in one: `name`.modules, for page-python/sitecustomize.py.
+    """The members with all bytecode but that of `exclude` in one: `name`.modules, for page-python/sitecustomize.py.
 
     It holds an index with a line "path size" per module, an empty line, and the modules' marshalled code in that order.
     """
     modules = {member: data[PYC_HEADER:] for member, data in members.items() if member.endswith(".pyc")}
-    modules = {member: data for member, data in modules.items() if not apart(member)}
+    modules = {member: data for member, data in modules.items() if not exclude(member)}
     index = "\n".join(f"{member.removesuffix('.pyc')} {len(data)}" for member, data in modules.items())
     bundle = index.encode() + b"\n\n" + b"".join(modules.values())
-    rest = {member: data for member, data in members.items() if member not in modules}
-    return dict(sorted({**rest, f"{name}.modules": bundle}.items()))
+    loose = {member: data for member, data in members.items() if member not in modules}
+    return dict(sorted({**loose, f"{name}.modules": bundle}.items()))
 
 
 def before_bundles(member: str) -> bool:

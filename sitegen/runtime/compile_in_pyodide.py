@@ -69,11 +69,11 @@ def on_one_line(code: CodeType) -> CodeType:
     """The code, all of it on its first line: a page never shows the line numbers of third-party code, which take a
     sixth of its bytes.
     """
-    whole, rest = divmod(len(code.co_code) // 2, 8)
+    whole, remainder = divmod(len(code.co_code) // 2, 8)
     # An entry covers up to eight units: 1, 1101 (a line without columns), their number minus one; then no line step.
-    table = b"\xef\x00" * whole + (bytes([0xE7 + rest, 0]) if rest else b"")
-    within = tuple(on_one_line(each) if isinstance(each, CodeType) else each for each in code.co_consts)
-    return code.replace(co_linetable=table, co_consts=within)
+    table = b"\xef\x00" * whole + (bytes([0xE7 + remainder, 0]) if remainder else b"")
+    constants = tuple(on_one_line(c) if isinstance(c, CodeType) else c for c in code.co_consts)
+    return code.replace(co_linetable=table, co_consts=constants)
 
 
 def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:

@@ -34,11 +34,11 @@ def pack_of(member: str) -> str | None:
     name = name.removesuffix(".__init__")
     if ".dist-info" in name:
         return START if name.endswith(".METADATA") else None
-    if _below(name, LEFT_OUT):
+    if _is_below(name, LEFT_OUT):
         return None
-    if _below(name, (FIGURES,)) and name != FIGURES:
+    if _is_below(name, (FIGURES,)) and name != FIGURES:
         return "figure-" + name.split(".")[2]
-    return next((pack for pack, holds in ROOMS.items() if _below(name, holds)), START)
+    return next((pack for pack, modules in ROOMS.items() if _is_below(name, modules)), START)
 
 
 def holds(pack: str) -> tuple[str, ...]:
@@ -47,5 +47,5 @@ def holds(pack: str) -> tuple[str, ...]:
     return ROOMS.get(pack, () if figure == pack else (f"{FIGURES}.{figure}",))
 
 
-def _below(name: str, tops: tuple[str, ...]) -> bool:
+def _is_below(name: str, tops: tuple[str, ...]) -> bool:
     return any(f"{name}.".startswith(f"{top}.") for top in tops)

@@ -36,7 +36,7 @@ class _Later:
 """
 
 
-def _named(kind: str, name: str, *fields: str) -> tuple[str, str]:
+def _named_tuple(kind: str, name: str, *fields: str) -> tuple[str, str]:
     """The source of a NamedTuple whose fields all have one type, and of an equivalent that needs no annotations."""
     lines = "".join(f"    {field}: {kind}\n" for field in fields)
     return f"class {name}(NamedTuple):\n{lines}", f'{name} = namedtuple("{name}", "{" ".join(fields)}")\n'
@@ -98,20 +98,20 @@ if os.path.isdir("{SITE_PACKAGES}"):
     "numpy/linalg/_linalg.py": (
         (
             ("from typing import Any, NamedTuple\n", "from collections import namedtuple\nfrom typing import Any\n"),
-            _named("NDArray[Any]", "EigResult", "eigenvalues", "eigenvectors"),
-            _named("NDArray[Any]", "EighResult", "eigenvalues", "eigenvectors"),
-            _named("NDArray[Any]", "QRResult", "Q", "R"),
-            _named("NDArray[Any]", "SlogdetResult", "sign", "logabsdet"),
-            _named("NDArray[Any]", "SVDResult", "U", "S", "Vh"),
+            _named_tuple("NDArray[Any]", "EigResult", "eigenvalues", "eigenvectors"),
+            _named_tuple("NDArray[Any]", "EighResult", "eigenvalues", "eigenvectors"),
+            _named_tuple("NDArray[Any]", "QRResult", "Q", "R"),
+            _named_tuple("NDArray[Any]", "SlogdetResult", "sign", "logabsdet"),
+            _named_tuple("NDArray[Any]", "SVDResult", "U", "S", "Vh"),
         ),
         "",
     ),
     "numpy/lib/_arraysetops_impl.py": (
         (
             ("from typing import NamedTuple\n", "from collections import namedtuple\n"),
-            _named("np.ndarray", "UniqueAllResult", "values", "indices", "inverse_indices", "counts"),
-            _named("np.ndarray", "UniqueCountsResult", "values", "counts"),
-            _named("np.ndarray", "UniqueInverseResult", "values", "inverse_indices"),
+            _named_tuple("np.ndarray", "UniqueAllResult", "values", "indices", "inverse_indices", "counts"),
+            _named_tuple("np.ndarray", "UniqueCountsResult", "values", "counts"),
+            _named_tuple("np.ndarray", "UniqueInverseResult", "values", "inverse_indices"),
             (" and not np.ma.is_masked(ar):\n", ":  # masked arrays: 9,000 lines imported to ask whether it is one\n"),
         ),
         "",

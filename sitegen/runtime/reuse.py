@@ -25,7 +25,7 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
     WheelError.
     """
     cache = cache or cache_dir()
-    store, made_of = Store(cache, "runtime"), _made_of()
+    store, made_of = Store(cache, "runtime"), _inputs_hash()
     if entry := store.find(made_of):
         plain = json.loads(entry)
         contents = {name: data for name, key in plain["contents"].items() if (data := store.find(key)) is not None}
@@ -45,7 +45,7 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
     return info
 
 
-def _made_of() -> str:
+def _inputs_hash() -> str:
     """A hash of everything that goes into a runtime: our packages, the pins of the outside files, the code that
     assembles it, which may be any of the generator's, and the Python that runs it."""
     home = Path(sitegen.__path__[0])

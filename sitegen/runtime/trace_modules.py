@@ -27,30 +27,30 @@ ALSO = [
 
 def traced(cache: Path) -> list[str]:
     """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
-    outside = gather(["numpy", "pyodide"], cache=cache)
-    library, numpy = library_and_numpy(outside, cache)
-    ladder = compiled(build_wheel(cache), SITE_PACKAGES, outside, cache, ours=True)
+    originals = gather(["numpy", "pyodide"], cache=cache)
+    library, numpy = library_and_numpy(originals, cache)
+    ladder = compiled(build_wheel(cache), SITE_PACKAGES, originals, cache, ours=True)
     with tempfile.TemporaryDirectory(prefix="ladder-trace-") as temporary:
         request = {
-            "folder": str(outside["pyodide/pyodide.mjs"].parent),
+            "folder": str(originals["pyodide/pyodide.mjs"].parent),
             **mounted(library, [numpy, ladder], Path(temporary)),
             "python": (HERE / "exercise.py").read_text("utf-8"),
             "input": ALSO,
         }
         origins = run_node(RUNNER, request, timeout=900)["origins"]
-    places = (STDLIB, SITE_PACKAGES + "numpy/")
-    return sorted(name for name, origin in origins.items() if origin.startswith(places) and name not in LEFT_OUT)
+    prefixes = (STDLIB, SITE_PACKAGES + "numpy/")
+    return sorted(name for name, origin in origins.items() if origin.startswith(prefixes) and name not in LEFT_OUT)
 
 
 def main() -> int:
     """Rewrite kept_modules.txt and print how it changed."""
-    before = kept_modules() if KEPT_MODULES.is_file() else frozenset()
+    old = kept_modules() if KEPT_MODULES.is_file() else frozenset()
     names = traced(cache_dir())
     command = "`python -m sitegen.runtime.trace_modules`"
     head = f"# The modules of the standard library and of numpy that are shipped; made by {command}.\n"
     KEPT_MODULES.write_text(head + "\n".join(names) + "\n", "utf-8")
-    new, gone = sorted(set(names) - before), sorted(before - set(names))
-    print(f"{len(names)} modules; new: {', '.join(new) or 'none'}; gone: {', '.join(gone) or 'none'}")
+    new, removals = sorted(set(names) - old), sorted(old - set(names))
+    print(f"{len(names)} modules; new: {', '.join(new) or 'none'}; gone: {', '.join(removals) or 'none'}")
     return 0
 
 

@@ -62,11 +62,11 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
     files = inputs(root)
     # The wheel records the backend's version.
     key = fingerprint([*files.items(), ("setuptools", backend().encode())])
-    name, _, data = Store(cache, "wheel").get(key, partial(_built, files)).partition(b"\n")
+    name, _, data = Store(cache, "wheel").get(key, partial(_build, files)).partition(b"\n")
     return Archive(name.decode(), data)
 
 
-def _built(files: Mapping[str, bytes]) -> bytes:
+def _build(files: Mapping[str, bytes]) -> bytes:
     """The wheel of these files: a line with its name, then its bytes."""
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
         # Built from a copy: no build/ or egg-info is left in the checkout, and its build.py does not shadow a package.

@@ -43,8 +43,8 @@ class Live:
     """The state that pages receive: which build is published, and the problems of the last one."""
 
     def __init__(self) -> None:
-        self._changed = Condition()
-        self._started = time.time_ns()  # tells this server's builds from an earlier one's, whose pages may be open
+        self._change = Condition()
+        self._start_ns = time.time_ns()  # tells this server's builds from an earlier one's, whose pages may be open
         self._good = 0
         self._lines: list[str] = []
         self._title = ""
@@ -56,16 +56,16 @@ class Live:
     @property
     def build(self) -> str:
         """The published build's name."""
-        return f"{self._started:x}-{self._good}"
+        return f"{self._start_ns:x}-{self._good}"
 
     def begin(self) -> None:
         """Note that a build has begun: files may be missing for a moment."""
-        with self._changed:
+        with self._change:
             self._building = True
 
     def end(self, outcome: Outcome, edited: Iterable[str] = ()) -> None:
         """Note that a build is over; tell the pages its outcome and which chapters were edited since the last one."""
-        with self._changed:
+        with self._change:
             self._building = False
             self._count += 1
             self._good += outcome.good
@@ -74,18 +74,18 @@ class Live:
             self._title = f"The build found {count} problem{'s' * (count != 1)}" if count else "The build failed"
             files = sorted(set(edited) & outcome.sources.keys())
             self._edited = [{"file": Path(file).name, "page": outcome.sources[file]} for file in files]
-            self._changed.notify_all()
+            self._change.notify_all()
 
     def close(self) -> None:
         """End all event streams."""
-        with self._changed:
+        with self._change:
             self._closed = True
-            self._changed.notify_all()
+            self._change.notify_all()
 
     def settled(self) -> None:
         """Wait until no build is running, for at most SWAP_SECONDS."""
-        with self._changed:
-            self._changed.wait_for(lambda: not self._building or self._closed, SWAP_SECONDS)
+        with self._change:
+            self._change.wait_for(lambda: not self._building or self._closed, SWAP_SECONDS)
 
     def _is_past(self, count: int) -> bool:
         return self._closed or self._count != count
@@ -94,8 +94,8 @@ class Live:
         """Yield the state as JSON, now and after every build; "" every `beat` seconds, to detect dead connections."""
         last = -1
         while True:
-            with self._changed:
-                news = self._changed.wait_for(partial(self._is_past, last), beat)
+            with self._change:
+                news = self._change.wait_for(partial(self._is_past, last), beat)
                 if self._closed:
                     return
                 last = self._count
@@ -143,8 +143,8 @@ class LiveHandler(StaticHandler):
         if kind.startswith("text/html"):
             # Painting waits for this script, so that a reloaded page appears at the author's place.
             tag = f'<script type="module" src="{FOLLOW}" data-build="{self.build}" blocking="render"></script>'.encode()
-            before, head, after = data.partition(b"</head>")
-            data = before + tag + head + after
+            front, head, body = data.partition(b"</head>")
+            data = front + tag + head + body
             headers = {name: value for name, value in headers.items() if name.lower() != "cache-control"}
         super().answer(status, data, kind, headers)
 

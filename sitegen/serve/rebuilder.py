@@ -49,8 +49,8 @@ class Process:
         try:
             answer = json.loads(self._from.readline())
         except ValueError:
-            why = f"the build exited with code {self._child.wait()}; see the terminal"
-            return Outcome(trouble=why), []
+            message = f"the build exited with code {self._child.wait()}; see the terminal"
+            return Outcome(trouble=message), []
         return Outcome.parsed(answer), answer["modules"]
 
     def close(self) -> None:

@@ -210,8 +210,8 @@ class StaticServer(ThreadingHTTPServer):
     def origin(self) -> str:
         """The URL to open."""
         host, port = str(self.server_address[0]), self.server_address[1]
-        here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
-        return f"http://{f'[{here}]' if ':' in here else here}:{port}"
+        address = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+        return f"http://{f'[{address}]' if ':' in address else address}:{port}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Ignore a browser that disconnects in the middle of a response; report everything else."""

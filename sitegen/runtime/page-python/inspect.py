@@ -3,7 +3,7 @@ def iscoroutinefunction(function):
     return bool(getattr(getattr(function, "__code__", None), "co_flags", 0) & 0x80)
 
 
-def signature(function, **how):
+def signature(function, **options):
     raise ValueError("this runtime knows no signatures")
 
 

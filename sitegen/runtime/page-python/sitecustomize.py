@@ -54,9 +54,9 @@ class Package:
         self.find_spec = FileFinder(path, (ExtensionFileLoader, EXTENSION_SUFFIXES)).find_spec
 
     def iter_modules(self, prefix=""):
-        here = [name for finder in sys.meta_path if isinstance(finder, Modules) for name in finder.places]
-        parents = {name.rpartition(".")[0] for name in here}
-        for name in [*here, *later.packs]:
+        names = [name for finder in sys.meta_path if isinstance(finder, Modules) for name in finder.places]
+        parents = {name.rpartition(".")[0] for name in names}
+        for name in [*names, *later.packs]:
             parent, _, last = name.rpartition(".")
             if parent == self.name:
                 yield prefix + last, name in parents
@@ -87,7 +87,7 @@ class Later:
 
     def arrived(self, file):
         """Make the file's modules importable, now that its members are among the packages."""
-        self.packs = {top: other for top, other in self.packs.items() if other != file}
+        self.packs = {top: pack for top, pack in self.packs.items() if pack != file}
         name = file.rpartition("/")[2].removesuffix(".pack")
         if "dataclasses" in sys.modules:
             sys.modules["dataclasses"]._read_prepared(f"{SITE_PACKAGES}{name}.dataclasses")

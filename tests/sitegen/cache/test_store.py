@@ -125,7 +125,7 @@ def test_what_is_dear_to_make_is_not_trusted_either(
     """Compiled archives, our wheel, cut typefaces, runtime files: the functions that cache them, on small inputs."""
     given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
     monkeypatch.setattr(assemble, "run_node", compile_here)
-    monkeypatch.setattr(wheel, "_built", lambda given: b"a-1.whl\n" + b"wheel" * 100)
+    monkeypatch.setattr(wheel, "_build", lambda files: b"a-1.whl\n" + b"wheel" * 100)
     monkeypatch.setattr(typefaces, "_subset", lambda face, original, codes: b"font" * 100 + bytes(codes))
     (tmp_path / "given").write_bytes(b"engine, original")
     engine = {"pyodide/pyodide.asm.wasm": tmp_path / "given"}

@@ -21,7 +21,7 @@ from sitegen.figures.gallery import Gallery, Placed
 from sitegen.figures.matplotlib_svg import COLOURS, clean, draw
 from sitegen.plots import basins, coverage, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
-from sitegen.plots.registry import known, longest_first, make_ahead, runs
+from sitegen.plots.registry import all_plots, longest_first, make_ahead, runs
 from sitegen.problems import Place
 from sitegen.progress import quiet
 from solvers.studies.redrawn import PLACES
@@ -160,7 +160,7 @@ def test_only_what_can_stand_in_a_page_is_let_through() -> None:
 def test_matplotlib_waits_until_something_is_drawn() -> None:
     """Importing all plots and reading kept results does not import matplotlib."""
     code = (
-        "import sys; from sitegen.pipeline import build; from sitegen.plots import registry; registry.known(); "
+        "import sys; from sitegen.pipeline import build; from sitegen.plots import registry; registry.all_plots(); "
         "assert 'matplotlib' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).resolve().parents[3])
@@ -174,10 +174,10 @@ def test_wilsons_interval(hits: int, of: int, low: float, high: float) -> None:
     assert wilson(hits, of) == pytest.approx((low, high), abs=1e-4)
 
 
-@pytest.mark.parametrize("name", sorted(known()))
+@pytest.mark.parametrize("name", sorted(all_plots()))
 def test_every_plot_of_the_site(name: str) -> None:
     """From its kept result: words that end in a full stop, a table without gaps, small and legible drawings."""
-    plot = known()[name]
+    plot = all_plots()[name]
     gallery = Gallery({name: plot}, cache_dir())
     drawn = gallery.drawn(Placed(name, "1", plot, Place("x")))
     assert drawn.words.endswith(".")
@@ -197,7 +197,7 @@ def test_every_plot_of_the_site(name: str) -> None:
 
 def result(name: str) -> Any:
     """The result of one of the site's plots, from the cache if it is there."""
-    return Gallery(known(), cache_dir()).result(known()[name])
+    return Gallery(all_plots(), cache_dir()).result(all_plots()[name])
 
 
 def test_failures_at_the_budget_stay_within_the_promise() -> None:
@@ -281,8 +281,8 @@ def test_the_basins_are_as_the_chapter_says() -> None:
 
 def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None:
     """Computed and drawn in other processes, then in this one: the same files, and nothing is left to make."""
-    placed = [Placed(name, "1", known()[name], Place("x")) for name in ("sweep-table", "basins")]
-    together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
+    placed = [Placed(name, "1", all_plots()[name], Place("x")) for name in ("sweep-table", "basins")]
+    together, alone = Gallery(all_plots(), tmp_path / "one"), Gallery(all_plots(), tmp_path / "two")
     assert all(map(together.lacks, placed))
     pool.make("plots", [(make_ahead, (p.plot.name, p.id, tmp_path / "one")) for p in placed], quiet)
     assert not any(map(together.lacks, placed))
@@ -295,19 +295,20 @@ def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None
 
 def test_the_longest_plots_are_begun_first() -> None:
     """By the seconds stated in their modules; the others keep the order of the site."""
-    placed = [Placed(name, "1", plot, Place("x")) for name, plot in known().items()]
+    placed = [Placed(name, "1", plot, Place("x")) for name, plot in all_plots().items()]
     order = [one.plot for one in longest_first(placed)]
     assert order[0].name == "four-reach"
     assert all(a.seconds >= b.seconds for a, b in pairwise(order))
-    assert [plot.name for plot in order if not plot.seconds] == [name for name, p in known().items() if not p.seconds]
+    quick = [name for name, plot in all_plots().items() if not plot.seconds]
+    assert [plot.name for plot in order if not plot.seconds] == quick
 
 
 def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
     """An unknown plot does not affect the other pieces."""
-    placed = Placed("basins", "1", known()["basins"], Place("x"))
+    placed = Placed("basins", "1", all_plots()["basins"], Place("x"))
     pieces = [(make_ahead, (name, "basins", tmp_path)) for name in ("no-such-plot", "basins")]
     pool.make("plots", pieces, quiet)
-    assert not Gallery(known(), tmp_path).lacks(placed)
+    assert not Gallery(all_plots(), tmp_path).lacks(placed)
 
 
 @pytest.mark.parametrize(
@@ -319,7 +320,7 @@ def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
     ],
 )
 def test_numbers_that_a_plot_does_not_have_are_told(call: str, said: str) -> None:
-    gallery = Gallery(known(), cache_dir())
+    gallery = Gallery(all_plots(), cache_dir())
     with pytest.raises(CallError, match=re.escape(said)):
         of_plot(read_call(call), gallery)
 

@@ -12,7 +12,7 @@ from sitegen.cache import pool
 from sitegen.figures.gallery import Plot
 from sitegen.pipeline import plot_parts
 from sitegen.pipeline.plot_parts import alike, renew, sample, standing
-from sitegen.plots.registry import known
+from sitegen.plots.registry import all_plots
 from sitegen.progress import quiet
 
 NAME = "graduated"
@@ -21,7 +21,7 @@ NAME = "graduated"
 @pytest.fixture
 def plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Plot]:
     """One of the site's plots with two of its parts, and nothing kept."""
-    plot = known()[NAME]
+    plot = all_plots()[NAME]
     assert plot.parts is not None
     small = replace(plot.parts, asked=(("graduated", 0.1), ("graduated", 0.8)), file=tmp_path / "graduated.json")
     few = {NAME: replace(plot, parts=small)}
