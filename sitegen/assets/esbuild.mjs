@@ -36,12 +36,12 @@ function inMemory(files, pictures) {
   };
 }
 
-function told({ text, location, notes }) {
+function problemOf({ text, location, notes }) {
   const words = [text, ...notes.map((note) => note.text)].join(" ");
   if (!location) return { path: "", line: 0, column: 0, text: words };
   const { file, line, column, lineText } = location; // column: in bytes
-  const before = Buffer.from(lineText).subarray(0, column).toString();
-  return { path: file.replace(/^\//, ""), line, column: [...before].length + 1, text: words };
+  const head = Buffer.from(lineText).subarray(0, column).toString();
+  return { path: file.replace(/^\//, ""), line, column: [...head].length + 1, text: words };
 }
 
 async function bundle({ entry, files, pictures }) {
@@ -66,9 +66,9 @@ async function bundle({ entry, files, pictures }) {
     return failed;
   });
   const text = (map) => outputFiles.find(({ path }) => path.endsWith(".map") === map)?.text ?? "";
-  return { code: text(false), map: text(true), messages: [...errors, ...warnings].map(told) };
+  return { code: text(false), map: text(true), messages: [...errors, ...warnings].map(problemOf) };
 }
 
 const answers = [];
-for (const each of request.bundles) answers.push(await bundle(each));
+for (const item of request.bundles) answers.push(await bundle(item));
 process.stdout.write(JSON.stringify(answers) + "\n", () => process.exit(0));

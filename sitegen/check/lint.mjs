@@ -39,7 +39,7 @@ const ABOVE = {
 };
 const oneWay = Object.entries(ABOVE).map(([folder, above]) => ({
   files: [`**/js/${folder}/**`],
-  rules: { "no-restricted-imports": ["error", { patterns: [...above.map((each) => `**/${each}/**`), "**/main.js"] }] },
+  rules: { "no-restricted-imports": ["error", { patterns: [...above.map((name) => `**/${name}/**`), "**/main.js"] }] },
 }));
 
 const module = (type) => ({ ecmaVersion: "latest", sourceType: type });

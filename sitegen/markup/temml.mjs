@@ -15,7 +15,7 @@ const SPACED = [
   [/(<mspace width="0.1667em"><\/mspace>)((?:<mrow>)?)\1/g, "$2$1"],
   [/<mspace width="0.1667em"><\/mspace>((?:<\/mrow>)*<\/math>)/g, "$1"],
 ];
-const spaced = (mathml) => SPACED.reduce((text, [found, put]) => text.replace(found, put), mathml);
+const spaced = (mathml) => SPACED.reduce((text, [pattern, replacement]) => text.replace(pattern, replacement), mathml);
 
 const answers = request.formulas.map(({ source, display }) => {
   try {

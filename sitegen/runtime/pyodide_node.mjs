@@ -18,9 +18,9 @@ const request = JSON.parse(readFileSync(0, "utf8"));
 const { loadPyodide } = await import(pathToFileURL(join(request.folder, "pyodide.mjs")).href);
 
 const say = (line) => process.stderr.write(line + "\n");
-const mount = (FS, inside, outside) => {
-  FS.mkdirTree(inside);
-  FS.mount(FS.filesystems.NODEFS, { root: outside }, inside);
+const mount = (FS, target, source) => {
+  FS.mkdirTree(target);
+  FS.mount(FS.filesystems.NODEFS, { root: source }, target);
 };
 async function run() {
   const pyodide = await loadPyodide({
@@ -31,7 +31,7 @@ async function run() {
     stderr: say,
     fsInit(FS, { sitePackages }) {
       if (request.site) mount(FS, sitePackages, request.site);
-      for (const [inside, outside] of Object.entries(request.mounts ?? {})) mount(FS, inside, outside);
+      for (const [target, source] of Object.entries(request.mounts ?? {})) mount(FS, target, source);
     },
   });
   pyodide.runPython(request.python);

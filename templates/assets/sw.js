@@ -54,13 +54,13 @@ async function drop(url) {
  * @param {string} url
  * @param {{ cacheName?: string, integrity?: string }} [known]
  */
-async function kept(url, { cacheName, integrity } = {}) {
+async function storedResponse(url, { cacheName, integrity } = {}) {
   const find = () => caches.match(url, { ...ANY, cacheName });
   try {
-    const found = await find();
-    if (!found || !integrity) return found;
+    const response = await find();
+    if (!response || !integrity) return response;
     const copy = await find();
-    if (copy && integrity === (await integrityOf(copy))) return found;
+    if (copy && integrity === (await integrityOf(copy))) return response;
     await drop(url);
   } catch {
     // as if it were not there
@@ -102,7 +102,7 @@ async function whole(name, files) {
  */
 async function keep(name, files) {
   if (await whole(name, files)) return;
-  const begun = await caches.has(name);
+  const exists = await caches.has(name);
   const cache = await caches.open(name);
   try {
     await Promise.all(
@@ -110,13 +110,13 @@ async function keep(name, files) {
         const url = addressOf(file);
         if (await cache.match(url, ANY)) return;
         const fixed = immutable(file);
-        const known = fixed ? await kept(url, { integrity }) : undefined;
-        await cache.put(url, known ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
+        const stored = fixed ? await storedResponse(url, { integrity }) : undefined;
+        await cache.put(url, stored ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
       }),
     );
     if (!(await caches.has(name))) throw new Error(`${name} was taken away meanwhile`);
   } catch (error) {
-    if (!begun) await caches.delete(name);
+    if (!exists) await caches.delete(name);
     throw error;
   }
 }
@@ -147,7 +147,7 @@ async function activate() {
 async function ownPage(url) {
   const { origin, pathname } = new URL(url);
   for (const path of [pathname, `${pathname}index.html`, `${pathname}.html`]) {
-    const page = await kept(origin + path, { cacheName: SITE, integrity: INTEGRITY.get(origin + path) });
+    const page = await storedResponse(origin + path, { cacheName: SITE, integrity: INTEGRITY.get(origin + path) });
     if (page) return page;
   }
   return undefined;
@@ -158,13 +158,13 @@ async function ownPage(url) {
  * @param {Request} request
  */
 async function newest(request) {
-  const own = await ownPage(request.url);
-  if (!own) return fetch(request);
+  const stored = await ownPage(request.url);
+  if (!stored) return fetch(request);
   const fresh = fetch(request).then(
-    (response) => (response.status >= 500 ? own : response),
-    () => own,
+    (response) => (response.status >= 500 ? stored : response),
+    () => stored,
   );
-  return Promise.race([fresh, new Promise((resolve) => void setTimeout(resolve, PATIENCE, own))]);
+  return Promise.race([fresh, new Promise((resolve) => void setTimeout(resolve, PATIENCE, stored))]);
 }
 
 /**
@@ -173,7 +173,7 @@ async function newest(request) {
  */
 async function fixed(request) {
   if (request.cache === "reload") await drop(request.url);
-  return (await kept(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);
+  return (await storedResponse(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);
 }
 
 worker.addEventListener("install", (event) => event.waitUntil(install()));

@@ -58,18 +58,18 @@ const awaited = (promise) => promise.catch(() => new Promise(() => {}));
 function progressTeller(files) {
   const total = files.reduce((sum, file) => sum + file.size, 0);
   let loaded = 0;
-  let told = 0;
+  let lastReport = 0;
   return (bytes) => {
     loaded = Math.min(total, loaded + bytes);
     const now = performance.now();
-    if (now - told < PROGRESS_EVERY && loaded < total) return;
-    told = now;
+    if (now - lastReport < PROGRESS_EVERY && loaded < total) return;
+    lastReport = now;
     post({ type: "progress", loaded, total });
   };
 }
 
 /** @param {RuntimeFile} file @returns {(error: any) => never} */
-const lost = (file) => (error) => {
+const throwMissing = (file) => (error) => {
   throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox's end with one
 };
 
@@ -78,8 +78,8 @@ const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...(sha256.
 
 /** @param {string} url @param {RuntimeFile} file @param {RequestCache} cache */
 async function open(url, file, cache) {
-  const held = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // the browser's check hides the progress
-  const response = await network(url, { cache, ...held }).catch(lost(file));
+  const options = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // the browser's check hides the progress
+  const response = await network(url, { cache, ...options }).catch(throwMissing(file));
   if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
   return response;
 }
@@ -116,7 +116,7 @@ async function checked(url, file, count, cache) {
   if (file.name.endsWith(".mjs") && !/javascript/i.test(type ?? "")) {
     throw new Error(`${file.name} could not be loaded: the server calls it ${type}, not JavaScript`);
   }
-  const bytes = await new Response(counted(response, count)).arrayBuffer().catch(lost(file));
+  const bytes = await new Response(counted(response, count)).arrayBuffer().catch(throwMissing(file));
   await hold(bytes, file);
   return bytes;
 }
@@ -159,34 +159,36 @@ function members(zip) {
   const end = zip.byteLength - 22;
   if (view.getUint32(end, true) !== 0x06054b50) throw new Error("not a zip as the build writes it");
   /** @type {[string, Uint8Array<ArrayBuffer>][]} */
-  const found = [];
-  for (let at = view.getUint32(end + 16, true), left = view.getUint16(end + 10, true); left > 0; left--) {
+  const entries = [];
+  for (let at = view.getUint32(end + 16, true), count = view.getUint16(end + 10, true); count > 0; count--) {
     const size = view.getUint32(at + 24, true);
     const nameLength = view.getUint16(at + 28, true);
     const local = view.getUint32(at + 42, true);
     const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
-    found.push([text.decode(zip.subarray(at + 46, at + 46 + nameLength)), zip.subarray(start, start + size)]);
+    entries.push([text.decode(zip.subarray(at + 46, at + 46 + nameLength)), zip.subarray(start, start + size)]);
     at += 46 + nameLength + view.getUint16(at + 30, true) + view.getUint16(at + 32, true);
   }
-  return found;
+  return entries;
 }
 
 /** @param {FileSystem} FS @param {string} folder @param {Uint8Array<ArrayBuffer>} zip */
 function install(FS, folder, zip) {
-  const made = new Set();
+  const folders = new Set();
   for (const [name, bytes] of members(zip)) {
     const path = `${folder}/${name}`;
     const parent = path.slice(0, path.lastIndexOf("/"));
-    if (!made.has(parent)) {
+    if (!folders.has(parent)) {
       FS.mkdirTree(parent);
-      made.add(parent);
+      folders.add(parent);
     }
     FS.writeFile(path, bytes, { canOwn: true });
   }
 }
 
-/** @param {Start} asked */
-async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.engine.host"] }) {
+/** @param {Start} message */
+async function start(message) {
+  const { runtime, files, again: careful = false, known: isKnown = false } = message;
+  const { modules = ["solvers", "widgets.engine.host"] } = message;
   const began = performance.now();
   post({ type: "stage", stage: "download" });
   const count = progressTeller(files);
@@ -200,7 +202,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
   const alike = (/** @type {RuntimeFile} */ file) => sound(address(file), file, () => {});
   const script = async (/** @type {RuntimeFile} */ file) => {
     await sound(address(file), file, count); // import() then takes it from the browser's cache
-    return import(address(file)).catch(lost(file));
+    return import(address(file)).catch(throwMissing(file));
   };
 
   const wasm = pick("pyodide.asm.wasm");
@@ -212,18 +214,18 @@ async function start({ runtime, files, again = false, known = false, modules = [
   /** @type {Promise<void> | undefined} */
   let intact; // awaited once everything is up: a compiler may accept bytes that differ from the build's
   const compileCore = async () => {
-    if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
+    if (careful) return WebAssembly.compile(await sound(address(wasm), wasm, count));
     const response = await open(address(wasm), wasm, "default");
-    if (known && response.headers.get("content-type") === WASM) {
+    if (isKnown && response.headers.get("content-type") === WASM) {
       // A browser caches compiled code only for the original response, so a clone is hashed.
       intact = shared(response.clone().arrayBuffer().then((bytes) => hold(bytes, wasm)));
       const module = await WebAssembly.compileStreaming(response);
       count(wasm.size);
       return module;
     }
-    const [one, other] = counted(response, count).tee();
-    intact = shared(new Response(other).arrayBuffer().then((bytes) => hold(bytes, wasm)));
-    return WebAssembly.compileStreaming(new Response(one, { headers: { "content-type": WASM } }));
+    const [forModule, forHash] = counted(response, count).tee();
+    intact = shared(new Response(forHash).arrayBuffer().then((bytes) => hold(bytes, wasm)));
+    return WebAssembly.compileStreaming(new Response(forModule, { headers: { "content-type": WASM } }));
   };
   const compiledCore = shared(
     compileCore().catch(async (error) => {
@@ -304,7 +306,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
 function expecting(pyodide, files, address) {
   const later = pyodide.runPython("import sitecustomize; sitecustomize.later");
   const packs = new Map(files.map((file) => [file.name, file]));
-  for (const [name, { holds = [] }] of packs) for (const top of holds) later.expect(top, name);
+  for (const [name, { holds: modules = [] }] of packs) for (const top of modules) later.expect(top, name);
   return {
     wanted: () => packs.get(later.taken() ?? ""),
     async bring(file) {
@@ -339,10 +341,10 @@ async function answer({ type, id, request, data }) {
 /**
  * Queues work behind the current answer. An error here means that Python is dead; it is reported, so that later
  * questions do not wait in vain.
- * @param {() => void | Promise<void>} does
+ * @param {() => void | Promise<void>} action
  */
-function inTurn(does) {
-  turn = turn.then(does).catch((error) => fail(error.message, error));
+function inTurn(action) {
+  turn = turn.then(action).catch((error) => fail(error.message, error));
 }
 
 self.onmessage = ({ data }) => {

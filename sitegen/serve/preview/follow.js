@@ -7,7 +7,7 @@ import { same, swap } from "./swap.js";
 /** @import { BuildState, Kept } from "./types.js" */
 
 const KEPT = "ladder-preview";
-let shown = buildOf(document);
+let currentBuild = buildOf(document);
 /** @type {Document | null} the page as built, before scripts changed it */
 let source = null;
 /** @type {EventSource | null} */
@@ -27,7 +27,7 @@ function buildOf(page) {
   return /** @type {HTMLScriptElement | null} */ (page.querySelector("script[data-build]"))?.dataset.build;
 }
 
-const here = () => location.pathname.split("/").at(-1) || "index.html";
+const pageName = () => location.pathname.split("/").at(-1) || "index.html";
 
 function reload() {
   reloading = true;
@@ -44,12 +44,12 @@ function reload() {
  * @param {BuildState} state
  */
 async function update({ build, edited }) {
-  if (build === shown || reloading) return;
-  const now = await fetched();
-  if (!source || (!same(source, now) && !swap(source, now))) return reload();
-  [source, shown] = [now, buildOf(now)];
-  const [other] = edited;
-  if (other && edited.every(({ page }) => page !== here())) elsewhere(other.page, other.file);
+  if (build === currentBuild || reloading) return;
+  const fresh = await fetched();
+  if (!source || (!same(source, fresh) && !swap(source, fresh))) return reload();
+  [source, currentBuild] = [fresh, buildOf(fresh)];
+  const [edit] = edited;
+  if (edit && edited.every(({ page }) => page !== pageName())) elsewhere(edit.page, edit.file);
 }
 
 let last = Promise.resolve();
@@ -78,25 +78,25 @@ function follow() {
  */
 async function comeBack() {
   /** @type {Kept | null} */
-  let kept = null;
+  let state = null;
   try {
-    kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
+    state = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
     sessionStorage.removeItem(KEPT);
   } catch {
     // storage is forbidden: nothing was kept
   }
-  if (kept?.page !== location.pathname) return;
-  unfold(kept);
-  place(kept);
-  const moved = new AbortController();
+  if (state?.page !== location.pathname) return;
+  unfold(state);
+  place(state);
+  const movement = new AbortController();
   for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) {
-    addEventListener(type, () => moved.abort(), { once: true, passive: true, signal: moved.signal });
+    addEventListener(type, () => movement.abort(), { once: true, passive: true, signal: movement.signal });
   }
-  const hold = () => moved.signal.aborted || place(kept);
+  const hold = () => movement.signal.aborted || place(state);
   document.fonts.ready.then(hold);
   addEventListener("load", hold, { once: true });
   await ladder()?.alive;
-  restore(kept);
+  restore(state);
 }
 
 const back = comeBack();
@@ -109,7 +109,7 @@ addEventListener("pageshow", ({ persisted }) => persisted && follow());
 Promise.all([fetched(), back]).then(
   ([page]) => {
     source = page;
-    if (buildOf(page) !== shown) return reload();
+    if (buildOf(page) !== currentBuild) return reload();
     document.addEventListener("visibilitychange", follow);
     follow();
   },

@@ -13,10 +13,10 @@ const BUTTON =
  * @param {string} style
  */
 const element = (parent, tag, style, text = "") => {
-  const made = parent.appendChild(document.createElement(tag));
-  made.style.cssText = style;
-  made.textContent = text;
-  return made;
+  const node = parent.appendChild(document.createElement(tag));
+  node.style.cssText = style;
+  node.textContent = text;
+  return node;
 };
 
 /**
@@ -50,21 +50,21 @@ function hideButton(host, parent, style) {
  * @param {string[]} lines
  */
 export function problems(title, lines) {
-  const { host, inside } = box(
+  const { host, inside: content } = box(
     "build-problems",
     "alert",
     "inset: auto 0 0 0; max-height: 60vh; overflow: auto; padding: 16px 24px 20px; border-top: 4px solid #e5674c;",
   );
-  const head = element(inside, "div", "display: flex; gap: 16px; justify-content: space-between; align-items: center; margin-bottom: 8px");
+  const head = element(content, "div", "display: flex; gap: 16px; justify-content: space-between; align-items: center; margin-bottom: 8px");
   element(head, "strong", "color: #ffb4a2", title);
   hideButton(host, head, "");
-  const list = element(inside, "div", "display: grid; gap: 8px");
+  const list = element(content, "div", "display: grid; gap: 8px");
   for (const line of lines) {
-    const placed = /^(\S+?:\d+:\d+: )(.*)$/s.exec(line);
-    const row = element(list, "div", "white-space: pre-wrap; overflow-wrap: anywhere", placed ? "" : line);
-    if (!placed) continue;
-    element(row, "span", "color: #c9bfb4", placed[1]);
-    element(row, "span", "display: block; padding-left: 2ch", placed[2]);
+    const match = /^(\S+?:\d+:\d+: )(.*)$/s.exec(line);
+    const row = element(list, "div", "white-space: pre-wrap; overflow-wrap: anywhere", match ? "" : line);
+    if (!match) continue;
+    element(row, "span", "color: #c9bfb4", match[1]);
+    element(row, "span", "display: block; padding-left: 2ch", match[2]);
   }
 }
 
@@ -74,12 +74,12 @@ export function problems(title, lines) {
  * @param {string} file
  */
 export function elsewhere(page, file) {
-  const { host, inside } = box(
+  const { host, inside: content } = box(
     "build-elsewhere",
     "status",
     "inset: auto 16px 16px auto; max-width: calc(100vw - 32px); padding: 8px 8px 8px 16px; border-radius: 8px; border: 1px solid #8a827a;",
   );
-  const row = element(inside, "div", "display: flex; flex-wrap: wrap; gap: 4px 16px; align-items: center");
+  const row = element(content, "div", "display: flex; flex-wrap: wrap; gap: 4px 16px; align-items: center");
   element(row, "span", "", `${file} was edited.`);
   const link = element(row, "a", "color: #cfc4ff; padding: 10px 0", `Go to ${page}`);
   link.href = page;

@@ -16,7 +16,7 @@ export const ladder = () => /** @type {any} */ (globalThis.Ladder);
  * An element's name: its id, else its tag and text. Names are not unique.
  * @param {Element} node
  */
-const named = (node) => (node.id ? `#${node.id}` : `${node.localName}: ${(node.textContent ?? "").trim().slice(0, TOLD)}`);
+const nameOf = (node) => (node.id ? `#${node.id}` : `${node.localName}: ${(node.textContent ?? "").trim().slice(0, TOLD)}`);
 
 /**
  * The path to an element: the nearest id, and from there the index among each parent's children.
@@ -54,7 +54,7 @@ function blocks() {
   return [...document.querySelectorAll(BLOCKS)]
     .filter((node) => !node.parentElement?.closest("figure"))
     .map((node) => {
-      const name = named(node);
+      const name = nameOf(node);
       const nth = count.get(name) ?? 0;
       count.set(name, nth + 1);
       return { node, name, nth };
@@ -67,19 +67,19 @@ function blocks() {
  * @returns {Mark[]}
  */
 function marks() {
-  const all = blocks().map((block) => ({ ...block, box: block.node.getBoundingClientRect() }));
-  const seen = all.filter(({ box }) => box.height > 0);
-  const first = seen.findIndex(({ box }) => box.bottom > 0);
+  const boxed = blocks().map((block) => ({ ...block, box: block.node.getBoundingClientRect() }));
+  const visible = boxed.filter(({ box }) => box.height > 0);
+  const first = visible.findIndex(({ box }) => box.bottom > 0);
   if (first < 0) return [];
-  const last = seen.findLastIndex(({ box }) => box.top < innerHeight);
-  const near = seen.slice(Math.max(0, first - AROUND), last + 1 + AROUND);
+  const last = visible.findLastIndex(({ box }) => box.top < innerHeight);
+  const nearby = visible.slice(Math.max(0, first - AROUND), last + 1 + AROUND);
   /** @type {(block: { node: Element, box: DOMRect }) => number} */
   const rank = ({ node, box }) => {
-    const inside = box.top >= 0 && box.top < innerHeight;
-    if (inside && node.contains(document.activeElement) && document.activeElement !== document.body) return 0;
-    return inside ? 1 : box.bottom > 0 && box.top < innerHeight ? 2 : 3;
+    const isInside = box.top >= 0 && box.top < innerHeight;
+    if (isInside && node.contains(document.activeElement) && document.activeElement !== document.body) return 0;
+    return isInside ? 1 : box.bottom > 0 && box.top < innerHeight ? 2 : 3;
   };
-  return near.sort((a, b) => rank(a) - rank(b)).map(({ name, nth, box }) => ({ name, nth, top: box.top }));
+  return nearby.sort((a, b) => rank(a) - rank(b)).map(({ name, nth, box }) => ({ name, nth, top: box.top }));
 }
 
 /**
@@ -91,8 +91,8 @@ function states() {
   if (!page) return [];
   const { figures, record } = page;
   return [...figures.values()]
-    .filter(({ initial, record: wanted }) => record.key(wanted) !== record.key(initial))
-    .map(({ id, initial, record: wanted }) => ({ id, initial, record: wanted }));
+    .filter(({ initial, record: current }) => record.key(current) !== record.key(initial))
+    .map(({ id, initial, record: current }) => ({ id, initial, record: current }));
 }
 
 /**
@@ -105,7 +105,7 @@ export function keep() {
   return {
     page: location.pathname,
     marks: marks(),
-    focus: focused && focused !== document.body ? { ...wayTo(focused), name: named(focused) } : null,
+    focus: focused && focused !== document.body ? { ...wayTo(focused), name: nameOf(focused) } : null,
     details: details.map((node) => ({ ...wayTo(node), open: node.open })),
     states: states(),
   };
@@ -113,12 +113,12 @@ export function keep() {
 
 /**
  * Scrolls so that the first mark that still exists is back at its position in the window.
- * @param {Kept} kept
+ * @param {Kept} state
  */
-export function place(kept) {
-  const there = new Map(blocks().map(({ node, name, nth }) => [`${nth} ${name}`, node]));
-  const mark = kept.marks.find(({ name, nth }) => there.has(`${nth} ${name}`));
-  const node = mark && there.get(`${mark.nth} ${mark.name}`);
+export function place(state) {
+  const existing = new Map(blocks().map(({ node, name, nth }) => [`${nth} ${name}`, node]));
+  const mark = state.marks.find(({ name, nth }) => existing.has(`${nth} ${name}`));
+  const node = mark && existing.get(`${mark.nth} ${mark.name}`);
   if (!node) return;
   const off = node.getBoundingClientRect().top - mark.top;
   if (Math.abs(off) >= 1) scrollBy({ top: off, behavior: "instant" });
@@ -126,51 +126,51 @@ export function place(kept) {
 
 /**
  * Opens the details that were open, and closes those that were closed.
- * @param {Kept} kept
+ * @param {Kept} state
  */
-export function unfold(kept) {
-  for (const each of kept.details) {
-    const node = at(each);
-    if (node instanceof HTMLDetailsElement && node.open !== each.open) node.open = each.open;
+export function unfold(state) {
+  for (const details of state.details) {
+    const node = at(details);
+    if (node instanceof HTMLDetailsElement && node.open !== details.open) node.open = details.open;
   }
 }
 
 /**
  * Focuses the same element again; if it has moved, one with the same text.
- * @param {Kept} kept
+ * @param {Kept} state
  */
-function focus({ focus: kept }) {
-  if (!kept) return;
-  const node = at(kept);
-  /** @param {Element | null} each */
-  const same = (each) => each !== null && named(each) === kept.name;
-  const tag = /^[a-z][\w-]*(?=: )/.exec(kept.name)?.[0];
-  const found = same(node) ? node : tag ? [...document.querySelectorAll(tag)].find(same) : null;
-  if (found !== document.activeElement) /** @type {HTMLElement | null} */ (found)?.focus({ preventScroll: true });
+function focus({ focus: mark }) {
+  if (!mark) return;
+  const node = at(mark);
+  /** @param {Element | null} candidate */
+  const same = (candidate) => candidate !== null && nameOf(candidate) === mark.name;
+  const tag = /^[a-z][\w-]*(?=: )/.exec(mark.name)?.[0];
+  const target = same(node) ? node : tag ? [...document.querySelectorAll(tag)].find(same) : null;
+  if (target !== document.activeElement) /** @type {HTMLElement | null} */ (target)?.focus({ preventScroll: true });
 }
 
 /**
  * Returns figures to the author's state, as long as their initial state is the same as before.
- * @param {Kept} kept
+ * @param {Kept} state
  */
-function play({ states: kept }) {
-  for (const { id, initial, record: wanted } of kept) {
+function play({ states: entries }) {
+  for (const { id, initial, record: target } of entries) {
     const { figures, record, sound } = /** @type {PageLadder} */ (ladder());
     const figure = figures.get(id);
     if (!figure || record.key(figure.initial) !== record.key(initial)) continue;
-    if (record.key(figure.record) === record.key(wanted)) continue;
-    const checked = sound(wanted, figure.initial, figure.spec);
+    if (record.key(figure.record) === record.key(target)) continue;
+    const checked = sound(target, figure.initial, figure.spec);
     if (!checked.ignored.length) figure.ask(checked.record);
   }
 }
 
 /**
  * Restores everything that was kept.
- * @param {Kept} kept
+ * @param {Kept} state
  */
-export function restore(kept) {
-  unfold(kept);
-  play(kept);
-  place(kept);
-  focus(kept);
+export function restore(state) {
+  unfold(state);
+  play(state);
+  place(state);
+  focus(state);
 }

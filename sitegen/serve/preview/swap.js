@@ -11,11 +11,11 @@ const STYLE = "link[rel=stylesheet]";
  * @param {Document} page
  */
 function frame(page) {
-  const rest = /** @type {Document} */ (page.cloneNode(true));
-  rest.querySelector(TEXT)?.replaceChildren();
-  rest.querySelectorAll(`${STYLE}, link[as=font], script[data-build], .site-footer li:has(> [download])`).forEach((node) => node.remove());
-  rest.body.removeAttribute("data-search-data");
-  return rest.documentElement.outerHTML.replace(/\s+/g, " ");
+  const copy = /** @type {Document} */ (page.cloneNode(true));
+  copy.querySelector(TEXT)?.replaceChildren();
+  copy.querySelectorAll(`${STYLE}, link[as=font], script[data-build], .site-footer li:has(> [download])`).forEach((node) => node.remove());
+  copy.body.removeAttribute("data-search-data");
+  return copy.documentElement.outerHTML.replace(/\s+/g, " ");
 }
 
 /** @param {Document} page */
@@ -23,78 +23,78 @@ const blocksOf = (page) => [...(page.querySelector(TEXT)?.children ?? [])];
 
 /**
  * The run of blocks that differs: its start, how many blocks it had, and the blocks there now.
- * @param {Element[]} was
- * @param {Element[]} now
+ * @param {Element[]} old
+ * @param {Element[]} current
  */
-function difference(was, now) {
-  const [a, b] = [was, now].map((nodes) => nodes.map((node) => node.outerHTML));
+function difference(old, current) {
+  const [a, b] = [old, current].map((nodes) => nodes.map((node) => node.outerHTML));
   let first = 0;
   while (first < Math.min(a.length, b.length) && a[first] === b[first]) first += 1;
-  let left = 0;
-  while (left < Math.min(a.length, b.length) - first && a.at(-1 - left) === b.at(-1 - left)) left += 1;
-  return { first, gone: a.length - left - first, come: now.slice(first, b.length - left) };
+  let tail = 0;
+  while (tail < Math.min(a.length, b.length) - first && a.at(-1 - tail) === b.at(-1 - tail)) tail += 1;
+  return { first, count: a.length - tail - first, come: current.slice(first, b.length - tail) };
 }
 
 /**
  * Replaces the text that has changed. Returns whether it could: changed figures need a reload.
- * @param {Document} was
- * @param {Document} now
+ * @param {Document} old
+ * @param {Document} current
  */
-function swapText(was, now) {
-  const { first, gone, come } = difference(blocksOf(was), blocksOf(now));
-  const shown = blocksOf(document);
-  const old = shown.slice(first, first + gone);
+function swapText(old, current) {
+  const { first, count, come } = difference(blocksOf(old), blocksOf(current));
+  const blocks = blocksOf(document);
+  const outdated = blocks.slice(first, first + count);
   /** @param {Element} node */
   const live = (node) => node.matches("figure") || node.querySelector("figure");
-  if (shown.length !== blocksOf(was).length || [...old, ...come].some(live)) return false;
-  if (!old.length && !come.length) return true;
+  if (blocks.length !== blocksOf(old).length || [...outdated, ...come].some(live)) return false;
+  if (!outdated.length && !come.length) return true;
   const nodes = come.map((node) => document.importNode(node, true));
-  if (shown[first]) shown[first].before(...nodes);
+  if (blocks[first]) blocks[first].before(...nodes);
   else document.querySelector(TEXT)?.append(...nodes);
-  old.forEach((node) => node.remove());
+  outdated.forEach((node) => node.remove());
   return true;
 }
 
 /**
  * Replaces the style sheet once the new one has loaded.
- * @param {Document} now
+ * @param {Document} current
  */
-function swapStyle(now) {
+function swapStyle(current) {
   const link = document.querySelector(STYLE);
-  const next = now.querySelector(STYLE);
+  const next = current.querySelector(STYLE);
   if (!link || !next || link.getAttribute("href") === next.getAttribute("href")) return;
   const fresh = document.importNode(next);
-  const kept = keep();
+  const state = keep();
   fresh.addEventListener("load", () => {
     link.remove();
-    place(kept);
+    place(state);
   });
   link.after(fresh);
 }
 
 /**
  * Updates the page to its new source, if that can be done in place. Returns whether it was.
- * @param {Document} was
- * @param {Document} now
+ * @param {Document} old
+ * @param {Document} current
  */
-export function swap(was, now) {
-  if (frame(was) !== frame(now)) return false;
-  const kept = keep();
-  if (!swapText(was, now)) return false;
+export function swap(old, current) {
+  if (frame(old) !== frame(current)) return false;
+  const state = keep();
+  if (!swapText(old, current)) return false;
   ladder()?.describeCards();
-  restore(kept);
-  swapStyle(now);
-  const { searchData } = now.body.dataset;
+  restore(state);
+  swapStyle(current);
+  const { searchData } = current.body.dataset;
   if (searchData) document.body.dataset.searchData = searchData;
   return true;
 }
 
 /**
  * Whether two sources are the same page, apart from the name of the build.
- * @param {Document} was
- * @param {Document} now
+ * @param {Document} old
+ * @param {Document} current
  */
-export function same(was, now) {
-  const [a, b] = [was, now].map((page) => page.documentElement.outerHTML.replace(/ data-build="[^"]*"/, ""));
+export function same(old, current) {
+  const [a, b] = [old, current].map((page) => page.documentElement.outerHTML.replace(/ data-build="[^"]*"/, ""));
   return a === b;
 }

@@ -69,7 +69,7 @@ const PARTS = [
  * @param {string} selector
  * @param {(node: HTMLElement) => void} setUp
  */
-function each(selector, setUp) {
+function setUpAll(selector, setUp) {
   const nodes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(selector));
   nodes.forEach((node) => apart(() => setUp(node)));
 }
@@ -89,14 +89,14 @@ function live(root) {
 
 /** Tells figures when they enter or leave the viewport: runs pause off screen. */
 function watch() {
-  const seen = new IntersectionObserver((entries) => {
+  const observer = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
       const figure = figures.get(target.id);
       if (!figure) continue;
       figure.see(isIntersecting);
     }
   });
-  for (const { root } of figures.values()) seen.observe(root);
+  for (const { root } of figures.values()) observer.observe(root);
 }
 
 /**
@@ -148,19 +148,19 @@ function arrive() {
 /**
  * Calls back after the first paint, so that the text is readable first; at once if nothing will be painted (a hidden
  * page) or if a figure may be the first thing seen (a link into the page, a deck).
- * @param {(value: void) => void} then
+ * @param {(value: void) => void} callback
  */
-function painted(then) {
-  if (document.hidden || location.hash || document.querySelector("main.deck")) then();
-  else requestAnimationFrame(() => setTimeout(then));
+function painted(callback) {
+  if (document.hidden || location.hash || document.querySelector("main.deck")) callback();
+  else requestAnimationFrame(() => setTimeout(callback));
 }
 
 /** Starts the figures and everything around them. Until now the parts far below had no layout (theme.js). */
 function enliven() {
   page.classList.remove("unpainted");
-  each(FIGURES, live);
+  setUpAll(FIGURES, live);
   apart(watch);
-  each("main.deck", runDeck); // before the cards: Escape closes one first
+  setUpAll("main.deck", runDeck); // before the cards: Escape closes one first
   apart(addCards);
   apart(revealNamed);
   apart(followLinks);
@@ -190,11 +190,11 @@ globalThis.Ladder = Object.freeze({
   describeCards,
 });
 
-each("figure.graph", addPictureButtons);
-each(".ladder", climb);
-each(".contents details", unfold);
+setUpAll("figure.graph", addPictureButtons);
+setUpAll(".ladder", climb);
+setUpAll(".contents details", unfold);
 apart(() => reach(document.querySelectorAll(".formula")));
-each("button.theme", addThemeButton);
-each("button.search-open", addSearch);
-each(".stored", addForgetButton);
-each("pre.copied", addCopyButton);
+setUpAll("button.theme", addThemeButton);
+setUpAll("button.search-open", addSearch);
+setUpAll(".stored", addForgetButton);
+setUpAll("pre.copied", addCopyButton);

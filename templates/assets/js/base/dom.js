@@ -61,11 +61,11 @@ export function make(tag, attributes = {}, ...children) {
 
 /**
  * Runs a function in isolation: an error in it is reported, and the caller goes on.
- * @param {() => void} does
+ * @param {() => void} action
  */
-export function apart(does) {
+export function apart(action) {
   try {
-    does();
+    action();
   } catch (error) {
     reportError(error);
   }
@@ -91,10 +91,10 @@ export const calm = () => still.matches;
 
 /**
  * Calls back once the page has loaded and the browser is idle. (Safari has no requestIdleCallback.)
- * @param {() => void} then
+ * @param {() => void} callback
  */
-export function idle(then) {
-  const wait = () => (globalThis.requestIdleCallback ?? ((go) => setTimeout(go, 200)))(then, { timeout: 2000 });
+export function idle(callback) {
+  const wait = () => (globalThis.requestIdleCallback ?? ((go) => setTimeout(go, 200)))(callback, { timeout: 2000 });
   if (document.readyState === "complete") wait();
   else addEventListener("load", wait, { once: true });
 }

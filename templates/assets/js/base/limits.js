@@ -13,6 +13,6 @@ let marks = 0;
  * @param {string} detail
  */
 export function mark(name, detail, startTime = performance.now()) {
-  if (++marks % 1000 === 0) MARKS.forEach((each) => performance.clearMarks(each));
+  if (++marks % 1000 === 0) MARKS.forEach((markName) => performance.clearMarks(markName));
   performance.mark(name, { detail, startTime });
 }

@@ -15,7 +15,7 @@ export function key(record) {
   return JSON.stringify([record.widget, controls, record.seed, record.log, record.given ?? {}]);
 }
 
-/** @typedef {(record: FigureRecord, name: string, place: Point) => FigureRecord} Placing */
+/** @typedef {(record: FigureRecord, name: string, point: Point) => FigureRecord} Placing */
 
 /** @type {(record: FigureRecord, ...actions: Action[]) => FigureRecord} */
 const logged = (record, ...actions) => ({ ...record, log: [...record.log, ...actions] });
@@ -30,13 +30,13 @@ export const click = (record, panel, [x, y]) => logged(record, ["click", panel, 
  * Adds a drag; it replaces the last action if that dragged the same handle.
  * @type {Placing}
  */
-export const drag = (record, handle, place) => latest(record, "drag", handle, place);
+export const drag = (record, handle, point) => latest(record, "drag", handle, point);
 
 /**
  * Adds a hover; it replaces the last action if that was a hover over the same panel.
  * @type {Placing}
  */
-export const hover = (record, panel, place) => latest(record, "hover", panel, place);
+export const hover = (record, panel, point) => latest(record, "hover", panel, point);
 
 /**
  * Drops a last hover over one of these panels; without one, returns the record itself.
@@ -47,11 +47,11 @@ export function left(record, ...panels) {
   return last && last[0] === "hover" && panels.includes(last[1]) ? back(record) : record;
 }
 
-/** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, place: Point) => FigureRecord} */
+/** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, point: Point) => FigureRecord} */
 function latest(record, kind, name, [x, y]) {
   const last = record.log.at(-1);
-  const again = last && last[0] === kind && last[1] === name;
-  return logged(again ? back(record) : record, [kind, name, four(x), four(y)]);
+  const repeats = last && last[0] === kind && last[1] === name;
+  return logged(repeats ? back(record) : record, [kind, name, four(x), four(y)]);
 }
 
 /** @type {(record: FigureRecord) => FigureRecord} */
@@ -79,7 +79,7 @@ const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(va
  * @type {(record: Pick<FigureRecord, "controls" | "log">, name: string, spec: Control) => boolean}
  */
 export const adjusted = ({ controls, log }, name, spec) =>
-  Object.entries(brings(spec, controls[name])).some(([other, value]) => controls[other] !== value) ||
+  Object.entries(brings(spec, controls[name])).some(([affected, value]) => controls[affected] !== value) ||
   (spec.kind === "choice" && Boolean(spec.places) && log.some(([kind]) => kind === "drag"));
 
 /**
@@ -87,40 +87,40 @@ export const adjusted = ({ controls, log }, name, spec) =>
  * @type {(record: FigureRecord, name: string, value: Value, spec: Control) => FigureRecord}
  */
 export function control(record, name, value, spec) {
-  const brought = brings(spec, value);
-  return { ...record, controls: { ...record.controls, [name]: value, ...brought }, log: KEPT[spec.keeps](record.log) };
+  const effects = brings(spec, value);
+  return { ...record, controls: { ...record.controls, [name]: value, ...effects }, log: KEPT[spec.keeps](record.log) };
 }
 
 /**
  * Where a handle put at a place ends up: there, or at the nearest value of the slider that it sets.
- * @type {(handle: Pick<Handle, "sets" | "world">, place: Point, controls: Record<string, Control>) => Point}
+ * @type {(handle: Pick<Handle, "sets" | "world">, point: Point, controls: Record<string, Control>) => Point}
  */
-export function reached({ sets, world }, place, controls) {
+export function reached({ sets, world }, point, controls) {
   const spec = controls[sets ?? ""];
-  if (spec?.kind !== "slider") return place;
+  if (spec?.kind !== "slider") return point;
   const { low, high, step, decimals } = spec;
-  const value = low + step * Math.round((place[0] - low) / step);
+  const value = low + step * Math.round((point[0] - low) / step);
   return [Number(Math.min(Math.max(value, low), high).toFixed(decimals)), world[1]];
 }
 
 /**
  * Puts a handle at a place: adds a drag, or changes the slider that the handle sets. Returns the record itself if the
  * slider already has that value.
- * @type {(record: FigureRecord, handle: Handle, place: Point, controls: Record<string, Control>) => FigureRecord}
+ * @type {(record: FigureRecord, handle: Handle, point: Point, controls: Record<string, Control>) => FigureRecord}
  */
-export function put(record, handle, place, controls) {
+export function put(record, handle, point, controls) {
   const { name, sets } = handle;
-  if (!sets) return drag(record, name, place);
-  const [value] = reached(handle, place, controls);
+  if (!sets) return drag(record, name, point);
+  const [value] = reached(handle, point, controls);
   return record.controls[sets] === value ? record : control(record, sets, value, controls[sets]);
 }
 
 /**
- * Whether `after` is `before` plus one press or click, the only change that may be shown as a motion.
- * @type {(before: FigureRecord, after: FigureRecord) => boolean}
+ * Whether `current` is `previous` plus one press or click, the only change that may be shown as a motion.
+ * @type {(previous: FigureRecord, current: FigureRecord) => boolean}
  */
-export const pressed = (before, after) =>
-  ["press", "click"].includes(String(after.log.at(-1)?.[0])) && key(back(after)) === key(before);
+export const pressed = (previous, current) =>
+  ["press", "click"].includes(String(current.log.at(-1)?.[0])) && key(back(current)) === key(previous);
 
 /**
  * Encodes a record for a link: base64url of its JSON.
@@ -142,17 +142,17 @@ const isMapping = (value) => typeof value === "object" && value !== null && !Arr
  */
 export function decode(data, initial) {
   if (data.length > LONGEST_LINK) throw new Error("it is too long");
-  let given;
+  let plain;
   try {
     const binary = atob(data.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
-    given = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
+    plain = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
   } catch {
     throw new Error("it is damaged");
   }
-  if (!isMapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
-  const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = given;
+  if (!isMapping(plain) || plain.widget !== initial.widget) throw new Error("it belongs to another figure");
+  const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = plain;
   if (!isMapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
-  const brought = given.given === undefined ? {} : { given: given.given };
-  return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...brought };
+  const ownFiles = plain.given === undefined ? {} : { given: plain.given };
+  return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...ownFiles };
 }

@@ -5,7 +5,7 @@
  * the value was stored.
  * @param {() => Storage} storage
  */
-const kept = (storage) => ({
+const jsonStore = (storage) => ({
   /**
    * @param {string} key
    * @returns {unknown}
@@ -31,6 +31,6 @@ const kept = (storage) => ({
   },
 });
 
-export const store = kept(() => localStorage);
+export const store = jsonStore(() => localStorage);
 /** Until the tab is closed. */
-export const session = kept(() => sessionStorage);
+export const session = jsonStore(() => sessionStorage);

@@ -95,7 +95,7 @@ export interface Handle {
   world: Point;
   /** the slider whose value is the handle's x */
   sets?: string;
-  slider: [least: number, most: number, now: number];
+  slider: [low: number, high: number, current: number];
   keys: Record<string, Point>;
 }
 

@@ -27,20 +27,20 @@ export function runDeck(root) {
   const page = document.documentElement;
   const slides = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(":scope > .slide")]);
   const bar = find(document, ".deck-bar");
-  /** @param {string} what */
-  const button = (what) => findButton(bar, `[data-slides="${what}"]`);
-  const place = bar.querySelector(".deck-at");
+  /** @param {string} name */
+  const button = (name) => findButton(bar, `[data-slides="${name}"]`);
+  const counter = bar.querySelector(".deck-at");
   const progress = find(bar, ".deck-progress");
-  let now = 0; // the current slide, from 0
-  let ahead = 0; // the animation frame that will check the scroll position
+  let current = 0; // the current slide, from 0
+  let frameRequest = 0; // the animation frame that will check the scroll position
 
   /**
    * Shows which slide is current, in words and on the progress bar.
    * @param {number} index
    */
   function show(index) {
-    now = index;
-    text(place, `${index + 1} of ${slides.length}`);
+    current = index;
+    text(counter, `${index + 1} of ${slides.length}`);
     progress.style.setProperty("--part", (index / (slides.length - 1)).toFixed(4));
     slides.forEach((slide, i) => slide.classList.toggle("current", i === index));
     button("before").setAttribute("aria-disabled", String(index === 0));
@@ -48,10 +48,10 @@ export function runDeck(root) {
   }
 
   /** Writes the current slide into the address. */
-  const address = () => history.replaceState(history.state, "", `#${now + 1}`);
+  const address = () => history.replaceState(history.state, "", `#${current + 1}`);
 
   /** @param {HTMLElement} slide */
-  const shown = (slide) => slide.scrollIntoView({ block: "start", behavior: "instant" });
+  const reveal = (slide) => slide.scrollIntoView({ block: "start", behavior: "instant" });
 
   /**
    * Goes to a slide. focus: it takes the focus, so that keys and screen readers go on from there. jump: Back returns to
@@ -59,16 +59,16 @@ export function runDeck(root) {
    * @param {number} index
    * @param {Options} [options]
    */
-  function go(index, { focus = false, jump = false, told = false } = {}) {
+  function go(index, { focus = false, jump = false, told: remote = false } = {}) {
     const to = Math.min(slides.length - 1, Math.max(0, index));
-    if (jump && to !== now) history.pushState(null, "", `#${to + 1}`);
+    if (jump && to !== current) history.pushState(null, "", `#${to + 1}`);
     const slide = slides[to];
     overview(false);
-    shown(slide);
-    if (to !== now) {
+    reveal(slide);
+    if (to !== current) {
       show(to);
       address();
-      if (!told) tell(to);
+      if (!remote) tell(to);
     }
     if (!focus) return;
     slide.tabIndex = -1;
@@ -77,11 +77,11 @@ export function runDeck(root) {
 
   /** After a manual scroll, makes the slide in the middle of the viewport the current one. */
   function look() {
-    ahead = 0;
+    frameRequest = 0;
     if (page.dataset.slides === "grid") return;
     const middle = innerHeight / 2;
     const index = slides.findIndex((slide) => slide.getBoundingClientRect().bottom > middle);
-    if (index < 0 || index === now) return;
+    if (index < 0 || index === current) return;
     show(index);
     address();
     tell(index);
@@ -89,33 +89,33 @@ export function runDeck(root) {
 
   /** After a change of the slides' size, scrolls back to the current slide and realigns the figures' handles. */
   function rescaled() {
-    shown(slides[now]);
+    reveal(slides[current]);
     for (const figure of figures.values()) figure.rescaled();
   }
 
   /**
    * Shows all slides at once, small, with their contents inert; or returns to the current slide.
-   * @param {boolean} wanted
+   * @param {boolean} active
    */
-  function overview(wanted) {
-    if (wanted === (page.dataset.slides === "grid")) return;
-    if (wanted) page.dataset.slides = "grid";
+  function overview(active) {
+    if (active === (page.dataset.slides === "grid")) return;
+    if (active) page.dataset.slides = "grid";
     else delete page.dataset.slides;
-    button("grid").setAttribute("aria-pressed", String(wanted));
+    button("grid").setAttribute("aria-pressed", String(active));
     for (const slide of slides) {
       const parts = slide.querySelectorAll(".slide-inside > :not(h2, .slide-head)");
-      for (const part of /** @type {NodeListOf<HTMLElement>} */ (parts)) part.inert = wanted;
-      find(slide, ".slide-open").tabIndex = wanted ? 0 : -1;
+      for (const part of /** @type {NodeListOf<HTMLElement>} */ (parts)) part.inert = active;
+      find(slide, ".slide-open").tabIndex = active ? 0 : -1;
     }
     rescaled();
-    const reached = wanted ? find(slides[now], ".slide-open") : slides[now];
-    if (wanted || document.activeElement?.matches("body, .slide-open")) reached.focus({ preventScroll: true });
+    const reached = active ? find(slides[current], ".slide-open") : slides[current];
+    if (active || document.activeElement?.matches("body, .slide-open")) reached.focus({ preventScroll: true });
   }
 
-  /** @param {boolean} wanted */
-  function notes(wanted) {
-    page.dataset.notes = wanted ? "shown" : "hidden";
-    button("notes").setAttribute("aria-pressed", String(wanted));
+  /** @param {boolean} visible */
+  function notes(visible) {
+    page.dataset.notes = visible ? "shown" : "hidden";
+    button("notes").setAttribute("aria-pressed", String(visible));
     rescaled();
   }
 
@@ -125,7 +125,7 @@ export function runDeck(root) {
   }
 
   /** @type {Steps} */
-  const does = {
+  const steps = {
     before: (options) => step(-1, options),
     after: (options) => step(1, options),
     first: (options) => go(0, options),
@@ -133,7 +133,7 @@ export function runDeck(root) {
     grid: () => overview(page.dataset.slides !== "grid"),
     notes: () => notes(page.dataset.notes !== "shown"),
     full,
-    second: () => open(`${location.pathname}?notes#${now + 1}`, "ladder-notes", "popup,width=1280,height=800"),
+    second: () => open(`${location.pathname}?notes#${current + 1}`, "ladder-notes", "popup,width=1280,height=800"),
   };
 
   /** The index of the slide that the address names: a number, or a figure with or without a state; -1 without one. */
@@ -145,26 +145,26 @@ export function runDeck(root) {
   /** @param {EventTarget | null} node */
   function slideAround(node) {
     const slide = node instanceof Element ? node.closest(".slide") : null;
-    return slides.findIndex((each) => each === slide);
+    return slides.findIndex((candidate) => candidate === slide);
   }
 
   /** Follows a change of the address, and leaves it as it is: it may hold a figure's state. */
   function linked() {
     const index = addressed();
     if (index < 0) return;
-    const another = index !== now;
+    const another = index !== current;
     overview(false);
     show(index);
-    shown(slides[index]);
+    reveal(slides[index]);
     if (another) tell(index);
   }
 
   /** After a resize, scrolls the current slide back to the middle before `look` takes another one for current. */
   function resized() {
     if (page.dataset.slides === "grid") return;
-    const { top, bottom } = slides[now].getBoundingClientRect();
+    const { top, bottom } = slides[current].getBoundingClientRect();
     const middle = innerHeight / 2;
-    if (top > middle || bottom <= middle) shown(slides[now]);
+    if (top > middle || bottom <= middle) reveal(slides[current]);
   }
 
   /**
@@ -173,7 +173,7 @@ export function runDeck(root) {
    */
   function goesOn(by) {
     if (page.dataset.slides === "grid") return false;
-    const { top, bottom } = slides[now].getBoundingClientRect();
+    const { top, bottom } = slides[current].getBoundingClientRect();
     return by > 0 ? bottom > innerHeight + 1 : top < -1;
   }
 
@@ -183,15 +183,15 @@ export function runDeck(root) {
    * @param {Options} options
    */
   function step(by, options) {
-    if (page.dataset.slides !== "grid") return go(now + by, options);
+    if (page.dataset.slides !== "grid") return go(current + by, options);
     const at = slideAround(document.activeElement);
     find(slides[Math.min(slides.length - 1, Math.max(0, at + by))], ".slide-open").focus();
   }
 
   const tell = shared(go);
-  addKeys(does, goesOn);
-  addSwipes(root, does);
-  on(bar, "click", (event) => does[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({}));
+  addKeys(steps, goesOn);
+  addSwipes(root, steps);
+  on(bar, "click", (event) => steps[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({}));
   on(root, "click", (event) => {
     const link = around(event, ".slide-open");
     if (!link) return;
@@ -200,14 +200,14 @@ export function runDeck(root) {
   });
   on(root, "focusin", (event) => {
     const index = slideAround(event.target);
-    if (page.dataset.slides !== "grid" && index >= 0 && index !== now) go(index);
+    if (page.dataset.slides !== "grid" && index >= 0 && index !== current) go(index);
   });
-  on(document, "scroll", () => (ahead ||= requestAnimationFrame(look)), { passive: true });
+  on(document, "scroll", () => (frameRequest ||= requestAnimationFrame(look)), { passive: true });
   on(globalThis, "resize", resized);
   on(globalThis, "hashchange", linked);
   on(document, "fullscreenchange", () => {
     button("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));
-    shown(slides[now]);
+    reveal(slides[current]);
   });
   button("full").hidden = !document.fullscreenEnabled;
   button("second").hidden = !globalThis.BroadcastChannel || location.protocol === "file:";

@@ -20,7 +20,7 @@ const USES = [
 ];
 
 /** @type {(target: Element, key: string) => boolean} */
-function taken(target, key) {
+function usesKey(target, key) {
   if (USES.some(([selector, keys]) => target.closest(selector) && (!keys || keys.includes(key)))) return true;
   const box = target.closest("[tabindex='0']"); // a table or a formula that scrolls
   return Boolean(box && [...ARROWS, ...PAGES, " "].includes(key) && scrolls(box));
@@ -55,31 +55,31 @@ const TOGGLES = ["grid", "notes", "full"];
 
 /**
  * does: actions by name. goesOn: whether the slide has more to scroll to, downwards (1) or upwards (-1).
- * @param {Steps} does
+ * @param {Steps} steps
  * @param {(by: number) => boolean} goesOn
  */
-export function addKeys(does, goesOn) {
+export function addKeys(steps, goesOn) {
   on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
     const { key } = event;
     const target = /** @type {Element} */ (event.target);
     if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey || event.isComposing) return;
     const name = event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key;
-    const what = KEYS[name];
-    if (!what || taken(target, key)) return;
+    const step = KEYS[name];
+    if (!step || usesKey(target, key)) return;
     if (key === "Escape" && document.querySelector(".card:not([hidden])")) return; // Escape closes the card first
     if (SCROLLS[name] && goesOn(SCROLLS[name])) return;
     event.preventDefault();
-    if (event.repeat && TOGGLES.includes(what)) return;
-    does[what]({ focus: true, jump: what === "first" || what === "last" });
+    if (event.repeat && TOGGLES.includes(step)) return;
+    steps[step]({ focus: true, jump: step === "first" || step === "last" });
   });
 }
 
 /**
  * Handles horizontal swipes with one finger. Vertical ones scroll the page as usual.
  * @param {HTMLElement} root
- * @param {Steps} does
+ * @param {Steps} steps
  */
-export function addSwipes(root, does) {
+export function addSwipes(root, steps) {
   const DRAGGED = ".figure-stage, input, pre, .table, .formula[tabindex], .runs-scroll";
   /** @type {[pointer: number, x: number, y: number] | null} */
   let from = null;
@@ -95,7 +95,7 @@ export function addSwipes(root, does) {
     const [across, down] = [event.clientX - x, event.clientY - y];
     from = null;
     if (Math.abs(across) < SWIPE || Math.abs(across) < 2 * Math.abs(down)) return;
-    does[across < 0 ? "after" : "before"]({ focus: true });
+    steps[across < 0 ? "after" : "before"]({ focus: true });
   });
   on(root, "pointercancel", () => (from = null));
 }

@@ -11,20 +11,20 @@ const MOST = 8; // numbers per announcement
 /** @param {string} words */
 const sentences = (words) => words.split(/(?<=[.!?])\s+/);
 /** @param {Readout} readout */
-const told = ({ label, value, unit }) => (value === "–" ? `${label} none` : `${label} ${value} ${unit}`.trimEnd());
+const phrase = ({ label, value, unit }) => (value === "–" ? `${label} none` : `${label} ${value} ${unit}`.trimEnd());
 
 /**
- * What is new in the frame `now` after `before`: its note and the changed numbers, else the first changed sentence of
+ * What is new in the frame `current` after `previous`: its note and the changed numbers, else the first changed sentence of
  * its description.
- * @type {(before: Frame, now: Frame) => string}
+ * @type {(previous: Frame, current: Frame) => string}
  */
-function news(before, now) {
-  const known = new Map(before.readouts.map(({ name, value }) => [name, value]));
-  const changed = now.readouts.filter(({ name, value }) => known.get(name) !== value);
-  const numbers = changed.slice(0, MOST).map(told).join("; ");
-  if (now.note || numbers) return [now.note, numbers && `${numbers}.`].filter(Boolean).join(" ");
-  const old = new Set(sentences(before.description));
-  return sentences(now.description).find((each) => !old.has(each)) ?? "The numbers are the same.";
+function news(previous, current) {
+  const oldValues = new Map(previous.readouts.map(({ name, value }) => [name, value]));
+  const changes = current.readouts.filter(({ name, value }) => oldValues.get(name) !== value);
+  const numbers = changes.slice(0, MOST).map(phrase).join("; ");
+  if (current.note || numbers) return [current.note, numbers && `${numbers}.`].filter(Boolean).join(" ");
+  const old = new Set(sentences(previous.description));
+  return sentences(current.description).find((sentence) => !old.has(sentence)) ?? "The numbers are the same.";
 }
 
 /**
@@ -33,17 +33,17 @@ function news(before, now) {
  */
 export function addAnnouncer(figure) {
   const line = find(figure.root, ".figure-voice");
-  let known = figure.frame; // the last frame announced
+  let announced = figure.frame; // the last frame announced
   let message = "";
   let at = -Infinity; // when it last spoke
   let latest = 0; // when it must speak at the latest; 0 if there is nothing to say
   /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let due;
+  let timer;
 
   function speak() {
-    const words = message || news(known, figure.frame);
+    const words = message || news(announced, figure.frame);
     if (!message) {
-      known = figure.frame;
+      announced = figure.frame;
       figure.spoken();
     }
     message = "";
@@ -55,13 +55,13 @@ export function addAnnouncer(figure) {
   }
 
   function plan() {
-    clearTimeout(due);
-    const fresh = figure.frame !== known;
+    clearTimeout(timer);
+    const fresh = figure.frame !== announced;
     if (!fresh && !figure.pending && figure.speaks) figure.spoken(); // the action changed nothing
     if (!message && !(fresh && figure.speaks)) return;
     const now = performance.now();
     latest ||= now + limits.gap;
-    due = setTimeout(speak, Math.max(at + limits.gap, Math.min(now + limits.pause, latest)) - now);
+    timer = setTimeout(speak, Math.max(at + limits.gap, Math.min(now + limits.pause, latest)) - now);
   }
 
   figure.on("announce", (words) => {

@@ -23,7 +23,7 @@ export function addButtons(figure) {
   const { clicks = [], hovers = [] } = spec;
   const passing = hovers.filter((name) => clicks.includes(name)); // a hover there ends when the pointer leaves
   const boxes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(".buttons")]);
-  const specs = new Map(spec.buttons.map((each) => [each.name, each]));
+  const specs = new Map(spec.buttons.map((button) => [button.name, button]));
   const nodes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[data-button]")]);
   /** @param {HTMLElement} node */
   const buttonOf = (node) => /** @type {Button} */ (specs.get(node.dataset.button ?? ""));
@@ -42,16 +42,16 @@ export function addButtons(figure) {
 
   function show() {
     for (const node of nodes) {
-      const each = buttonOf(node);
-      const running = run?.button === each;
-      node.setAttribute("aria-disabled", String(!running && off(each)));
+      const button = buttonOf(node);
+      const running = run?.button === button;
+      node.setAttribute("aria-disabled", String(!running && off(button)));
       if (running === !node.style.width) holdWidth(node, running);
-      text(node, running ? "Pause" : each.label);
+      text(node, running ? "Pause" : button.label);
     }
   }
 
   /** @param {string} name */
-  const pressed = (name) => records.press(records.left(figure.record, ...passing), name);
+  const afterPress = (name) => records.press(records.left(figure.record, ...passing), name);
 
   function stop() {
     clearTimeout(run?.due);
@@ -70,28 +70,28 @@ export function addButtons(figure) {
     }
     clearTimeout(run.due);
     run.at = performance.now();
-    figure.ask(pressed(run.button.repeats), { merge: "run", by: "run" });
+    figure.ask(afterPress(run.button.repeats), { merge: "run", by: "run" });
   }
 
-  function again() {
+  function repeat() {
     if (!run) return;
     clearTimeout(run.due);
     run.due = setTimeout(tick, Math.max(0, run.at + limits.run - performance.now()));
   }
 
   /** @type {Record<Button["does"], (button: Button, at: number) => void>} */
-  const does = {
+  const actions = {
     press({ name }, at) {
       const [kind, last] = figure.record.log.at(-1) ?? [];
       if (figure.pending && name === END && kind === "press" && last === END) return; // already asked
-      figure.ask(pressed(name), { at });
+      figure.ask(afterPress(name), { at });
     },
     /** Undoes the last action; a hover since then does not count as one. */
     back: (_, at) => figure.ask(records.back(records.left(figure.record, ...hovers)), { at }),
     reset: () => figure.reset(),
     reseed: (_, at) => figure.ask(records.reseed(figure.record), { at }),
-    run(each) {
-      run = { button: each, due: undefined, at: 0 };
+    run(button) {
+      run = { button, due: undefined, at: 0 };
       figure.run(true);
       tick();
       show();
@@ -102,11 +102,11 @@ export function addButtons(figure) {
   function press(event) {
     const node = around(event, "[data-button]");
     if (!node || node.getAttribute("aria-disabled") === "true") return;
-    const each = buttonOf(node);
-    const paused = run?.button === each;
+    const button = buttonOf(node);
+    const paused = run?.button === button;
     if (run) stop();
     if (paused) figure.speak();
-    else does[each.does](each, event.timeStamp);
+    else actions[button.does](button, event.timeStamp);
   }
 
   /**
@@ -119,11 +119,11 @@ export function addButtons(figure) {
     if (figure.pending || buttonOf(node).does === "run") event.preventDefault();
   }
 
-  on(document, "visibilitychange", again);
-  figure.on("seen", again);
+  on(document, "visibilitychange", repeat);
+  figure.on("seen", repeat);
   figure.on("frame", () => {
     show();
-    again();
+    repeat();
   });
   figure.on("asked", (by) => {
     if (run && !["run", "control", "hover"].includes(by)) stop();

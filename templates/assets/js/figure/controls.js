@@ -14,8 +14,8 @@ import { shownValue } from "./shown_value.js";
  */
 function write(forms, name, spec, record) {
   const value = record.controls[name];
-  const found = forms.map(({ elements }) => elements.namedItem(name)).find(Boolean);
-  const field = /** @type {HTMLInputElement | undefined} */ (found);
+  const element = forms.map(({ elements }) => elements.namedItem(name)).find(Boolean);
+  const field = /** @type {HTMLInputElement | undefined} */ (element);
   if (!field) return;
   if (spec.kind === "toggle") field.checked = Boolean(value);
   else if (spec.kind === "choice") {
@@ -24,10 +24,10 @@ function write(forms, name, spec, record) {
     control?.toggleAttribute("data-adjusted", records.adjusted(record, name, spec));
   } else {
     if (Number(field.value) !== value) field.value = String(value);
-    const shown = shownValue(spec, value);
-    field.setAttribute("aria-valuetext", shown);
+    const words = shownValue(spec, value);
+    field.setAttribute("aria-valuetext", words);
     const label = field.labels?.[0];
-    text(label?.querySelector("output"), shown);
+    text(label?.querySelector("output"), words);
     if (!spec.named) return;
     const [choice, labels] = spec.named;
     text(label?.querySelector(".control-label"), labels[String(record.controls[choice])] ?? spec.label);
@@ -51,7 +51,7 @@ export function addControls(figure) {
   }
 
   /** Picking the chosen option again fires no change event, but must restore its values. @param {UIEvent} event */
-  function again({ target, timeStamp }) {
+  function reapply({ target, timeStamp }) {
     const { name, type, value } = /** @type {HTMLInputElement} */ (target);
     const { record } = figure;
     if (type !== "radio" || record.controls[name] !== value) return;
@@ -60,21 +60,21 @@ export function addControls(figure) {
   }
 
   /** @param {Event} event */
-  function changed(event) {
+  function change(event) {
     const input = /** @type {HTMLInputElement} */ (event.target);
     const spec = specs[input.name];
     if (!spec || (event.type === "input") !== (spec.kind === "slider")) return;
     const { name } = input;
-    const wanted = records.control(figure.record, name, read(input, spec), spec);
+    const record = records.control(figure.record, name, read(input, spec), spec);
     const merge = spec.kind === "slider" ? `control:${name}` : null;
-    figure.ask(wanted, { merge, by: "control", at: event.timeStamp });
+    figure.ask(record, { merge, by: "control", at: event.timeStamp });
   }
 
   for (const form of forms) {
-    on(form, "input", changed);
-    on(form, "change", changed);
-    on(form, "click", again);
-    on(form, "keyup", (event) => event.key === " " && again(event));
+    on(form, "input", change);
+    on(form, "change", change);
+    on(form, "click", reapply);
+    on(form, "keyup", (event) => event.key === " " && reapply(event));
     on(form, "submit", (event) => event.preventDefault());
     form.hidden = false;
   }

@@ -22,9 +22,9 @@ const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
  * @param {(at: number) => void} moved
  */
 export function crosshair(figure, overlay, name, { does, hint }, moved) {
-  const shown = drawing(figure.root, name)?.getAttribute("aria-label");
-  const says = { role: "slider", "aria-label": `${does}: ${shown}`, "aria-description": hint };
-  const attributes = { type: "button", class: "crosshair", "data-pick": name, ...says };
+  const panelLabel = drawing(figure.root, name)?.getAttribute("aria-label");
+  const labels = { role: "slider", "aria-label": `${does}: ${panelLabel}`, "aria-description": hint };
+  const attributes = { type: "button", class: "crosshair", "data-pick": name, ...labels };
   const button = overlay.layer.appendChild(make("button", attributes));
   const panel = /** @type {HTMLElement} */ (panelOf(figure.root, name));
   const view = () => figure.viewOf(name);
@@ -34,11 +34,11 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   button.setAttribute("aria-valuemin", String(x0));
   button.setAttribute("aria-valuemax", String(x1));
 
-  /** @param {Point} place */
-  function put(place) {
-    at = place;
-    overlay.put(button, name, ...percent(view(), place));
-    const [x, y] = place.map((value) => value.toFixed(2));
+  /** @param {Point} point */
+  function put(point) {
+    at = point;
+    overlay.put(button, name, ...percent(view(), point));
+    const [x, y] = point.map((value) => value.toFixed(2));
     button.setAttribute("aria-valuenow", x);
     button.setAttribute("aria-valuetext", `x ${x}, y ${y}`.replaceAll("-", "−"));
   }
@@ -66,15 +66,15 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
     moved(event.timeStamp);
   }
 
-  const seen = () => button.toggleAttribute("data-away", !onStage(figure.root, name));
+  const updateVisibility = () => button.toggleAttribute("data-away", !onStage(figure.root, name));
   put(at);
-  seen();
+  updateVisibility();
   on(button, "keydown", key);
   // The button belongs to the stage, which sticks on a phone: after the browser's own scrolling, bring its panel into view.
   on(button, "focus", () => {
     if (panel.closest(".figure-rest")) requestAnimationFrame(() => panel.scrollIntoView({ block: "nearest" }));
   });
-  figure.on("scaled", seen);
+  figure.on("scaled", updateVisibility);
   return {
     get at() {
       return at;
@@ -90,18 +90,18 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
 function picked(figure, overlay, name) {
   const words = { does: "Pick a place", hint: "Arrow keys move, Shift for larger steps; Enter picks." };
   const cross = crosshair(figure, overlay, name, words, () => {});
-  /** @param {Point} place */
-  const pick = (place) => {
-    cross.put(place);
-    figure.ask(records.click(figure.record, name, place));
+  /** @param {Point} point */
+  const pick = (point) => {
+    cross.put(point);
+    figure.ask(records.click(figure.record, name, point));
   };
   on(cross.button, "click", (event) => {
     if (event.detail === 0) pick(cross.at);
   });
   on(cross.panel, "click", (event) => {
     overlay.measure();
-    const place = cross.where(event);
-    if (place) pick(place);
+    const point = cross.where(event);
+    if (point) pick(point);
   });
 }
 
@@ -111,25 +111,25 @@ function picked(figure, overlay, name) {
  * @param {(at: number) => void} ask
  */
 function following(cross, ask) {
-  let ahead = 0; // the animation frame that will ask
+  let frameRequest = 0; // the animation frame that will ask
 
   /** @param {PointerEvent} event */
   function follow(event) {
     if (event.pointerType === "touch" || event.buttons || runtime.state !== "live") return;
-    const place = cross.where(event);
-    if (!place) return;
-    cross.put(place);
+    const point = cross.where(event);
+    if (!point) return;
+    cross.put(point);
     const { timeStamp } = event;
-    ahead ||= requestAnimationFrame(() => {
-      ahead = 0;
+    frameRequest ||= requestAnimationFrame(() => {
+      frameRequest = 0;
       ask(timeStamp);
     });
   }
 
   on(cross.panel, "pointermove", follow);
   on(cross.panel, "pointerleave", () => {
-    cancelAnimationFrame(ahead);
-    ahead = 0;
+    cancelAnimationFrame(frameRequest);
+    frameRequest = 0;
   });
 }
 
@@ -147,9 +147,9 @@ function pointed(figure, overlay, name) {
   following(cross, ask);
   on(cross.panel, "click", (event) => {
     overlay.measure();
-    const place = cross.where(event);
-    if (!place) return;
-    cross.put(place);
+    const point = cross.where(event);
+    if (!point) return;
+    cross.put(point);
     ask(event.timeStamp);
     figure.speak();
   });
@@ -173,8 +173,8 @@ function explored(figure, overlay, name) {
 
   /** @param {Event} event */
   function leave(event) {
-    const kept = records.left(figure.record, name);
-    if (kept !== figure.record) figure.ask(kept, asking(event.timeStamp));
+    const record = records.left(figure.record, name);
+    if (record !== figure.record) figure.ask(record, asking(event.timeStamp));
   }
 
   following(cross, look);
@@ -185,9 +185,9 @@ function explored(figure, overlay, name) {
   });
   on(cross.panel, "click", (event) => {
     overlay.measure();
-    const place = cross.where(event);
-    if (!place) return;
-    cross.put(place);
+    const point = cross.where(event);
+    if (!point) return;
+    cross.put(point);
     pick();
   });
 }
@@ -198,10 +198,10 @@ function explored(figure, overlay, name) {
  */
 export function addPicks(figure, overlay) {
   const { clicks = [], hovers = [] } = figure.spec;
-  const both = clicks.filter((name) => hovers.includes(name));
+  const shared = clicks.filter((name) => hovers.includes(name));
   /** @param {string} name */
-  const single = (name) => !both.includes(name);
+  const single = (name) => !shared.includes(name);
   for (const name of clicks.filter(single)) picked(figure, overlay, name);
   for (const name of hovers.filter(single)) pointed(figure, overlay, name);
-  for (const name of both) explored(figure, overlay, name);
+  for (const name of shared) explored(figure, overlay, name);
 }

@@ -48,28 +48,28 @@ export function addDrags(figure, overlay, handles) {
     drag.to = records.reached(handle, to, figure.spec.controls);
     overlay.put(drag.button, panel, ...percent(view, drag.to));
     drag.at = event.timeStamp;
-    if (!drag.ahead) ahead(drag);
+    if (!drag.ahead) askAhead(drag);
   }
 
   /** @param {Drag} drag */
   function ask({ name, to, at }) {
     const handle = handles.of(name);
     if (!handle || !to) return;
-    const wanted = records.put(figure.record, handle, to, figure.spec.controls);
-    if (wanted !== figure.record) figure.ask(wanted, { merge: `drag:${name}`, at });
+    const record = records.put(figure.record, handle, to, figure.spec.controls);
+    if (record !== figure.record) figure.ask(record, { merge: `drag:${name}`, at });
   }
 
   /**
    * Asks at most once per animation frame: for the first place at once, for the last one when the frame comes.
    * @param {Drag} drag
    */
-  function ahead(drag) {
+  function askAhead(drag) {
     if (!drag.to) return;
     ask(drag);
     drag.to = null;
     drag.ahead = requestAnimationFrame(() => {
       drag.ahead = 0;
-      ahead(drag);
+      askAhead(drag);
     });
   }
 

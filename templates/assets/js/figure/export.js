@@ -30,21 +30,21 @@ const WORDS = ["font-family", "font-size", "font-weight", "text-anchor", "domina
  */
 const plainColour = (() => {
   /** @type {Map<string, [hex: string, opacity: number]>} */
-  const known = new Map();
+  const colours = new Map();
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 1;
   const brush = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { willReadFrequently: true }));
   return (css) => {
-    const before = known.get(css);
-    if (before) return before;
+    const cached = colours.get(css);
+    if (cached) return cached;
     brush.clearRect(0, 0, 1, 1);
     brush.fillStyle = css;
     brush.fillRect(0, 0, 1, 1);
     const [r, g, b, a] = brush.getImageData(0, 0, 1, 1).data;
-    const hex = [r, g, b].map((each) => each.toString(16).padStart(2, "0")).join("");
+    const hex = [r, g, b].map((channel) => channel.toString(16).padStart(2, "0")).join("");
     /** @type {[string, number]} */
     const colour = [`#${hex}`, Math.round((100 * a) / 255) / 100];
-    known.set(css, colour);
+    colours.set(css, colour);
     return colour;
   };
 })();
@@ -64,8 +64,8 @@ function write(from, to, unit) {
     else {
       const [hex, opacity] = plainColour(css);
       to.setAttribute(name, opacity ? hex : "none");
-      const seen = opacity * Number(style.getPropertyValue(`${name}-opacity`));
-      if (opacity && seen < 1) to.setAttribute(`${name}-opacity`, seen.toFixed(2));
+      const alpha = opacity * Number(style.getPropertyValue(`${name}-opacity`));
+      if (opacity && alpha < 1) to.setAttribute(`${name}-opacity`, alpha.toFixed(2));
     }
   }
   for (const [name, plain] of Object.entries(LOOKS)) {
@@ -75,7 +75,7 @@ function write(from, to, unit) {
   if (style.stroke !== "none") {
     const scale = style.vectorEffect === "non-scaling-stroke" ? unit : 1;
     /** @param {string} text */
-    const scaled = (text) => text.replace(/[\d.]+(px)?/g, (each) => (scale * parseFloat(each)).toFixed(2));
+    const scaled = (text) => text.replace(/[\d.]+(px)?/g, (number) => (scale * parseFloat(number)).toFixed(2));
     to.setAttribute("stroke-width", scaled(style.strokeWidth));
     if (style.strokeDasharray !== "none") to.setAttribute("stroke-dasharray", scaled(style.strokeDasharray));
   }
@@ -94,30 +94,30 @@ function write(from, to, unit) {
  * @returns {SVGElementTagNameMap[Name]}
  */
 function element(name, attributes, ...children) {
-  const made = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
-  made.append(...children);
-  return made;
+  const node = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, String(value));
+  node.append(...children);
+  return node;
 }
 
 /**
  * One drawing at its place in the picture, on its background.
  * @type {(svg: SVGSVGElement, origin: Origin) => SVGElement[]}
  */
-function drawn(svg, origin) {
+function drawingAt(svg, origin) {
   const rect = svg.getBoundingClientRect();
   const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
   write(svg, copy, svg.viewBox.baseVal.width / rect.width);
   for (const { name } of [...copy.attributes]) if (name !== "viewBox") copy.removeAttribute(name);
-  const place = {
+  const box = {
     x: (rect.left - origin.left).toFixed(2),
     y: (rect.top - origin.top).toFixed(2),
     width: rect.width.toFixed(2),
     height: rect.height.toFixed(2),
   };
-  for (const [name, value] of Object.entries(place)) copy.setAttribute(name, value);
+  for (const [name, value] of Object.entries(box)) copy.setAttribute(name, value);
   const [ground, opaque] = plainColour(getComputedStyle(svg).backgroundColor);
-  return opaque ? [element("rect", { ...place, fill: ground }), copy] : [copy];
+  return opaque ? [element("rect", { ...box, fill: ground }), copy] : [copy];
 }
 
 /**
@@ -143,7 +143,7 @@ function broken(node) {
  * A panel's caption as SVG text.
  * @type {(span: Element, origin: Origin) => SVGElement[]}
  */
-function written(span, origin) {
+function captionText(span, origin) {
   const { fontSize, fontFamily, fontWeight, color } = getComputedStyle(span);
   const type = { "font-size": parseFloat(fontSize), "font-family": fontFamily, "font-weight": fontWeight };
   const nodes = [...span.childNodes].filter((node) => node instanceof Text);
@@ -190,7 +190,7 @@ function picture(root) {
   return inLight(root, (twin) => {
     const drawings = [...twin.querySelectorAll("svg")].filter((svg) => svg.getBoundingClientRect().width > 0);
     const captions = [...twin.querySelectorAll(".panel-caption span")];
-    const rects = [...drawings, ...captions].map((each) => each.getBoundingClientRect()).filter(({ width }) => width);
+    const rects = [...drawings, ...captions].map((node) => node.getBoundingClientRect()).filter(({ width }) => width);
     /** @type {(side: "left" | "top" | "right" | "bottom", pick: (...values: number[]) => number) => number} */
     const edge = (side, pick) => pick(...rects.map((rect) => rect[side]));
     const origin = { left: edge("left", Math.min) - MARGIN, top: edge("top", Math.min) - MARGIN };
@@ -202,8 +202,8 @@ function picture(root) {
       element("title", {}, `${root.querySelector(".figure-number")?.textContent ?? ""} · ${document.title}`),
       element("desc", {}, root.querySelector(".figure-words")?.textContent ?? ""),
       element("rect", { width, height, fill: "#ffffff" }),
-      ...drawings.flatMap((each) => drawn(each, origin)),
-      ...captions.flatMap((each) => written(each, origin)),
+      ...drawings.flatMap((drawing) => drawingAt(drawing, origin)),
+      ...captions.flatMap((caption) => captionText(caption, origin)),
     );
     return { svg, width, height };
   });
@@ -220,13 +220,13 @@ async function faces(family) {
   try {
     const sheets = [...document.styleSheets].filter(({ href }) => href);
     const rules = sheets.flatMap(({ href, cssRules }) => [...cssRules].filter(face).map((rule) => ({ href, rule })));
-    const made = rules.map(async ({ href, rule: { style } }) => {
+    const fontFaces = rules.map(async ({ href, rule: { style } }) => {
       const [, url] = style.getPropertyValue("src").match(/url\("?([^")]+)"?\)/) ?? ["", ""];
       const bytes = new Uint8Array(await (await fetch(new URL(url, href ?? undefined))).arrayBuffer());
       const data = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
       return `@font-face{font-family:"${family}";font-weight:${style.getPropertyValue("font-weight") || 400};src:url(data:font/woff2;base64,${data})}`;
     });
-    return (await Promise.all(made)).join("");
+    return (await Promise.all(fontFaces)).join("");
   } catch {
     return "";
   }
@@ -261,24 +261,25 @@ async function bitmap(svg, { width, height }) {
  * @param {HTMLElement} root
  */
 export function addPictureButtons(root) {
-  const more = root.querySelector(".figure-more");
-  if (!more) return;
-  /** @param {string} what */
-  const button = (what) => make("button", { type: "button", "data-picture": what }, `Save as ${what.toUpperCase()}`);
-  const told = make("span", { role: "status" });
-  const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"), told);
-  more.append(box);
+  const details = root.querySelector(".figure-more");
+  if (!details) return;
+  /** @param {string} format */
+  const button = (format) =>
+    make("button", { type: "button", "data-picture": format }, `Save as ${format.toUpperCase()}`);
+  const status = make("span", { role: "status" });
+  const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"), status);
+  details.append(box);
   on(box, "click", async (event) => {
-    const what = around(event, "[data-picture]")?.dataset.picture;
-    if (!what) return;
-    text(told, "");
-    const now = picture(root);
-    const svg = await alone(now);
-    if (what === "svg") return save(fileName(root.id, ".svg"), svg, "image/svg+xml");
+    const format = around(event, "[data-picture]")?.dataset.picture;
+    if (!format) return;
+    text(status, "");
+    const current = picture(root);
+    const svg = await alone(current);
+    if (format === "svg") return save(fileName(root.id, ".svg"), svg, "image/svg+xml");
     try {
-      save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
+      save(fileName(root.id, ".png"), await bitmap(svg, current), "image/png");
     } catch (error) {
-      text(told, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
+      text(status, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
     }
   });
 }

@@ -154,16 +154,16 @@ export class Figure {
   }
 
   #untaped() {
-    const none = runtime.state === "file" && arrived(this.id); // a page opened from disk has no Python
-    if (none) this.refuse("This state is not on the figure’s tape, and a page opened from disk has no Python.");
-    return none;
+    const unavailable = runtime.state === "file" && arrived(this.id); // a page opened from disk has no Python
+    if (unavailable) this.refuse("This state is not on the figure’s tape, and a page opened from disk has no Python.");
+    return unavailable;
   }
 
   /** Sends the oldest waiting question to Python, unless one is being drawn. */
   #pump() {
     const question = runtime.state === "live" ? this.#state.take() : null;
     if (!question) return;
-    const left = () => this.#state.asked !== question;
+    const isStale = () => this.#state.asked !== question;
     const detail = this.spec.details > 1 ? 0 : undefined;
     const began = performance.now();
     /**
@@ -171,28 +171,28 @@ export class Figure {
      * @param {Progress} replay
      */
     const going = (replay) => {
-      if (left()) return false;
+      if (isStale()) return false;
       this.#state.progress(replay);
       this.tell();
       return !this.#state.waiting || performance.now() < began + limits.slow;
     };
     runtime.frame({ figure: this.id, record: question.record, detail, going }).then(
       (frame) => {
-        if (left()) return;
+        if (isStale()) return;
         this.#state.settle();
         this.#pump(); // Python draws the next while the page swaps this one in
         this.#show(question.record, frame, "live");
         this.#refine(limits.rest);
       },
       (error) => {
-        if (left()) return;
+        if (isStale()) return;
         this.#state.settle(true);
         const recorded = error.lacks && taped(this.id, question.record);
-        const why = error.message.replace(/^ValueError: /, "");
+        const reason = error.message.replace(/^ValueError: /, "");
         if (error.stopped) this.#state.again();
         else if (recorded) this.#show(question.record, recorded, "tape");
-        else if (!error.lacks) this.refuse(`This state cannot be drawn: ${why}.`);
-        else if (!this.#state.waiting) this.#state.miss(why);
+        else if (!error.lacks) this.refuse(`This state cannot be drawn: ${reason}.`);
+        else if (!this.#state.waiting) this.#state.miss(reason);
         if (!this.lack) this.#pump();
         if (!this.#state.asked) this.#state.settle();
         this.tell();
@@ -207,20 +207,20 @@ export class Figure {
   }
 
   /**
-   * Requests ever finer drawings of the shown record, the next one after `rest` ms, until something else is asked.
-   * @param {number} rest
+   * Requests ever finer drawings of the shown record, the next one after `wait` ms, until something else is asked.
+   * @param {number} wait
    */
-  #refine(rest) {
+  #refine(wait) {
     this.#coarse();
-    const { shown, frame } = this;
+    const { shown: record, frame } = this;
     if (this.pending || !(frame.detail + 1 < this.spec.details)) return;
-    const finer = (this.#finer = { record: shown });
+    const finer = (this.#finer = { record });
     this.#rest = setTimeout(() => {
       const stale = () => this.#finer !== finer;
-      runtime.frame({ figure: this.id, record: shown, detail: frame.detail + 1, finer: true }).then(
+      runtime.frame({ figure: this.id, record, detail: frame.detail + 1, finer: true }).then(
         (better) => {
           if (stale()) return;
-          this.#show(shown, better, "live");
+          this.#show(record, better, "live");
           this.#refine(0);
           this.tell();
         },
@@ -231,7 +231,7 @@ export class Figure {
           this.tell();
         },
       );
-    }, rest);
+    }, wait);
   }
 
   /**
@@ -377,15 +377,15 @@ export class Figure {
 
   /** Empties the log; if it is empty already, restores the page's settings. Replaces a dead worker. */
   reset() {
-    const again = runtime.stopped && runtime.state === "failed";
-    if (again) this.#state.clear();
+    const isDead = runtime.stopped && runtime.state === "failed";
+    if (isDead) this.#state.clear();
     this.ask(records.reset(this.record.log.length ? this.record : this.fresh));
-    if (again) runtime.restart();
+    if (isDead) runtime.restart();
   }
 
   /** A link to the figure in the state that is shown. */
   link() {
-    const more = moreOf(this.root)?.open ? MORE : "";
-    return location.href.split("#")[0] + fragmentOf(this.id, records.encode(this.shown)) + more;
+    const suffix = moreOf(this.root)?.open ? MORE : "";
+    return location.href.split("#")[0] + fragmentOf(this.id, records.encode(this.shown)) + suffix;
   }
 }

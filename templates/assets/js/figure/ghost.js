@@ -32,13 +32,13 @@ export function createGhost(figure, overlay) {
   svg.setAttribute("viewBox", box);
   svg.setAttribute("class", "plot predict-ghost");
   svg.setAttribute("aria-hidden", "true");
-  const own = groupOf(figure);
+  const source = groupOf(figure);
   const body = document.createElementNS(SVG, "g");
-  for (const each of own?.children ?? []) body.append(each.cloneNode(true));
+  for (const child of source?.children ?? []) body.append(child.cloneNode(true));
   svg.append(body);
   panel.append(svg);
 
-  const start = points(own);
+  const start = points(source);
   /** @type {Point} the centre, in units of the drawing */
   const middle = mean(start);
   let turn = 0; // degrees, as the drawing turns
@@ -56,23 +56,23 @@ export function createGhost(figure, overlay) {
   }
 
   /** A place in the drawing in world coordinates. @param {Point} place @returns {Point} */
-  function there([x, y]) {
+  function toWorld([x, y]) {
     const rect = { left: 0, top: 0, width: width * fine, height: Number(box.split(" ")[3]) };
     return world(rect, view, x, y);
   }
 
   /** @type {() => Point} */
-  const now = () => [middle[0] + shift[0], middle[1] + shift[1]];
+  const centre = () => [middle[0] + shift[0], middle[1] + shift[1]];
 
   function show() {
     body.setAttribute("transform", `translate(${shift.join(" ")}) rotate(${turn} ${middle.join(" ")})`);
-    const at = now();
+    const at = centre();
     const angle = (turn - 60) * (Math.PI / 180);
     /** @type {Point} */
     const knob = [at[0] + ARM * fine * Math.cos(angle), at[1] + ARM * fine * Math.sin(angle)];
-    const [x, y] = there(at);
+    const [x, y] = toWorld(at);
     overlay.put(handles.move, PANEL, ...percent(view, [x, y]));
-    overlay.put(handles.turn, PANEL, ...percent(view, there(knob)));
+    overlay.put(handles.turn, PANEL, ...percent(view, toWorld(knob)));
     const degrees = Math.round(-turn);
     slide(handles.move, `x ${x.toFixed(2)} u, y ${y.toFixed(2)} u`, x0, x1, x);
     slide(handles.turn, `${degrees}° from the source as it is`, -180, 180, degrees);
@@ -80,22 +80,22 @@ export function createGhost(figure, overlay) {
 
   /** @param {HTMLElement} button @param {string} words @param {number} least @param {number} most @param {number} is */
   function slide(button, words, least, most, is) {
-    const told = { "aria-valuetext": words, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": is.toFixed(2) };
-    for (const [name, each] of Object.entries(told)) button.setAttribute(name, String(each));
+    const attributes = { "aria-valuetext": words, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": is.toFixed(2) };
+    for (const [name, value] of Object.entries(attributes)) button.setAttribute(name, String(value));
   }
 
   /** @param {number} degrees */
-  const turned = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
+  const normal = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
 
   /** Moves the centre, which stays in the panel. @param {Point} to */
   function move(to) {
     const [, , wide, high] = box.split(" ").map(Number);
-    const kept = [Math.min(Math.max(to[0], 0), wide), Math.min(Math.max(to[1], 0), high)];
-    shift = [kept[0] - middle[0], kept[1] - middle[1]];
+    const clamped = [Math.min(Math.max(to[0], 0), wide), Math.min(Math.max(to[1], 0), high)];
+    shift = [clamped[0] - middle[0], clamped[1] - middle[1]];
   }
 
   /** The pointer's place in the drawing. @param {PointerEvent} event @returns {Point} */
-  function where(event) {
+  function pointOf(event) {
     const rect = overlay.rect(PANEL);
     return [
       ((event.clientX - rect.left) / rect.width) * width * fine,
@@ -113,8 +113,8 @@ export function createGhost(figure, overlay) {
     const button = around(event, ".ghost-handle");
     if (!button || compared) return null;
     overlay.measure();
-    const [x, y] = where(event);
-    const [a, b] = now();
+    const [x, y] = pointOf(event);
+    const [a, b] = centre();
     button.focus({ preventScroll: true });
     return { kind: button.dataset.ghost ?? "", grip: [x - a, y - b], before: { turn, shift } };
   }
@@ -122,17 +122,17 @@ export function createGhost(figure, overlay) {
   /** @param {Held} held @param {PointerEvent} event */
   function follow({ kind, grip }, event) {
     if (compared) return; // the run was started by key while the pointer holds the ghost
-    const [x, y] = where(event);
-    const [a, b] = now();
+    const [x, y] = pointOf(event);
+    const [a, b] = centre();
     if (kind === "move") move([x - grip[0], y - grip[1]]);
-    else turn = turned((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
+    else turn = normal((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
     show();
   }
 
   /** @param {Held} held */
-  function cancel({ before }) {
+  function cancel({ before: start }) {
     if (compared) return;
-    ({ turn, shift } = before);
+    ({ turn, shift } = start);
     show();
   }
 
@@ -143,9 +143,9 @@ export function createGhost(figure, overlay) {
     if (!kind || !arrow || compared || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const step = event.shiftKey ? 5 : 1;
-    if (kind === "turn") turn = turned(turn - 3 * step * (arrow[0] + arrow[1]));
+    if (kind === "turn") turn = normal(turn - 3 * step * (arrow[0] + arrow[1]));
     else {
-      const [a, b] = now();
+      const [a, b] = centre();
       move([a + 0.1 * step * arrow[0] * unit * fine, b - 0.1 * step * arrow[1] * unit * fine]);
     }
     show();
@@ -155,7 +155,7 @@ export function createGhost(figure, overlay) {
   const keys = on(overlay.layer, "keydown", key);
 
   function letGo() {
-    for (const each of Object.values(handles)) overlay.remove(each);
+    for (const handle of Object.values(handles)) overlay.remove(handle);
   }
 
   show();

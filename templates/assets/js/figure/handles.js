@@ -24,7 +24,7 @@ function hint() {
  * @param {string} panel
  * @param {boolean} copy
  */
-function made({ name, label, kind, radius }, panel, copy) {
+function handleButton({ name, label, kind, radius }, panel, copy) {
   const shared = { type: "button", "data-handle": name, "data-panel": panel };
   const attributes =
     !copy
@@ -40,10 +40,10 @@ function made({ name, label, kind, radius }, panel, copy) {
  * @param {HTMLElement} button
  * @param {Handle} handle
  */
-function slide(button, { value, slider: [least, most, now] }) {
+function slide(button, { value, slider: [low, high, current] }) {
   if (button.getAttribute("aria-valuetext") === value) return;
-  const told = { "aria-valuetext": value, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": now };
-  for (const [name, each] of Object.entries(told)) button.setAttribute(name, String(each));
+  const attributes = { "aria-valuetext": value, "aria-valuemin": low, "aria-valuemax": high, "aria-valuenow": current };
+  for (const [name, attribute] of Object.entries(attributes)) button.setAttribute(name, String(attribute));
 }
 
 /**
@@ -56,28 +56,28 @@ export function addHandles(figure, overlay) {
   /** @param {string} name */
   const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
   /** @param {string} name */
-  const own = (name) => buttons.get(name);
-  const drags = addDrags(figure, overlay, { of, own, update });
+  const buttonOf = (name) => buttons.get(name);
+  const drags = addDrags(figure, overlay, { of, own: buttonOf, update });
   /** @type {[handle: string, key: string][]} key presses that wait for their frames */
   let keys = [];
 
   function update() {
     /** @param {string} panel */
-    const seen = (panel) => onStage(figure.root, panel);
-    const places = figure.frame.handles.flatMap((handle) =>
+    const isVisible = (panel) => onStage(figure.root, panel);
+    const entries = figure.frame.handles.flatMap((handle) =>
       [handle.panel, ...(handle.also ?? [])]
-        .filter(seen)
+        .filter(isVisible)
         .map((panel, i) => ({ key: i ? `${handle.name} ${panel}` : handle.name, handle, panel, copy: i > 0 })),
     );
-    const wanted = new Map(places.map(({ key, panel }) => [key, panel]));
+    const panels = new Map(entries.map(({ key, panel }) => [key, panel]));
     for (const [key, button] of buttons) {
-      if (wanted.get(key) === button.dataset.panel) continue;
+      if (panels.get(key) === button.dataset.panel) continue;
       if (button === document.activeElement) figure.focus();
       overlay.remove(button);
       buttons.delete(key);
     }
-    for (const { key, handle, panel, copy } of places) {
-      const button = buttons.get(key) ?? overlay.layer.appendChild(made(handle, panel, copy));
+    for (const { key, handle, panel, copy } of entries) {
+      const button = buttons.get(key) ?? overlay.layer.appendChild(handleButton(handle, panel, copy));
       buttons.set(key, button);
       if (!copy) slide(button, handle);
       if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
@@ -88,11 +88,11 @@ export function addHandles(figure, overlay) {
   function key(event) {
     const name = around(event, ".handle")?.dataset.handle;
     if (!name || event.altKey || event.ctrlKey || event.metaKey) return;
-    const which = (event.shiftKey ? "Shift+" : "") + event.key;
-    if (!of(name)?.keys[which]) return;
+    const combination = (event.shiftKey ? "Shift+" : "") + event.key;
+    if (!of(name)?.keys[combination]) return;
     event.preventDefault();
     const room = event.repeat ? 1 : MOST_KEYS; // a held key stops moving the handle on release
-    if (!drags.held && keys.length < room) keys.push([name, which]);
+    if (!drags.held && keys.length < room) keys.push([name, combination]);
     next(event.timeStamp);
   }
 
@@ -101,14 +101,14 @@ export function addHandles(figure, overlay) {
    * @param {number} [at]
    */
   function next(at) {
-    const pressed = figure.pending ? undefined : keys.shift();
-    if (!pressed) return;
-    const [name, which] = pressed;
+    const press = figure.pending ? undefined : keys.shift();
+    if (!press) return;
+    const [name, combination] = press;
     const handle = of(name);
-    const to = handle?.keys[which];
+    const to = handle?.keys[combination];
     if (!handle || !to) return;
-    const wanted = records.put(figure.record, handle, to, figure.spec.controls);
-    figure.ask(wanted, { merge: `drag:${name}`, by: "key", at });
+    const record = records.put(figure.record, handle, to, figure.spec.controls);
+    figure.ask(record, { merge: `drag:${name}`, by: "key", at });
   }
 
   figure.on("frame", () => {

@@ -21,14 +21,14 @@ import { on } from "../base/dom.js";
  * @param {string} [moves]  the event type for moves
  */
 export function hold(area, captor, { begin, follow, end, cancel }, moves = "pointermove") {
-  /** @type {{ pointer: number, what: T } | null} */
-  let held = null;
+  /** @type {{ pointer: number, thing: T } | null} */
+  let grip = null;
 
   /** @param {PointerEvent} event */
   function press(event) {
-    const what = held || event.button !== 0 ? null : begin(event);
-    if (what === null) return;
-    held = { pointer: event.pointerId, what };
+    const thing = grip || event.button !== 0 ? null : begin(event);
+    if (thing === null) return;
+    grip = { pointer: event.pointerId, thing };
     try {
       captor.setPointerCapture(event.pointerId);
     } catch {
@@ -38,28 +38,28 @@ export function hold(area, captor, { begin, follow, end, cancel }, moves = "poin
 
   /** @param {PointerEvent} event */
   function move(event) {
-    if (held?.pointer !== event.pointerId) return;
-    const gone = event.pointerType !== "touch" && !event.buttons; // released while another page was in front
-    if (gone) release(event);
-    else follow(held.what, event);
+    if (grip?.pointer !== event.pointerId) return;
+    const isReleased = event.pointerType !== "touch" && !event.buttons; // released while another page was in front
+    if (isReleased) release(event);
+    else follow(grip.thing, event);
   }
 
   /** @param {PointerEvent} event */
   function release(event) {
-    if (held?.pointer !== event.pointerId) return;
-    const { what } = held;
-    held = null;
-    end(what, event);
+    if (grip?.pointer !== event.pointerId) return;
+    const { thing } = grip;
+    grip = null;
+    end(thing, event);
   }
 
   /** @param {KeyboardEvent} event */
   function key(event) {
-    if (!held || event.key !== "Escape") return;
+    if (!grip || event.key !== "Escape") return;
     event.preventDefault();
-    const { pointer, what } = held;
-    held = null;
+    const { pointer, thing } = grip;
+    grip = null;
     if (captor.hasPointerCapture(pointer)) captor.releasePointerCapture(pointer);
-    cancel(what);
+    cancel(thing);
   }
 
   const ends = [
@@ -72,7 +72,7 @@ export function hold(area, captor, { begin, follow, end, cancel }, moves = "poin
   ];
   return {
     get held() {
-      return held?.what ?? null;
+      return grip?.thing ?? null;
     },
     dispose() {
       for (const end of ends) end();

@@ -43,8 +43,8 @@ function head(columns, heading, order) {
  */
 function line(row, was) {
   const name = make("th", { scope: "row" }, make("span", { class: `key line ${row.mark}` }, row.label));
-  const cells = row.texts.map((now, i) =>
-    was ? make("td", {}, make("span", {}, now), make("span", { class: "was" }, was.texts[i])) : make("td", {}, now),
+  const cells = row.texts.map((value, i) =>
+    was ? make("td", {}, make("span", {}, value), make("span", { class: "was" }, was.texts[i])) : make("td", {}, value),
   );
   return make("tr", {}, name, ...cells);
 }
@@ -74,9 +74,9 @@ function drawings({ panels }) {
  * @returns {JobResult}
  */
 function built(box) {
-  const found = /** @type {JobResult} */ (JSON.parse(find(box, "script.job-result").textContent ?? ""));
-  const drawn = [...box.querySelectorAll(".job-panels svg.plot")].map((svg) => svg.outerHTML);
-  return { ...found, panels: found.panels.map((panel, i) => ({ ...panel, svg: drawn[i] })) };
+  const result = /** @type {JobResult} */ (JSON.parse(find(box, "script.job-result").textContent ?? ""));
+  const svgs = [...box.querySelectorAll(".job-panels svg.plot")].map((svg) => svg.outerHTML);
+  return { ...result, panels: result.panels.map((panel, i) => ({ ...panel, svg: svgs[i] })) };
 }
 
 /**
@@ -85,13 +85,13 @@ function built(box) {
  */
 function job(figure, box) {
   const name = box.dataset.job ?? "";
-  const place = find(box, ".job-found");
+  const output = find(box, ".job-found");
   const bar = /** @type {HTMLProgressElement} */ (box.querySelector("progress"));
-  const [begin, stop] = ["begin", "stop"].map((what) => findButton(box, `.job-head [data-do="${what}"]`));
-  const [words, heard] = [".job-words", ".job-heard"].map((each) => find(box, each));
-  let found = built(box);
+  const [begin, stop] = ["begin", "stop"].map((action) => findButton(box, `.job-head [data-do="${action}"]`));
+  const [words, heard] = [".job-words", ".job-heard"].map((selector) => find(box, selector));
+  let current = built(box);
   /** @type {JobResult | null} */
-  let kept = null;
+  let baseline = null;
   /** @type {Order} */
   let order = { by: null, falls: false };
   /** @type {{ record: FigureRecord, rows: boolean } | null} */
@@ -105,45 +105,45 @@ function job(figure, box) {
 
   function show() {
     /** @param {Row} row */
-    const was = (row) => kept?.rows.find((each) => each.name === row.name);
+    const was = (row) => baseline?.rows.find((candidate) => candidate.name === row.name);
     const focused = document.activeElement;
-    const focus = focused instanceof HTMLElement && place.contains(focused) ? focused.dataset : {};
-    const before = place.querySelector(".job-scroll");
-    const [held, left] = [before === document.activeElement, before?.scrollLeft ?? 0];
+    const focus = focused instanceof HTMLElement && output.contains(focused) ? focused.dataset : {};
+    const oldScroll = output.querySelector(".job-scroll");
+    const [hadFocus, scrollLeft] = [oldScroll === document.activeElement, oldScroll?.scrollLeft ?? 0];
     const table = make(
       "table",
       {},
-      make("thead", {}, head(found.columns, found.heading, order)),
-      make("tbody", {}, ...sorted(found.rows, order).map((row) => line(row, was(row)))),
+      make("thead", {}, head(current.columns, current.heading, order)),
+      make("tbody", {}, ...sorted(current.rows, order).map((row) => line(row, was(row)))),
     );
-    const region = { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": found.caption };
+    const region = { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": current.caption };
     const scroll = make("div", region);
     scroll.append(table);
-    /** @type {(what: string, label: string) => HTMLButtonElement} */
-    const tool = (what, label) => make("button", { type: "button", "data-do": what }, label);
-    place.replaceChildren(
-      make("p", { class: "job-caption" }, found.caption),
-      ...(kept ? [make("p", { class: "job-caption was" }, `Kept run, in smaller print: ${kept.caption}`)] : []),
+    /** @type {(action: string, label: string) => HTMLButtonElement} */
+    const tool = (action, label) => make("button", { type: "button", "data-do": action }, label);
+    output.replaceChildren(
+      make("p", { class: "job-caption" }, current.caption),
+      ...(baseline ? [make("p", { class: "job-caption was" }, `Kept run, in smaller print: ${baseline.caption}`)] : []),
       scroll,
-      make("div", { class: "job-panels" }, ...drawings(found)),
-      ...(kept ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
-      ...(kept ? [make("div", { class: "job-panels" }, ...drawings(kept))] : []),
+      make("div", { class: "job-panels" }, ...drawings(current)),
+      ...(baseline ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
+      ...(baseline ? [make("div", { class: "job-panels" }, ...drawings(baseline))] : []),
       make(
         "div",
         { class: "job-tools" },
-        kept ? tool("drop", "Remove the kept run") : tool("keep", "Keep to compare"),
+        baseline ? tool("drop", "Remove the kept run") : tool("keep", "Keep to compare"),
         tool("csv", "Copy as CSV"),
         tool("save", "Save as CSV"),
         tool("python", "Copy the Python"),
       ),
     );
-    const again = focus.sort ? `[data-sort="${focus.sort}"]` : focus.do ? `.job-tools [data-do="${focus.do}"]` : "";
-    scroll.scrollLeft = left;
-    if (held) scroll.focus({ preventScroll: true });
-    if (!again) return;
+    const selector = focus.sort ? `[data-sort="${focus.sort}"]` : focus.do ? `.job-tools [data-do="${focus.do}"]` : "";
+    scroll.scrollLeft = scrollLeft;
+    if (hadFocus) scroll.focus({ preventScroll: true });
+    if (!selector) return;
     /** @type {HTMLElement | null} */
-    const there = place.querySelector(again);
-    (there ?? find(place, ".job-tools button")).focus({ preventScroll: true });
+    const target = output.querySelector(selector);
+    (target ?? find(output, ".job-tools button")).focus({ preventScroll: true });
   }
 
   /** @param {string} message */
@@ -157,12 +157,12 @@ function job(figure, box) {
   }
 
   /** @param {Slice} slice */
-  function hear({ part, words: said, result }) {
+  function hear({ part, words: message, result }) {
     bar.value = part;
-    tell(said, false);
+    tell(message, false);
     if (!result) return;
     if (run) run.rows = true;
-    found = result;
+    current = result;
     show();
   }
 
@@ -179,8 +179,8 @@ function job(figure, box) {
     else runtime.start();
     const began = performance.now();
     try {
-      for (let does = /** @type {"begin" | "go on"} */ ("begin"); run === mine; does = "go on") {
-        const slice = await runtime.job({ figure: figure.id, record: mine.record, name, does });
+      for (let phase = /** @type {"begin" | "go on"} */ ("begin"); run === mine; phase = "go on") {
+        const slice = await runtime.job({ figure: figure.id, record: mine.record, name, does: phase });
         if (run !== mine) return;
         hear(slice);
         if (slice.done) return end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
@@ -198,29 +198,30 @@ function job(figure, box) {
     runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
   }
 
-  /** @type {(what: string, value: string) => Promise<void>} */
-  async function hand(what, value) {
-    if (await copy(value)) tell(`${what} copied.`);
-    else figure.offer(`${what}:`, value);
+  /** @type {(description: string, value: string) => Promise<void>} */
+  async function hand(description, value) {
+    if (await copy(value)) tell(`${description} copied.`);
+    else figure.offer(`${description}:`, value);
   }
 
-  const csv = () => (kept ? `${found.caption}\n${found.csv}\n${kept.caption}\n${kept.csv}` : found.csv);
+  const csv = () =>
+    baseline ? `${current.caption}\n${current.csv}\n${baseline.caption}\n${baseline.csv}` : current.csv;
 
   /** @type {Record<string, () => void>} */
-  const does = {
+  const actions = {
     begin: work,
     stop: halt,
     keep() {
-      kept = found;
+      baseline = current;
       show();
     },
     drop() {
-      kept = null;
+      baseline = null;
       show();
     },
     csv: () => hand("Table", csv()),
     save: () => save(fileName(figure.id, `-${name}.csv`), csv(), "text/csv"),
-    python: () => hand("Python", found.python),
+    python: () => hand("Python", current.python),
   };
 
   /**
@@ -236,7 +237,7 @@ function job(figure, box) {
   function press(event) {
     const node = around(event, "[data-do], [data-sort]");
     if (!(node instanceof HTMLButtonElement) || node.disabled) return;
-    if (node.dataset.do) return does[node.dataset.do]();
+    if (node.dataset.do) return actions[node.dataset.do]();
     const by = Number(node.dataset.sort);
     order = { by, falls: order.by === by && !order.falls };
     show();

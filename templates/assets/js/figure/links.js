@@ -20,23 +20,23 @@ import { goTo, offerWayBack } from "./way_back.js";
 function visit(figure) {
   const { stage } = figure;
   const { top, bottom } = stage.getBoundingClientRect();
-  const away = top < 0 || bottom > innerHeight;
-  if (away) goTo(stage);
+  const isAway = top < 0 || bottom > innerHeight;
+  if (isAway) goTo(stage);
   figure.focus();
-  return away;
+  return isAway;
 }
 
 /**
  * Shows a record. If it ends in a press that can be shown as a motion, the state before the press comes first.
  * @param {Figure} figure
- * @param {FigureRecord} wanted
+ * @param {FigureRecord} target
  * @param {string} [by]
  */
-export function approach(figure, wanted, by = "") {
-  const before = records.back(wanted);
-  const pressed = wanted.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, wanted);
-  if (pressed && !calm() && (runtime.state === "live" || taped(figure.id, before))) figure.ask(before, { by });
-  figure.ask(wanted, { by });
+export function approach(figure, target, by = "") {
+  const previous = records.back(target);
+  const endsInPress = target.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, target);
+  if (endsInPress && !calm() && (runtime.state === "live" || taped(figure.id, previous))) figure.ask(previous, { by });
+  figure.ask(target, { by });
 }
 
 /** @param {MouseEvent} event */
@@ -45,19 +45,19 @@ function tried(event) {
   const { figure: id = "", record = "{}" } = button?.dataset ?? {};
   const figure = figures.get(id);
   if (!button || !figure) return;
-  const given = JSON.parse(record);
+  const target = JSON.parse(record);
   const { fresh } = figure;
   if (visit(figure)) offerWayBack(button);
-  approach(figure, { ...fresh, ...given, controls: { ...fresh.controls, ...given.controls } });
+  approach(figure, { ...fresh, ...target, controls: { ...fresh.controls, ...target.controls } });
 }
 
 function linked() {
   const { name, state } = fragment();
   const figure = figures.get(name);
   if (!figure || state === null) return;
-  const [data, more] = state.split(MORE);
-  const rest = moreOf(figure.root);
-  if (rest && more !== undefined) rest.open = true;
+  const [data, suffix] = state.split(MORE);
+  const details = moreOf(figure.root);
+  if (details && suffix !== undefined) details.open = true;
   visit(figure);
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
@@ -99,15 +99,15 @@ export function addLinkButton(figure) {
  * Follows a link to the page's current address: no hashchange fires, but the reader wants to go there.
  * @param {MouseEvent} event
  */
-function again(event) {
+function followAgain(event) {
   const link = around(event, "a[href]");
-  const elsewhere = event.defaultPrevented || event.button || event.ctrlKey || event.metaKey || event.shiftKey;
-  if (!elsewhere && link instanceof HTMLAnchorElement && link.href === location.href) linked();
+  const isHandled = event.defaultPrevented || event.button || event.ctrlKey || event.metaKey || event.shiftKey;
+  if (!isHandled && link instanceof HTMLAnchorElement && link.href === location.href) linked();
 }
 
 export function followLinks() {
   linked();
   on(document, "click", tried);
-  on(document, "click", again);
+  on(document, "click", followAgain);
   on(globalThis, "hashchange", linked);
 }

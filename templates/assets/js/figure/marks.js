@@ -20,40 +20,40 @@ const attributesOf = (tag) => new Map([...tag.matchAll(ATTRIBUTES)].map(([, name
 /**
  * The edits that turn one markup into another: the element's index in the drawing, its changed attributes, and its text
  * if that has changed. Null if attributes and text are not enough: other elements, or character references.
- * @param {string[]} before
- * @param {string[]} now
+ * @param {string[]} previous
+ * @param {string[]} current
  * @returns {{ index: number, attributes: [string, string][], words: string | null }[] | null}
  */
-export function changes(before, now) {
-  if (before.length !== now.length) return null;
-  const found = [];
+export function changes(previous, current) {
+  if (previous.length !== current.length) return null;
+  const edits = [];
   let index = -1;
-  for (const [i, tag] of now.entries()) {
-    const old = before[i];
+  for (const [i, tag] of current.entries()) {
+    const old = previous[i];
     if (!tag.startsWith("</")) index++;
     if (tag === old) continue;
-    const [attributes, known] = [attributesOf(tag), attributesOf(old)];
-    const same = nameOf(tag) === nameOf(old) && [...attributes.keys()].join() === [...known.keys()].join();
+    const [attributes, oldAttributes] = [attributesOf(tag), attributesOf(old)];
+    const same = nameOf(tag) === nameOf(old) && [...attributes.keys()].join() === [...oldAttributes.keys()].join();
     if (!same || `${tag}${old}`.includes("&")) return null;
-    const written = [...attributes].filter(([name, value]) => known.get(name) !== value);
-    const [words, were] = [tag, old].map((each) => each.slice(each.indexOf(">") + 1));
-    found.push({ index, attributes: written, words: words === were ? null : words });
+    const changed = [...attributes].filter(([name, value]) => oldAttributes.get(name) !== value);
+    const [words, were] = [tag, old].map((text) => text.slice(text.indexOf(">") + 1));
+    edits.push({ index, attributes: changed, words: words === were ? null : words });
   }
-  return found;
+  return edits;
 }
 
 /**
  * Updates a drawing in place; false if it must be replaced whole, because its elements have changed or something was
  * added to it since (a pen's ink).
  * @param {SVGSVGElement} drawing
- * @param {string[]} before  its tags as they are
- * @param {string[]} now
+ * @param {string[]} previous  its tags as they are
+ * @param {string[]} current
  */
-export function redraw(drawing, before, now) {
+export function redraw(drawing, previous, current) {
   const elements = drawing.getElementsByTagName("*"); // without the drawing itself
-  const found = changes(before, now);
-  if (!found || elements.length !== now.filter((tag) => !tag.startsWith("</")).length - 1) return false;
-  for (const { index, attributes, words } of found) {
+  const edits = changes(previous, current);
+  if (!edits || elements.length !== current.filter((tag) => !tag.startsWith("</")).length - 1) return false;
+  for (const { index, attributes, words } of edits) {
     const element = index ? elements[index - 1] : drawing;
     for (const [name, value] of attributes) element.setAttribute(name, value);
     if (words !== null) element.textContent = words;

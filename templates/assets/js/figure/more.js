@@ -13,6 +13,6 @@ export const moreOf = (root) => root.querySelector("details.figure-rest");
  * @param {Figure} figure
  */
 export function addMore(figure) {
-  const more = moreOf(figure.root);
-  if (more) on(more, "toggle", () => figure.rescaled());
+  const details = moreOf(figure.root);
+  if (details) on(details, "toggle", () => figure.rescaled());
 }

@@ -12,17 +12,17 @@ const ease = (part) => 1 - (1 - part) ** 3;
 /**
  * A function that draws a part of a group's lines; its other marks are hidden until the lines are whole.
  * @param {SVGElement} group
- * @returns {(left: number) => void}
+ * @returns {(remaining: number) => void}
  */
 function tracer(group) {
-  const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path, text")]);
-  const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, like the lines' widths
-  const lengths = all.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
-  return (left) => {
+  const marks = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path, text")]);
+  const scale = Math.abs(marks[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, like the lines' widths
+  const lengths = marks.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
+  return (remaining) => {
     for (const [index, length] of lengths.entries()) {
-      const { style } = all[index];
+      const { style } = marks[index];
       if (length === false) style.visibility = "hidden";
-      else style.strokeDasharray = `${(1 - left) * length} ${length + 1}`;
+      else style.strokeDasharray = `${(1 - remaining) * length} ${length + 1}`;
     }
   };
 }
@@ -31,11 +31,11 @@ function tracer(group) {
  * A function that places a group on its way.
  * @param {SVGElement} group
  * @param {Move} motion
- * @returns {(left: number) => void}  from 1 at the start to 0 at the end
+ * @returns {(remaining: number) => void}  from 1 at the start to 0 at the end
  */
-const mover = (group, { turn, about, shift }) => (left) => {
-  const [x, y] = shift.map((value) => -value * left);
-  group.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
+const mover = (group, { turn, about, shift }) => (remaining) => {
+  const [x, y] = shift.map((value) => -value * remaining);
+  group.setAttribute("transform", `rotate(${-turn * remaining} ${about.join(" ")}) translate(${x} ${y})`);
 };
 
 /** @param {SVGElement} group  restored to the way it was drawn */
@@ -56,10 +56,10 @@ function leave(group) {
  */
 export function startMotions(motions, began, length, over) {
   const groups = motions.flatMap((motion) => {
-    const moved = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
-    if (!moved) return [];
+    const group = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
+    if (!group) return [];
     const slow = "trace" in motion;
-    return { moved, whole: slow ? 3 * length : length, place: slow ? tracer(moved) : mover(moved, motion) };
+    return { group, whole: slow ? 3 * length : length, place: slow ? tracer(group) : mover(group, motion) };
   });
   const begins = performance.now();
   const longest = Math.max(...groups.map(({ whole }) => whole));
@@ -68,7 +68,7 @@ export function startMotions(motions, began, length, over) {
 
   function end() {
     cancelAnimationFrame(request);
-    for (const { moved } of groups) leave(moved);
+    for (const { group } of groups) leave(group);
   }
 
   /** @param {number} now */
@@ -82,7 +82,7 @@ export function startMotions(motions, began, length, over) {
     request = requestAnimationFrame(() => draw(performance.now())); // the callback's timestamp may precede the start
   }
 
-  for (const { moved } of groups) moved.ownerSVGElement?.classList.add("moving");
+  for (const { group } of groups) group.ownerSVGElement?.classList.add("moving");
   draw(begins);
   return end;
 }

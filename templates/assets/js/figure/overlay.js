@@ -15,12 +15,12 @@ import { drawing } from "./panels.js";
  */
 export function createOverlay(figure) {
   const { root, stage } = figure;
-  const there = /** @type {HTMLElement | null} */ (stage.querySelector(".figure-handles"));
-  const layer = there ?? stage.appendChild(make("div", { class: "figure-handles" }));
+  const existing = /** @type {HTMLElement | null} */ (stage.querySelector(".figure-handles"));
+  const layer = existing ?? stage.appendChild(make("div", { class: "figure-handles" }));
   /** @type {Map<string, [x: number, y: number, width: number, height: number]>} */
   const boxes = new Map();
   /** @type {Map<HTMLElement, [panel: string, left: number, top: number]>} */
-  const places = new Map(); // in percent of the panel
+  const positions = new Map(); // in percent of the panel
   /** @type {DOMRect | null} */
   let origin = null; // the layer's box on the screen; null once something may have moved it
   let scale = 1; // px of the screen per px of the layout
@@ -33,32 +33,32 @@ export function createOverlay(figure) {
       const box = drawing(root, name)?.getBoundingClientRect();
       if (box) boxes.set(name, [box.left - from.left, box.top - from.top, box.width, box.height]);
     }
-    for (const button of places.keys()) settle(button);
+    for (const button of positions.keys()) settle(button);
     return from;
   }
 
   /** @param {HTMLElement} button */
   function settle(button) {
-    const [panel, left, top] = places.get(button) ?? ["", 0, 0];
+    const [panel, left, top] = positions.get(button) ?? ["", 0, 0];
     const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
     const [across, down] = [x + (left / 100) * width, y + (top / 100) * height];
     button.style.translate = `${across / scale}px ${down / scale}px`; // unlike left and top, needs no layout
   }
 
   const watch = new ResizeObserver(measure);
-  [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
+  [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((element) => watch.observe(element));
   measure();
   figure.on("scaled", measure); // no observer reports a slide's scale
   // While the stage sticks, panels outside it scroll past, and a control over one of them has to follow.
-  const moved = () => {
+  const onMove = () => {
     origin = null;
-    const place = places.get(/** @type {HTMLElement} */ (document.activeElement));
-    if (place && !stage.contains(drawing(root, place[0]))) measure();
+    const position = positions.get(/** @type {HTMLElement} */ (document.activeElement));
+    if (position && !stage.contains(drawing(root, position[0]))) measure();
   };
-  on(document, "scroll", moved, { capture: true, passive: true });
-  on(document, "toggle", moved, { capture: true }); // something above may have unfolded
-  on(globalThis, "resize", moved);
-  on(root, "pointerenter", moved);
+  on(document, "scroll", onMove, { capture: true, passive: true });
+  on(document, "toggle", onMove, { capture: true }); // something above may have unfolded
+  on(globalThis, "resize", onMove);
+  on(root, "pointerenter", onMove);
   return {
     layer,
     measure,
@@ -80,13 +80,13 @@ export function createOverlay(figure) {
      * @param {number} top
      */
     put(button, panel, left, top) {
-      places.set(button, [panel, left, top]);
+      positions.set(button, [panel, left, top]);
       if (boxes.has(panel)) settle(button);
       else measure();
     },
     /** @param {HTMLElement} button */
     remove(button) {
-      places.delete(button);
+      positions.delete(button);
       button.remove();
     },
   };

@@ -21,14 +21,14 @@ const LARGEST = 24_000_000;
 export function addOwnClouds(figure, overlay) {
   const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".own"));
   if (!box) return;
-  const places = figure.spec.takes;
+  const slots = figure.spec.takes;
   /** @type {Map<string, string>} */
   const words = new Map(); // fingerprint → description
   /** @type {Map<string, Turn>} */
   const turns = new Map(); // by place: results of earlier turns are ignored
 
-  /** @param {string} place */
-  const told = (place) => box.querySelector(`[data-told="${place}"]`);
+  /** @param {string} slot */
+  const statusOf = (slot) => box.querySelector(`[data-told="${slot}"]`);
 
   /** @param {string} name */
   const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} will be read once Python is ready.`);
@@ -37,18 +37,19 @@ export function addOwnClouds(figure, overlay) {
    * Describes a file that a record refers to; it may be forgotten by now, or stem from another visit.
    * @param {string | undefined} key
    */
-  function named(key) {
+  function describe(key) {
     if (!key) return "Nothing yet.";
     if (runtime.holds(key)) return words.get(key) ?? "";
-    const known = words.get(key);
-    return known ? `No longer stored; open it again. It was ${known}` : "Not here: open the file used for this state.";
+    const description = words.get(key);
+    if (!description) return "Not here: open the file used for this state.";
+    return `No longer stored; open it again. It was ${description}`;
   }
 
   function show() {
-    const { given = {} } = figure.record;
-    for (const place of places) {
-      const turn = turns.get(place);
-      text(told(place), turn?.name && !turn.over ? waits(turn.name) : named(given[place]));
+    const { given: keys = {} } = figure.record;
+    for (const slot of slots) {
+      const turn = turns.get(slot);
+      text(statusOf(slot), turn?.name && !turn.over ? waits(turn.name) : describe(keys[slot]));
     }
   }
 
@@ -59,10 +60,10 @@ export function addOwnClouds(figure, overlay) {
   function begin(things, alone = false) {
     if (alone) turns.clear();
     /** @type {Record<string, Turn>} */
-    const begun = {};
-    for (const [place, { name }] of Object.entries(things)) turns.set(place, (begun[place] = { name, over: false }));
+    const newTurns = {};
+    for (const [slot, { name }] of Object.entries(things)) turns.set(slot, (newTurns[slot] = { name, over: false }));
     show();
-    return begun;
+    return newTurns;
   }
 
   /**
@@ -72,8 +73,9 @@ export function addOwnClouds(figure, overlay) {
    */
   async function read({ name, data }, turn) {
     try {
-      const { key, words: said } = await runtime.give({ figure: figure.id, widget: figure.record.widget, name, data });
-      words.set(key, name ? `${name}: ${said}` : said);
+      const { widget } = figure.record;
+      const { key, words: summary } = await runtime.give({ figure: figure.id, widget, name, data });
+      words.set(key, name ? `${name}: ${summary}` : summary);
       return key;
     } finally {
       turn.over = true;
@@ -84,72 +86,72 @@ export function addOwnClouds(figure, overlay) {
    * Has the figure show these things; `alone`: in place of all others.
    * @param {Things} things
    */
-  async function bring(things, alone = false, begun = begin(things, alone)) {
+  async function bring(things, alone = false, newTurns = begin(things, alone)) {
     /** @param {[place: string, key?: string]} found */
-    const mine = ([place]) => turns.get(place) === begun[place];
+    const mine = ([slot]) => turns.get(slot) === newTurns[slot];
     /** @type {[place: string, key: string][]} */
-    const found = [];
+    const pairs = [];
     runtime.start();
-    for (const [place, thing] of Object.entries(things)) {
-      if (!mine([place])) continue; // another file came while this one was read
+    for (const [slot, thing] of Object.entries(things)) {
+      if (!mine([slot])) continue; // another file came while this one was read
       try {
-        found.push([place, await read(thing, begun[place])]);
+        pairs.push([slot, await read(thing, newTurns[slot])]);
       } catch (error) {
-        for (const turn of Object.values(begun)) turn.over = true;
+        for (const turn of Object.values(newTurns)) turn.over = true;
         show();
-        const why = messageOf(error).replace(/^ValueError: /, "");
-        if (mine([place])) figure.refuse(`${called(thing.name) || "The drawing"}: ${why}.`);
+        const reason = messageOf(error).replace(/^ValueError: /, "");
+        if (mine([slot])) figure.refuse(`${called(thing.name) || "The drawing"}: ${reason}.`);
         return;
       }
     }
-    const heard = found.filter(mine);
+    const heard = pairs.filter(mine);
     if (Object.keys(things).length && !heard.length) return;
-    const before = figure.record.given ?? {};
+    const previous = figure.record.given ?? {};
     /** @type {Record<string, string>} */
-    const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
-    const same = places.every((place) => before[place] === given[place]);
+    const keys = { ...(alone ? {} : previous), ...Object.fromEntries(heard) };
+    const same = slots.every((slot) => previous[slot] === keys[slot]);
     const controls = { ...figure.record.controls, clouds: "own" };
     const log = same ? figure.record.log : []; // a link's actions are kept for the files that they were made with
-    figure.ask({ ...figure.record, controls, log, given });
+    figure.ask({ ...figure.record, controls, log, given: keys });
     figure.speak();
     show();
   }
 
   /**
    * @param {File[]} files
-   * @param {string} [place]
+   * @param {string} [slot]
    */
-  async function open(files, place) {
-    if (files.length > places.length) {
-      figure.refuse(`${files.length} files at once: open ${places.length}, the ${places.join(" and the ")}.`);
+  async function open(files, slot) {
+    if (files.length > slots.length) {
+      figure.refuse(`${files.length} files at once: open ${slots.length}, the ${slots.join(" and the ")}.`);
       return;
     }
-    const [one, other] = files;
-    const coming = (/** @type {string} */ each) => turns.get(each)?.over === false;
-    const free = places.find((each) => !figure.record.given?.[each] && !coming(each)) ?? places[0];
+    const [first, second] = files;
+    const coming = (/** @type {string} */ slot) => turns.get(slot)?.over === false;
+    const free = slots.find((slot) => !figure.record.given?.[slot] && !coming(slot)) ?? slots[0];
     /** @type {Record<string, File>} */
-    const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
+    const chosen = second ? { [slots[0]]: first, [slots[1]]: second } : { [slot ?? free]: first };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
     if (large) {
       figure.refuse(`${called(large.name)}: ${megabytes(large.size)} MB exceed the limit of ${LARGEST / 1e6} MB.`);
       return;
     }
     pen.put();
-    const begun = begin(chosen);
+    const newTurns = begin(chosen);
     /** @type {Things} */
     const things = {};
-    for (const [each, file] of Object.entries(chosen)) {
+    for (const [slot, file] of Object.entries(chosen)) {
       try {
-        things[each] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
+        things[slot] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
       } catch (error) {
-        const last = Object.entries(begun).some(([place, turn]) => turns.get(place) === turn);
-        for (const turn of Object.values(begun)) turn.over = true;
+        const last = Object.entries(newTurns).some(([slot, turn]) => turns.get(slot) === turn);
+        for (const turn of Object.values(newTurns)) turn.over = true;
         show();
         if (last) figure.refuse(`${called(file.name)} cannot be read: ${messageOf(error)}.`);
         return;
       }
     }
-    bring(things, false, begun);
+    bring(things, false, newTurns);
   }
 
   /** @param {Event} event */
@@ -181,7 +183,7 @@ export function addOwnClouds(figure, overlay) {
     if (!event.dataTransfer || !carries(event)) return;
     event.preventDefault();
     figure.root.classList.remove("dropping");
-    const folder = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry()).find((each) => each?.isDirectory);
+    const folder = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry()).find((entry) => entry?.isDirectory);
     if (folder) {
       figure.refuse(`${called(folder.name)} is a folder: drop files, the source first.`);
       return;
@@ -192,17 +194,17 @@ export function addOwnClouds(figure, overlay) {
 
   function swap() {
     const { given = {} } = figure.record;
-    const [one, other] = places.map((place) => given[place]);
-    const turned = { ...(other && { [places[0]]: other }), ...(one && { [places[1]]: one }) };
-    figure.ask({ ...figure.record, given: turned, log: [] });
+    const [first, second] = slots.map((slot) => given[slot]);
+    const exchange = { ...(second && { [slots[0]]: second }), ...(first && { [slots[1]]: first }) };
+    figure.ask({ ...figure.record, given: exchange, log: [] });
     figure.speak();
   }
 
   /** @param {MouseEvent} event */
   function take(event) {
     const name = around(event, "[data-file]")?.dataset.file ?? "";
-    const held = figure.frame.files?.[name];
-    if (held) save(name, held);
+    const content = figure.frame.files?.[name];
+    if (content) save(name, content);
   }
 
   const files = /** @type {NodeListOf<HTMLButtonElement>} */ (box.querySelectorAll("[data-file]"));

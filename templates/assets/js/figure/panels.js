@@ -29,7 +29,7 @@ export function onStage(root, name) {
  * Each panel's current drawing, as text and as tags, so that unchanged parts are left alone.
  * @type {WeakMap<HTMLElement, { svg: string, tags: string[] }>}
  */
-const held = new WeakMap();
+const drawings = new WeakMap();
 
 /**
  * Shows a drawing in a panel, updated in place if possible.
@@ -37,12 +37,12 @@ const held = new WeakMap();
  * @param {string} svg
  */
 function show(panel, svg) {
-  const known = held.get(panel);
-  if (known?.svg === svg) return;
+  const current = drawings.get(panel);
+  if (current?.svg === svg) return;
   const tags = tagsOf(svg);
   const drawing = /** @type {SVGSVGElement} */ (panel.querySelector("svg.plot"));
-  if (!known || !redraw(drawing, known.tags, tags)) drawing.outerHTML = svg;
-  held.set(panel, { svg, tags });
+  if (!current || !redraw(drawing, current.tags, tags)) drawing.outerHTML = svg;
+  drawings.set(panel, { svg, tags });
 }
 
 /**
@@ -52,11 +52,11 @@ function show(panel, svg) {
  */
 function caption(panel, words) {
   const lines = words.split("\n");
-  const told = panel.querySelector(".panel-caption");
-  if (!told) return;
-  while (told.children.length < lines.length) told.append(make("span"));
-  while (told.children.length > lines.length) told.lastChild?.remove();
-  lines.forEach((line, i) => text(told.children[i], line));
+  const box = panel.querySelector(".panel-caption");
+  if (!box) return;
+  while (box.children.length < lines.length) box.append(make("span"));
+  while (box.children.length > lines.length) box.lastChild?.remove();
+  lines.forEach((line, i) => text(box.children[i], line));
 }
 
 /**
@@ -65,14 +65,14 @@ function caption(panel, words) {
  */
 export function swapPanels(root, panels) {
   const names = new Set(panels.map(({ name }) => name));
-  for (const gone of /** @type {NodeListOf<HTMLElement>} */ (root.querySelectorAll(".figure-panel[data-panel]"))) {
-    if (!names.has(gone.dataset.panel ?? "")) gone.remove();
+  for (const node of /** @type {NodeListOf<HTMLElement>} */ (root.querySelectorAll(".figure-panel[data-panel]"))) {
+    if (!names.has(node.dataset.panel ?? "")) node.remove();
   }
   for (const { name, svg, caption: words } of panels) {
-    const there = panelOf(root, name);
-    if (there) {
-      show(there, svg);
-      caption(there, words);
+    const existing = panelOf(root, name);
+    if (existing) {
+      show(existing, svg);
+      caption(existing, words);
       continue;
     }
     const panel = make("div", { class: "figure-panel", "data-panel": name });

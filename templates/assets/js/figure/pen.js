@@ -37,7 +37,7 @@ function spread(corners) {
 }
 
 /** @type {(point: Point) => Point} */
-const moved = ([x, y]) => [
+const toTarget = ([x, y]) => [
   x * Math.cos(TURN) - y * Math.sin(TURN) + SHIFT[0],
   x * Math.sin(TURN) + y * Math.cos(TURN) + SHIFT[1],
 ];
@@ -55,62 +55,62 @@ export function addPen(figure, overlay, bring) {
   const cross = crosshair(figure, overlay, PANEL, words, () => {});
   /** @type {Stroke[]} in the order they were drawn */
   let strokes = [];
-  let place = ""; // the cloud being drawn, if any
+  let cloud = ""; // the cloud being drawn, if any
   /** @typedef {{ corners: Point[], ink: SVGPathElement }} Line */
   /** @type {SVGPathElement[]} finished lines, until the next frame */
   const dry = [];
 
-  /** @param {string} which */
-  const of = (which) => strokes.filter((each) => each.place === which).flatMap((each) => each.points);
+  /** @param {string} name */
+  const of = (name) => strokes.filter((stroke) => stroke.place === name).flatMap((stroke) => stroke.points);
 
   /** Hands over the strokes so far as two clouds. */
   function hand() {
     /** @type {Things} */
     const things = {};
-    for (const which of [source, target]) {
-      const rows = of(which).slice(0, MOST).map((point) => point.map(four).join(","));
+    for (const name of [source, target]) {
+      const rows = of(name).slice(0, MOST).map((point) => point.map(four).join(","));
       const data = new TextEncoder().encode(["x,y", ...rows].join("\n"));
-      if (rows.length) things[which] = { name: "", data };
+      if (rows.length) things[name] = { name: "", data };
     }
     bring(things);
   }
 
   function show() {
     for (const button of /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("[data-pen]"))) {
-      button.setAttribute("aria-pressed", String(button.dataset.pen === place));
+      button.setAttribute("aria-pressed", String(button.dataset.pen === cloud));
     }
-    for (const what of ["undo", "clear"]) {
-      const button = findButton(box, `[data-own=${what}]`);
-      if (!strokes.length && button === document.activeElement) findButton(box, `[data-pen=${place || source}]`).focus();
+    for (const action of ["undo", "clear"]) {
+      const button = findButton(box, `[data-own=${action}]`);
+      if (!strokes.length && button === document.activeElement) findButton(box, `[data-pen=${cloud || source}]`).focus();
       button.disabled = !strokes.length;
     }
     findButton(box, "[data-own=copy]").disabled = !of(source).length;
-    figure.stage.classList.toggle("drawing", Boolean(place));
-    cross.button.hidden = !place;
+    figure.stage.classList.toggle("drawing", Boolean(cloud));
+    cross.button.hidden = !cloud;
   }
 
   /** Starts drawing a cloud, or stops drawing. */
-  function put(which = "") {
-    place = which;
+  function put(name = "") {
+    cloud = name;
     show();
   }
 
   /** @param {Point[]} points */
   function add(points) {
-    strokes.push({ place, points });
+    strokes.push({ place: cloud, points });
     show();
     hand();
   }
 
   /** @param {PointerEvent} event @returns {Line | null} */
   function begin(event) {
-    if (!place || around(event, "button")) return null;
+    if (!cloud || around(event, "button")) return null;
     overlay.measure();
     const at = cross.where(event);
     if (!at) return null;
     event.preventDefault();
     const ink = document.createElementNS(SVG, "path");
-    ink.setAttribute("class", `line thick ${place}`);
+    ink.setAttribute("class", `line thick ${cloud}`);
     find(panel, "svg.plot").append(ink);
     return { corners: [at], ink };
   }
@@ -121,8 +121,8 @@ export function addPen(figure, overlay, bring) {
     if (!at) return;
     corners.push(at);
     const view = figure.viewOf(PANEL);
-    const px = corners.map((each) => percent(view, each).map((part, i) => Math.round((part / 10) * view[4 + i])));
-    ink.setAttribute("d", `M${px.map((each) => each.join(" ")).join("L")}`);
+    const px = corners.map((corner) => percent(view, corner).map((part, i) => Math.round((part / 10) * view[4 + i])));
+    ink.setAttribute("d", `M${px.map((point) => point.join(" ")).join("L")}`);
   }
 
   /** @param {Line} line @param {PointerEvent} event */
@@ -140,18 +140,18 @@ export function addPen(figure, overlay, bring) {
 
   /** @param {MouseEvent} event */
   function press(event) {
-    const { pen, own } = around(event, "button")?.dataset ?? {};
+    const { pen, own: action } = around(event, "button")?.dataset ?? {};
     if (pen) {
-      put(pen === place ? "" : pen);
-      if (place) hand(); // what was drawn before, or an empty window
-    } else if (own === "undo") strokes.pop();
-    else if (own === "clear") strokes = [];
-    else if (own === "copy") {
-      const copies = strokes.filter((each) => each.place === source);
-      strokes = [...copies, ...copies.map(({ points }) => ({ place: target, points: points.map(moved) }))];
+      put(pen === cloud ? "" : pen);
+      if (cloud) hand(); // what was drawn before, or an empty window
+    } else if (action === "undo") strokes.pop();
+    else if (action === "clear") strokes = [];
+    else if (action === "copy") {
+      const copies = strokes.filter((stroke) => stroke.place === source);
+      strokes = [...copies, ...copies.map(({ points }) => ({ place: target, points: points.map(toTarget) }))];
     } else return;
     show();
-    if (own) hand();
+    if (action) hand();
   }
 
   on(cross.button, "click", (event) => {

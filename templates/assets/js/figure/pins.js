@@ -22,7 +22,7 @@ const differ = (pins, of) => new Set(pins.map(of)).size > 1;
  * @type {(pins: Pin[], name: string) => string}
  */
 const unitOf = (pins, name) =>
-  pins.flatMap((pin) => pin.readouts).find((each) => each.name === name && each.unit)?.unit ?? "";
+  pins.flatMap((pin) => pin.readouts).find((readout) => readout.name === name && readout.unit)?.unit ?? "";
 
 /**
  * The table's columns; `all` includes the settings that are equal in all rows.
@@ -30,16 +30,17 @@ const unitOf = (pins, name) =>
  */
 function columns(specs, pins, all) {
   /** @type {(name: string) => (pin: Pin) => Value} */
-  const shown = (name) => (pin) => pin.record.controls[name];
-  const settings = Object.entries(specs).filter(([name]) => all || differ(pins, shown(name)));
+  const settingOf = (name) => (pin) => pin.record.controls[name];
+  const settings = Object.entries(specs).filter(([name]) => all || differ(pins, settingOf(name)));
   const seed = all || differ(pins, (pin) => pin.record.seed);
-  const readouts = /** @type {Pin} */ (pins.at(-1)).readouts.map((each) => ({ ...each, unit: unitOf(pins, each.name) }));
+  const latest = /** @type {Pin} */ (pins.at(-1));
+  const readouts = latest.readouts.map((readout) => ({ ...readout, unit: unitOf(pins, readout.name) }));
   /** @type {(pin: Pin, name: string) => string} */
-  const value = (pin, name) => pin.readouts.find((each) => each.name === name)?.value ?? "–";
+  const value = (pin, name) => pin.readouts.find((readout) => readout.name === name)?.value ?? "–";
   /** @type {(name: string, spec: Control) => Column} */
   const setting = (name, spec) => {
     const [unitless, unit] = spec.kind === "slider" ? [{ ...spec, unit: "" }, spec.unit] : [spec, ""];
-    return [withUnit({ label: spec.label, unit }), (pin) => shownValue(unitless, shown(name)(pin))];
+    return [withUnit({ label: spec.label, unit }), (pin) => shownValue(unitless, settingOf(name)(pin))];
   };
   /** @type {Column[]} */
   const seeds = seed ? [["Seed", (pin) => String(pin.record.seed)]] : [];
@@ -47,7 +48,9 @@ function columns(specs, pins, all) {
     ...settings.map(([name, spec]) => setting(name, spec)),
     ...seeds,
     ["Actions", (pin) => String(pin.record.log.length)],
-    ...readouts.map((each) => /** @type {Column} */ ([withUnit(each), (/** @type {Pin} */ pin) => value(pin, each.name)])),
+    ...readouts.map(
+      (readout) => /** @type {Column} */ ([withUnit(readout), (/** @type {Pin} */ pin) => value(pin, readout.name)]),
+    ),
   ];
 }
 
@@ -62,20 +65,22 @@ function csv(specs, pins) {
 
 /** @type {(specs: Controls, pins: Pin[]) => HTMLTableElement} */
 function table(specs, pins) {
-  const shown = columns(specs, pins, false);
-  /** @type {(what: string, i: number) => HTMLButtonElement} */
-  const button = (what, i) =>
-    make("button", { type: "button", "data-do": what, "data-row": i, "aria-label": `${what} run ${i + 1}` }, what);
+  const visible = columns(specs, pins, false);
+  /** @type {(action: string, i: number) => HTMLButtonElement} */
+  const button = (action, i) => {
+    const attributes = { type: "button", "data-do": action, "data-row": i, "aria-label": `${action} run ${i + 1}` };
+    return make("button", attributes, action);
+  };
   /** @type {(pin: Pin, i: number) => HTMLTableRowElement} */
   const row = (pin, i) =>
     make(
       "tr",
       {},
       make("th", { scope: "row" }, String(i + 1)),
-      ...shown.map(([, of]) => make("td", {}, of(pin))),
+      ...visible.map(([, of]) => make("td", {}, of(pin))),
       make("td", { class: "runs-do" }, button("Restore", i), " ", button("Remove", i)),
     );
-  const heads = ["Run", ...shown.map(([heading]) => heading)].map((heading) => make("th", { scope: "col" }, heading));
+  const heads = ["Run", ...visible.map(([heading]) => heading)].map((heading) => make("th", { scope: "col" }, heading));
   return make(
     "table",
     {},
@@ -86,15 +91,15 @@ function table(specs, pins) {
 }
 
 const WORDS = ["name", "label", "value", "unit"];
-/** @param {any} each */
-const read = (each) => WORDS.every((word) => typeof each?.[word] === "string");
+/** @param {any} entry */
+const isReadout = (entry) => WORDS.every((word) => typeof entry?.[word] === "string");
 
 /**
  * The stored pins of earlier visits and other tabs that are still valid for this figure. A control added since then has
  * the page's value; a run that can no longer be replayed is dropped.
  * @type {(key: string, figure: Figure) => Pin[]}
  */
-function kept(key, { initial, spec }) {
+function storedPins(key, { initial, spec }) {
   const pins = store.get(key);
   if (!Array.isArray(pins)) return [];
   return pins.slice(-MOST).flatMap((pin) => {
@@ -102,7 +107,7 @@ function kept(key, { initial, spec }) {
     if (widget !== initial.widget || !Array.isArray(log) || !Array.isArray(pin.readouts)) return [];
     const { record } = sound({ controls: { ...controls }, seed, log, given }, initial, spec);
     if (record.seed !== seed || record.log.length < log.length) return [];
-    return [{ record, readouts: pin.readouts.filter(read) }];
+    return [{ record, readouts: pin.readouts.filter(isReadout) }];
   });
 }
 
@@ -113,7 +118,7 @@ export function addPins(figure) {
   if (!box || !pin) return;
   const specs = figure.spec.controls;
   const key = `ladder-pins:${location.pathname}#${figure.id}`;
-  let pins = kept(key, figure);
+  let pins = storedPins(key, figure);
   let stored = true;
 
   function show() {
@@ -128,18 +133,18 @@ export function addPins(figure) {
     const left = box.querySelector(".runs-scroll")?.scrollLeft ?? 0;
     const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
     scroll.append(table(specs, pins));
-    /** @type {(what: string, words: string) => HTMLButtonElement} */
-    const tool = (what, words) => make("button", { type: "button", "data-do": what }, words);
+    /** @type {(action: string, words: string) => HTMLButtonElement} */
+    const tool = (action, words) => make("button", { type: "button", "data-do": action }, words);
     box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
     scroll.scrollLeft = left;
     const row = focus.row ? `[data-row="${focus.row}"]` : "";
-    const again = focus.do ? box.querySelector(`[data-do="${focus.do}"]${row}`) : null;
-    if (again instanceof HTMLElement) again.focus({ preventScroll: true });
+    const target = focus.do ? box.querySelector(`[data-do="${focus.do}"]${row}`) : null;
+    if (target instanceof HTMLElement) target.focus({ preventScroll: true });
   }
 
   /** Rereads the pins, as another tab may have changed them; if storing failed, the page's own are all there are. */
   function look() {
-    if (stored) pins = kept(key, figure);
+    if (stored) pins = storedPins(key, figure);
     show();
   }
 
@@ -151,12 +156,12 @@ export function addPins(figure) {
   }
 
   /** @type {Record<string, (row: number) => void>} */
-  const does = {
+  const actions = {
     Restore: (row) => figure.ask(pins[row].record),
     Remove(row) {
       keep(pins.filter((_, i) => i !== row));
-      const left = /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll('[data-do="Remove"]'));
-      (left[Math.min(row, pins.length - 1)] ?? pin).focus();
+      const buttons = /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll('[data-do="Remove"]'));
+      (buttons[Math.min(row, pins.length - 1)] ?? pin).focus();
     },
     async Copy() {
       const text = csv(specs, pins);
@@ -180,7 +185,7 @@ export function addPins(figure) {
   });
   on(box, "click", (event) => {
     const node = around(event, "[data-do]");
-    if (node) does[node.dataset.do ?? ""](Number(node.dataset.row));
+    if (node) actions[node.dataset.do ?? ""](Number(node.dataset.row));
   });
   show();
 }

@@ -26,11 +26,11 @@ export function createPlay(figure, wanted) {
   const counted = log.every(([kind, name]) => kind === "press" && name === repeats);
   const whole = log.length === 1 && log[0][1] === END;
   if (!repeats || !log.length || !(counted || whole)) return null;
-  const most = counted ? log.length : MOST;
+  const limit = counted ? log.length : MOST;
   let playing = false;
-  let asked = 0; // the time of the last press
+  let askTime = 0; // the time of the last press
   /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let due;
+  let timer;
 
   /** @param {FigureRecord} record */
   const within = (record) =>
@@ -42,30 +42,30 @@ export function createPlay(figure, wanted) {
 
   /** @param {FigureRecord} record */
   function ask(record) {
-    asked = performance.now();
+    askTime = performance.now();
     figure.ask(record, { by: "play" });
   }
 
   function press() {
     if (!figure.visible || document.hidden) return; // it goes on once the figure is in view
-    const here = records.left(figure.record, ...(figure.spec.hovers ?? []));
-    const further = records.press(here, /** @type {string} */ (repeats));
-    const drawn = runtime.state === "live" || taped(figure.id, further);
-    ask(drawn && further.log.length <= most ? further : wanted());
+    const base = records.left(figure.record, ...(figure.spec.hovers ?? []));
+    const further = records.press(base, /** @type {string} */ (repeats));
+    const isReady = runtime.state === "live" || taped(figure.id, further);
+    ask(isReady && further.log.length <= limit ? further : wanted());
   }
 
   /** @param {boolean} [handedOn]  to a run of the reader's own */
   function stop(handedOn = false) {
-    clearTimeout(due);
+    clearTimeout(timer);
     if (playing && !handedOn) figure.run(false);
     playing = false;
   }
 
   function frame() {
-    clearTimeout(due);
+    clearTimeout(timer);
     if (!playing || figure.pending) return;
     if (ended() || records.key(figure.shown) === records.key(wanted())) stop();
-    else due = setTimeout(press, Math.max(0, asked + limits.run - performance.now()));
+    else timer = setTimeout(press, Math.max(0, askTime + limits.run - performance.now()));
   }
 
   function go() {

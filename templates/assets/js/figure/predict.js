@@ -14,8 +14,8 @@ const KEY = "ladder:predictions";
 
 /** Whether each prediction in this tab so far was right, by page and figure; the first answer counts. */
 function score() {
-  const kept = session.get(KEY);
-  return /** @type {Record<string, boolean>} */ (kept && typeof kept === "object" ? kept : {});
+  const results = session.get(KEY);
+  return /** @type {Record<string, boolean>} */ (results && typeof results === "object" ? results : {});
 }
 
 /**
@@ -23,9 +23,9 @@ function score() {
  * @param {boolean} right
  */
 function count(name, right) {
-  const all = { [name]: right, ...score() };
-  session.set(KEY, all);
-  const of = Object.values(all);
+  const answers = { [name]: right, ...score() };
+  session.set(KEY, answers);
+  const of = Object.values(answers);
   return `${of.filter(Boolean).length} of ${of.length} right in this tab`;
 }
 
@@ -37,12 +37,12 @@ export function addPrediction(figure, overlay) {
   const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".predict"));
   if (!box) return;
   const answers = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-right]")]);
-  const says = find(box, ".predict-says");
+  const status = find(box, ".predict-says");
   const asks = JSON.parse(box.dataset.record ?? "{}");
-  const wanted = () => ({ ...figure.fresh, ...asks });
-  const within = Number(box.dataset.within ?? 0);
-  const play = createPlay(figure, wanted);
-  let moved = false; // whether the answer puts the reader's settings back
+  const target = () => ({ ...figure.fresh, ...asks });
+  const tolerance = Number(box.dataset.within ?? 0);
+  const play = createPlay(figure, target);
+  let restores = false; // whether the answer puts the reader's settings back
   const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
   /** @type {ReturnType<typeof createGhost> | null} */
   let ghost = null;
@@ -52,74 +52,76 @@ export function addPrediction(figure, overlay) {
   let waits = null;
 
   /** @type {(record: import("../base/types.js").FigureRecord) => boolean} */
-  const seen = (record) => records.key(figure.shown) === records.key(record) && !figure.pending;
+  const isShown = (record) => records.key(figure.shown) === records.key(record) && !figure.pending;
 
   /** @param {boolean} right @param {string | Node} words */
   function tell(right, words) {
     box?.setAttribute("data-told", right ? "right" : "wrong");
-    says.replaceChildren(
+    status.replaceChildren(
       make("strong", {}, right ? "Right." : "Wrong."),
       " ",
       words,
       " ",
-      moved ? "The settings were put back to those of the question. " : "",
+      restores ? "The settings were put back to those of the question. " : "",
       make("span", { class: "predict-score" }, `${count(name, right)}.`),
       " ",
       make("button", { type: "button", "data-do": "again" }, "Ask again"),
     );
   }
 
-  /** @param {() => void} then */
-  function run(then) {
-    compare = then;
+  /** @param {() => void} callback */
+  function run(callback) {
+    compare = callback;
     if (play && !calm()) play.go();
-    else approach(figure, wanted(), "predict");
+    else approach(figure, target(), "predict");
     look();
   }
 
   function look() {
-    if (!seen(wanted()) && !play?.ended()) {
+    if (!isShown(target()) && !play?.ended()) {
       if (ghost?.compared && !compare) clear(); // the result that it is compared with is gone
       return;
     }
-    const does = compare;
+    const action = compare;
     compare = null;
-    does?.();
-    if (does) figure.speak();
+    action?.();
+    if (action) figure.speak();
   }
 
   /** Notes whether the settings are neither the figure's nor the question's. */
   function compareSettings() {
-    const [now, ...known] = [figure.record, figure.fresh, wanted()].map((record) => records.key(records.reset(record)));
-    moved = !known.includes(now);
+    const keys = [figure.record, figure.fresh, target()].map((record) => records.key(records.reset(record)));
+    const [current, ...expected] = keys;
+    restores = !expected.includes(current);
   }
 
   /** @param {HTMLElement} chosen */
   function answer(chosen) {
     compareSettings();
-    for (const each of answers) {
-      each.setAttribute("aria-pressed", String(each === chosen));
-      each.setAttribute("aria-disabled", "true");
+    for (const option of answers) {
+      option.setAttribute("aria-pressed", String(option === chosen));
+      option.setAttribute("aria-disabled", "true");
     }
     const right = chosen.dataset.right === "yes";
     run(() => {
-      for (const each of answers) each.classList.toggle("is-right", each.dataset.right === "yes");
-      const rights = answers.filter((each) => each.dataset.right === "yes").map((each) => each.textContent?.trim());
+      for (const option of answers) option.classList.toggle("is-right", option.dataset.right === "yes");
+      const correct = answers.filter((option) => option.dataset.right === "yes");
+      const rights = correct.map((option) => option.textContent?.trim());
       tell(right, make("span", { class: "visually-hidden" }, `${rights.join(", ").replace(/\.?$/, ".")}`));
     });
   }
 
   /** Adds a ghost where the source is, for the reader to drag to where it will stop. */
-  function place() {
+  function placeGhost() {
     compareSettings();
-    if (!seen(figure.fresh)) figure.ask(figure.fresh);
+    if (!isShown(figure.fresh)) figure.ask(figure.fresh);
     const begin = () => {
-      if (!seen(figure.fresh)) return;
+      if (!isShown(figure.fresh)) return;
       unwait();
       ghost = createGhost(figure, overlay);
       findButton(/** @type {HTMLElement} */ (box), "[data-do=place]").hidden = true;
       findButton(/** @type {HTMLElement} */ (box), "[data-do=run]").hidden = false;
-      text(says, "Drag the ghost to where the source will stop; the dashed handle turns it.");
+      text(status, "Drag the ghost to where the source will stop; the dashed handle turns it.");
       ghost.focus();
     };
     unwait();
@@ -133,14 +135,14 @@ export function addPrediction(figure, overlay) {
   }
 
   function stop() {
-    const before = moved;
+    const previous = restores;
     compareSettings();
-    moved ||= before;
+    restores ||= previous;
     ghost?.fix();
     run(() => {
       const far = ghost?.compare() ?? 0;
-      const right = far <= within;
-      const limit = right ? "" : `; right means within ${within} u`;
+      const right = far <= tolerance;
+      const limit = right ? "" : `; right means within ${tolerance} u`;
       tell(right, `Your ghost’s points are ${far.toFixed(2)} u away on average${limit}.`);
     });
   }
@@ -152,15 +154,15 @@ export function addPrediction(figure, overlay) {
     compare = null;
     unwait();
     box?.removeAttribute("data-told");
-    for (const each of answers) {
-      each.classList.remove("is-right");
-      each.setAttribute("aria-pressed", "false");
-      each.removeAttribute("aria-disabled");
+    for (const option of answers) {
+      option.classList.remove("is-right");
+      option.setAttribute("aria-pressed", "false");
+      option.removeAttribute("aria-disabled");
     }
-    const [to, go] = ["place", "run"].map((each) => box?.querySelector(`[data-do=${each}]`));
+    const [to, go] = ["place", "run"].map((action) => box?.querySelector(`[data-do=${action}]`));
     to?.removeAttribute("hidden");
     go?.setAttribute("hidden", "");
-    says.replaceChildren();
+    status.replaceChildren();
   }
 
   /** @param {MouseEvent} event */
@@ -168,7 +170,7 @@ export function addPrediction(figure, overlay) {
     const button = around(event, "button");
     if (!button || button.getAttribute("aria-disabled") === "true") return;
     if (button.dataset.right) answer(button);
-    else if (button.dataset.do === "place") place();
+    else if (button.dataset.do === "place") placeGhost();
     else if (button.dataset.do === "run") stop();
     else {
       clear();
@@ -183,7 +185,7 @@ export function addPrediction(figure, overlay) {
   figure.on("asked", (by) => {
     if (by !== "hover") unwait(); // the reader went elsewhere before there was a ghost
     const further = figure.record.log.length > 0 && play?.within(figure.record);
-    const there = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
-    if (compare && !there) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn
+    const isOnWay = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
+    if (compare && !isOnWay) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn
   });
 }

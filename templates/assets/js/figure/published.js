@@ -18,8 +18,8 @@ const differs = ({ body }) =>
 async function look() {
   const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
   if (!answer.ok) return;
-  const now = new DOMParser().parseFromString(await answer.text(), "text/html");
-  published.anew = differs(now);
+  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+  published.anew = differs(page);
   for (const figure of figures.values()) figure.tell();
 }
 

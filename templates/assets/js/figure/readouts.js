@@ -19,10 +19,10 @@ const row = ({ name, label, role }) =>
  */
 function readouts(list, frame) {
   const chosen = list.dataset.chosen?.split(" "); // this list shows only some; others are elsewhere or not shown
-  const shown = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
-  const there = /** @type {HTMLElement[]} */ ([...list.children]).map((each) => each.dataset.readout).join();
-  if (there !== shown.map(({ name }) => name).join()) list.replaceChildren(...shown.map(row));
-  shown.forEach(({ label, value, unit }, i) => {
+  const visible = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
+  const names = /** @type {HTMLElement[]} */ ([...list.children]).map((node) => node.dataset.readout).join();
+  if (names !== visible.map(({ name }) => name).join()) list.replaceChildren(...visible.map(row));
+  visible.forEach(({ label, value, unit }, i) => {
     text(list.children[i].querySelector("dt"), label);
     text(list.children[i].querySelector(".value"), value);
     text(list.children[i].querySelector(".unit"), unit);

@@ -10,16 +10,16 @@ const DOTS = "path.dot";
  */
 export function dots(path) {
   /** @type {Point[]} */
-  const found = [];
+  const centres = [];
   let [x, y] = [0, 0];
-  for (const [, letter, given] of path.matchAll(/([Mmh])([^Mmh]*)/g)) {
-    const [a, b] = (given.match(/-?[\d.]+/g) ?? []).map(Number);
+  for (const [, letter, numbers] of path.matchAll(/([Mmh])([^Mmh]*)/g)) {
+    const [a, b] = (numbers.match(/-?[\d.]+/g) ?? []).map(Number);
     if (letter === "h") {
-      found.push([x, y]);
+      centres.push([x, y]);
       x += a;
     } else [x, y] = letter === "M" ? [a, b] : [x + a, y + b];
   }
-  return found;
+  return centres;
 }
 
 /**
@@ -27,7 +27,7 @@ export function dots(path) {
  * @param {Element | null} group
  */
 export function points(group) {
-  return [...(group?.querySelectorAll(DOTS) ?? [])].flatMap((each) => dots(each.getAttribute("d") ?? ""));
+  return [...(group?.querySelectorAll(DOTS) ?? [])].flatMap((path) => dots(path.getAttribute("d") ?? ""));
 }
 
 /**
@@ -49,7 +49,7 @@ export function placed(points, turn, [a, b], [right, down]) {
  */
 export function away(points, others) {
   const far = points.map(([x, y], i) => Math.hypot(x - others[i][0], y - others[i][1]));
-  return far.reduce((sum, each) => sum + each, 0) / far.length;
+  return far.reduce((sum, distance) => sum + distance, 0) / far.length;
 }
 
 /**

@@ -16,8 +16,8 @@
  */
 export function merged(waiting, question, live) {
   if (!live) return [question];
-  const again = question.merge && waiting.at(-1)?.merge === question.merge;
-  return [...(again ? waiting.slice(0, -1) : waiting), question];
+  const replaces = question.merge && waiting.at(-1)?.merge === question.merge;
+  return [...(replaces ? waiting.slice(0, -1) : waiting), question];
 }
 
 export class FigureState {
@@ -125,11 +125,11 @@ export class FigureState {
 
   /**
    * A file that Python needs for the record did not load: the record waits for a retry or another question.
-   * @param {string} why
+   * @param {string} reason
    */
-  miss(why) {
+  miss(reason) {
     this.again();
-    this.#lack = why;
+    this.#lack = reason;
   }
 
   /** Drops all waiting questions. */

@@ -26,8 +26,8 @@ function progress() {
 }
 
 /** @param {Progress} replay */
-function replaying({ replayed, of, reads }) {
-  if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
+function replaying({ replayed, of, reads: file }) {
+  if (of === undefined) return { words: `Python is reading ${file || "the drawing"} again.` };
   if (of === 1) return { words: "Python is working on this." }; // a single slow action
   return { words: "Restoring your actions:", progress: `${replayed} of ${of} actions` };
 }
@@ -39,7 +39,7 @@ function replaying({ replayed, of, reads }) {
  * @param {boolean} late
  * @returns {{ words: string, progress?: string, ways: string[], heard?: boolean }}
  */
-function told(figure, late) {
+function statusOf(figure, late) {
   if (figure.error) {
     if (runtime.state === "file") return { words: `${figure.error} ${FROM_DISK}`, ways: [], heard: true };
     if (!published.anew) return { words: figure.error, ways: ["Reset"], heard: true };
@@ -48,10 +48,10 @@ function told(figure, late) {
   const waits = figure.waiting;
   const failed = runtime.state === "failed";
   if ((failed && (waits || figure.visible)) || figure.lack) {
-    const kept = waits ? " Your work is kept." : "";
-    if (published.anew) return { words: `This site has been updated.${kept}`, ways: ["Reload"], heard: waits };
+    const assurance = waits ? " Your work is kept." : "";
+    if (published.anew) return { words: `This site has been updated.${assurance}`, ways: ["Reload"], heard: waits };
     const choices = !failed ? ["Retry", "Cancel"] : runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
-    return { words: `${failed ? runtime.message : figure.lack}.${kept}`, ways: choices, heard: waits };
+    return { words: `${failed ? runtime.message : figure.lack}.${assurance}`, ways: choices, heard: waits };
   }
   if (waits && runtime.state !== "live") {
     const words = "Python is starting; then this will be shown.";
@@ -110,15 +110,15 @@ export function addStatus(figure) {
 
   function show() {
     watch();
-    const now = told(figure, late);
-    text(words, short((now.ways.length ? "" : passing) || now.words)); // words with ways on come first
-    text(bytes, now.progress ?? "");
-    if (offered !== now.ways.join()) {
-      offered = now.ways.join();
+    const status = statusOf(figure, late);
+    text(words, short((status.ways.length ? "" : passing) || status.words)); // words with ways on come first
+    text(bytes, status.progress ?? "");
+    if (offered !== status.ways.join()) {
+      offered = status.ways.join();
       if (choices.contains(document.activeElement)) figure.focus();
-      choices.replaceChildren(...now.ways.map((way) => make("button", { type: "button", "data-way": way }, way)));
+      choices.replaceChildren(...status.ways.map((way) => make("button", { type: "button", "data-way": way }, way)));
     }
-    const aloud = now.heard ? short(now.words) : "";
+    const aloud = status.heard ? short(status.words) : "";
     if (heard !== aloud) figure.announce((heard = aloud));
   }
 

@@ -29,7 +29,7 @@ const onCircle = ([x, y], radius, turn) => [
 function* drags({ shown, spec, frame: { handles, panels } }) {
   for (let i = 0; handles.length && i < DRAGS; i++) {
     const handle = handles[i % handles.length];
-    const [x0, x1] = panels.find((each) => each.name === handle.panel)?.view ?? [0, 1];
+    const [x0, x1] = panels.find((panel) => panel.name === handle.panel)?.view ?? [0, 1];
     yield records.put(shown, handle, onCircle(handle.world, SWAY * (x1 - x0), i / DRAGS), spec.controls);
   }
 }
@@ -59,10 +59,10 @@ function* steps({ shown, spec, frame }) {
 function* slides({ shown, spec }) {
   const [name, slider] = Object.entries(spec.controls).find(([, { kind }]) => kind === "slider") ?? [];
   if (!name || slider?.kind !== "slider" || spec.details === 1) return;
-  const now = Number(shown.controls[name]);
-  const way = now + MOVES * slider.step > slider.high ? -slider.step : slider.step;
+  const current = Number(shown.controls[name]);
+  const way = current + MOVES * slider.step > slider.high ? -slider.step : slider.step;
   for (let i = 1; i <= MOVES; i++) {
-    const value = now + way * i;
+    const value = current + way * i;
     if (value >= slider.low && value <= slider.high) yield records.control(shown, name, value, slider);
   }
 }
@@ -75,7 +75,7 @@ const KINDS = [drags, hovers, steps, slides];
  */
 export function addWarmUp(figure) {
   const { id, root, spec } = figure;
-  let drawn = false; // whether Python has drawn what is shown
+  let isDrawn = false; // whether Python has drawn what is shown
   let kind = 0; // the index of the next kind
   let underway = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -84,7 +84,7 @@ export function addWarmUp(figure) {
   /** @type {(record: FigureRecord, detail: number) => Promise<Frame>} */
   const unseen = (record, detail) =>
     runtime.frame({ figure: id, record, detail: spec.details > 1 ? detail : undefined, finer: true });
-  const busy = () => [...figures.values()].some((each) => each.busy || each.running || each.root.matches(".dragging"));
+  const busy = () => [...figures.values()].some((f) => f.busy || f.running || f.root.matches(".dragging"));
   /** @param {FigureRecord} shown */
   const interrupted = (shown) => shown !== figure.shown || !figure.visible || busy();
 
@@ -137,17 +137,17 @@ export function addWarmUp(figure) {
   function later() {
     clearTimeout(timer);
     if (underway || runtime.state !== "live" || !figure.visible || root.matches("[data-warm]")) return;
-    if (drawn || figure.pending || figure.state === "live") {
+    if (isDrawn || figure.pending || figure.state === "live") {
       timer = setTimeout(() => (busy() ? later() : void alone(go)), limits.pause);
     } else {
-      drawn = true;
+      isDrawn = true;
       void alone(() => unseen(figure.shown, 0)); // so that a first touch waits for no import
     }
   }
 
   function changed() {
     if (runtime.state !== "live") {
-      drawn = false; // the next worker starts as cold as the first
+      isDrawn = false; // the next worker starts as cold as the first
       kind = 0;
       root.toggleAttribute("data-warm", false);
     }

@@ -5,8 +5,8 @@ import { calm, make, on } from "../base/dom.js";
 /** @type {(() => void) | undefined} removes the last offer */
 let withdraw;
 
-/** @param {Element} place */
-export const goTo = (place) => place.scrollIntoView({ block: "center", behavior: calm() ? "auto" : "smooth" });
+/** @param {Element} element */
+export const goTo = (element) => element.scrollIntoView({ block: "center", behavior: calm() ? "auto" : "smooth" });
 
 /**
  * @param {HTMLElement} from  what the reader pressed
@@ -14,10 +14,10 @@ export const goTo = (place) => place.scrollIntoView({ block: "center", behavior:
 export function offerWayBack(from) {
   withdraw?.();
   const back = make("button", { type: "button", class: "way-back" }, "Back to where you were");
-  let left = false; // whether `from` has been out of view
+  let wasAway = false; // whether `from` has been out of view
   const watch = new IntersectionObserver(([{ isIntersecting }]) => {
-    if (left && isIntersecting) withdraw?.();
-    left ||= !isIntersecting;
+    if (wasAway && isIntersecting) withdraw?.();
+    wasAway ||= !isIntersecting;
   });
   withdraw = () => {
     watch.disconnect();

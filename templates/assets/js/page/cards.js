@@ -18,31 +18,31 @@ export function describeCards() {
 
 export function addCards() {
   /** @type {{ link: HTMLElement, card: HTMLElement, tapped?: boolean } | null} */
-  let shown = null;
+  let current = null;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let due;
+  let timer;
   let finger = false;
 
   /** @param {Event} event */
   const linkAt = (event) => around(event, "a[data-card]");
 
   /** @param {Event} event */
-  const holds = (event) => shown?.card.contains(/** @type {Node | null} */ (event.target)) ?? false;
+  const isInCard = (event) => current?.card.contains(/** @type {Node | null} */ (event.target)) ?? false;
 
   function close() {
-    clearTimeout(due);
-    if (shown) shown.card.hidden = true;
-    shown = null;
+    clearTimeout(timer);
+    if (current) current.card.hidden = true;
+    current = null;
   }
 
   /** @param {HTMLElement} link */
   function open(link) {
-    clearTimeout(due);
+    clearTimeout(timer);
     const card = cardOf(link);
-    if (!card || shown?.link === link) return;
+    if (!card || current?.link === link) return;
     close();
     card.hidden = false;
-    shown = { link, card };
+    current = { link, card };
     place(link, card);
   }
 
@@ -65,16 +65,16 @@ export function addCards() {
   }
 
   function follow() {
-    if (!shown) return;
-    const { top, bottom } = shown.link.getBoundingClientRect();
+    if (!current) return;
+    const { top, bottom } = current.link.getBoundingClientRect();
     if (bottom < 0 || top > innerHeight) close();
-    else place(shown.link, shown.card);
+    else place(current.link, current.card);
   }
 
-  /** @type {(then: () => void, wait: number) => void} */
-  function later(then, wait) {
-    clearTimeout(due);
-    due = setTimeout(then, wait);
+  /** @type {(callback: () => void, wait: number) => void} */
+  function later(callback, wait) {
+    clearTimeout(timer);
+    timer = setTimeout(callback, wait);
   }
 
   /**
@@ -85,25 +85,25 @@ export function addCards() {
     if (event.pointerType === "touch") return;
     const link = linkAt(event);
     if (link) later(() => open(link), OPEN);
-    else if (holds(event) || shown?.link === document.activeElement) clearTimeout(due);
+    else if (isInCard(event) || current?.link === document.activeElement) clearTimeout(timer);
     else later(close, CLOSE);
   }
 
   /** @param {MouseEvent} event */
   function tap(event) {
     const link = linkAt(event);
-    if (link && finger && event.detail && !(shown?.tapped && shown.link === link)) {
+    if (link && finger && event.detail && !(current?.tapped && current.link === link)) {
       event.preventDefault();
       open(link);
-      if (shown) shown.tapped = true;
-    } else if (!link && shown && !holds(event)) close();
+      if (current) current.tapped = true;
+    } else if (!link && current && !isInCard(event)) close();
   }
 
   /** @param {FocusEvent} event */
   function focus(event) {
     const link = linkAt(event);
     if (link) open(link);
-    else if (shown && !holds(event)) close();
+    else if (current && !isInCard(event)) close();
   }
 
   describeCards();

@@ -59,14 +59,14 @@ export function receiveSections(entries) {
 }
 
 /** Loads the library and the sections once; a failed load is retried with the next query. */
-function loaded() {
+function loadIndex() {
   index ??= (async () => {
     const { searchLibrary = "", searchData = "" } = document.body.dataset;
     sections = [];
     await Promise.all([loadScript(searchLibrary), loadScript(searchData)]);
-    const made = new globalThis.MiniSearch(OPTIONS);
-    made.addAll(sections);
-    return made;
+    const library = new globalThis.MiniSearch(OPTIONS);
+    library.addAll(sections);
+    return library;
   })().catch((error) => {
     index = null;
     throw error;
@@ -76,28 +76,28 @@ function loaded() {
 
 /**
  * The text around the first matching word, as nodes, with all matching words marked.
- * @param {string} found
+ * @param {string} content
  * @param {string[]} terms
  */
-function snippet(found, terms) {
-  const folded = plain(found);
+function snippet(content, terms) {
+  const folded = plain(content);
   const starts = terms.flatMap((term) => {
     const match = new RegExp(`(?<![\\p{L}\\p{N}])${term}`, "u").exec(folded);
     return match ? [match.index] : [];
   });
   const first = Math.max(0, Math.min(...starts, folded.length) === folded.length ? 0 : Math.min(...starts) - BEFORE);
-  const from = first ? found.indexOf(" ", first) + 1 : 0;
-  const end = from + LENGTH < found.length ? found.lastIndexOf(" ", from + LENGTH) : found.length;
-  const piece = found.slice(from, end);
+  const from = first ? content.indexOf(" ", first) + 1 : 0;
+  const end = from + LENGTH < content.length ? content.lastIndexOf(" ", from + LENGTH) : content.length;
+  const piece = content.slice(from, end);
   /** @type {(string | Node)[]} */
   const nodes = [from ? "… " : ""];
   let at = 0;
-  for (const { index: place, 0: word } of plain(piece).matchAll(WORD)) {
+  for (const { index: offset, 0: word } of plain(piece).matchAll(WORD)) {
     if (!terms.includes(word)) continue;
-    nodes.push(piece.slice(at, place), make("mark", {}, piece.slice(place, place + word.length)));
-    at = place + word.length;
+    nodes.push(piece.slice(at, offset), make("mark", {}, piece.slice(offset, offset + word.length)));
+    at = offset + word.length;
   }
-  nodes.push(piece.slice(at), end < found.length ? " …" : "");
+  nodes.push(piece.slice(at), end < content.length ? " …" : "");
   return nodes.filter(Boolean);
 }
 
@@ -107,9 +107,9 @@ function snippet(found, terms) {
  */
 function option({ at, page, heading, text: words, terms }, i) {
   const title = make("span", { class: "found-title" }, heading || page);
-  const where = make("span", { class: "found-page" }, heading && heading !== page ? page : "");
+  const subtitle = make("span", { class: "found-page" }, heading && heading !== page ? page : "");
   const around = make("span", { class: "found-text" }, ...snippet(words, terms));
-  return make("a", { role: "option", id: `found-${i}`, href: at, tabindex: "-1", "aria-selected": "false" }, title, " ", where, " ", around);
+  return make("a", { role: "option", id: `found-${i}`, href: at, tabindex: "-1", "aria-selected": "false" }, title, " ", subtitle, " ", around);
 }
 
 function dialog() {
@@ -129,17 +129,17 @@ function dialog() {
     "aria-autocomplete": "list",
   });
   const list = make("div", { role: "listbox", id: "search-found", class: "found", "aria-label": "Results" });
-  const told = make("p", { class: "search-told", role: "status" });
+  const status = make("p", { class: "search-told", role: "status" });
   const close = make("button", { type: "button", class: "search-close", "aria-label": "Close search" }, "Close");
-  const box = make("dialog", { class: "search", "aria-label": "Search" }, make("div", { class: "search-head" }, field, close), told, list);
-  let asked = 0;
+  const box = make("dialog", { class: "search", "aria-label": "Search" }, make("div", { class: "search-head" }, field, close), status, list);
+  let request = 0;
 
   const options = () => /** @type {HTMLElement[]} */ ([...list.children]);
-  const chosen = () => options().findIndex((each) => each.getAttribute("aria-selected") === "true");
+  const chosen = () => options().findIndex((node) => node.getAttribute("aria-selected") === "true");
 
   /** @param {number} i */
   function choose(i) {
-    options().forEach((each, k) => each.setAttribute("aria-selected", String(k === i)));
+    options().forEach((node, k) => node.setAttribute("aria-selected", String(k === i)));
     const node = options()[i];
     node?.scrollIntoView({ block: "nearest" });
     if (node) field.setAttribute("aria-activedescendant", node.id);
@@ -147,31 +147,31 @@ function dialog() {
   }
 
   /**
-   * @param {Found[]} found
+   * @param {Found[]} results
    * @param {string} words
-   * @param {boolean} all whether the sections have all of the words
+   * @param {boolean} complete whether the sections have all of the words
    */
-  function show(found, words, all) {
-    list.replaceChildren(...found.slice(0, MOST).map(option));
-    list.hidden = !found.length;
-    field.setAttribute("aria-expanded", String(found.length > 0));
-    choose(found.length ? 0 : -1);
-    const count = found.length === 1 ? "1 place" : `${found.length} places`;
-    const which = all ? count + (found.length > MOST ? `; showing the first ${MOST}` : "") : "No section has all of these words; the closest";
-    text(told, !words ? "" : found.length ? which : "Nothing found");
+  function show(results, words, complete) {
+    list.replaceChildren(...results.slice(0, MOST).map(option));
+    list.hidden = !results.length;
+    field.setAttribute("aria-expanded", String(results.length > 0));
+    choose(results.length ? 0 : -1);
+    const count = results.length === 1 ? "1 place" : `${results.length} places`;
+    const summary = complete ? count + (results.length > MOST ? `; showing the first ${MOST}` : "") : "No section has all of these words; the closest";
+    text(status, !words ? "" : results.length ? summary : "Nothing found");
   }
 
   async function ask() {
     const words = field.value.trim();
-    const mine = ++asked;
+    const mine = ++request;
     try {
-      const library = await loaded();
-      if (mine !== asked) return;
-      const found = words ? library.search(words) : [];
-      if (found.length || !words) show(found, words, true);
+      const library = await loadIndex();
+      if (mine !== request) return;
+      const results = words ? library.search(words) : [];
+      if (results.length || !words) show(results, words, true);
       else show(library.search(words, ANY).slice(0, CLOSEST), words, false);
     } catch {
-      if (mine === asked) text(told, "The search could not be loaded.");
+      if (mine === request) text(status, "The search could not be loaded.");
     }
   }
 

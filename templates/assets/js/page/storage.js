@@ -7,8 +7,8 @@ async function unkeep() {
   const registration = await navigator.serviceWorker.getRegistration();
   if (!registration) return;
   const ours = `ladder-offline:${new URL(registration.scope).pathname}:`;
-  const kept = (await caches.keys()).filter((name) => name.startsWith(ours));
-  await Promise.all([...kept.map((name) => caches.delete(name)), registration.unregister()]);
+  const names = (await caches.keys()).filter((name) => name.startsWith(ours));
+  await Promise.all([...names.map((name) => caches.delete(name)), registration.unregister()]);
 }
 
 /** @param {() => Storage} storage */
@@ -20,15 +20,15 @@ async function empty(storage) {
 /** Deletes everything. A storage that the browser denies access to holds nothing either, so its failure is ignored. */
 const forget = () => Promise.allSettled([empty(() => localStorage), empty(() => sessionStorage), unkeep()]);
 
-/** @param {HTMLElement} place */
-export function addForgetButton(place) {
+/** @param {HTMLElement} parent */
+export function addForgetButton(parent) {
   const button = make("button", { type: "button", class: "button" }, "Forget all of it");
-  const told = make("span", { role: "status" });
-  place.replaceChildren(button, " ", told);
+  const status = make("span", { role: "status" });
+  parent.replaceChildren(button, " ", status);
   on(button, "click", async () => {
     await forget();
     forgotten().catch(() => {}); // without BroadcastChannel the other tabs cannot be told
-    text(told, "Forgotten. Whatever you visit next is stored again.");
+    text(status, "Forgotten. Whatever you visit next is stored again.");
   });
 }
 

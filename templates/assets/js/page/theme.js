@@ -5,7 +5,7 @@ const THEMES = ["auto", "light", "dark"];
 const KEY = "ladder-theme";
 const page = document.documentElement;
 
-function kept() {
+function storedTheme() {
   try {
     return localStorage.getItem(KEY);
   } catch {
@@ -15,24 +15,24 @@ function kept() {
 
 /** @param {HTMLElement} button */
 export function addThemeButton(button) {
-  const now = () => (THEMES.find((theme) => theme === page.dataset.theme) ?? "auto");
+  const current = () => (THEMES.find((theme) => theme === page.dataset.theme) ?? "auto");
 
   /** @param {string} theme */
   function show(theme) {
     page.dataset.theme = THEMES.includes(theme) ? theme : "auto";
-    button.setAttribute("aria-label", `Theme: ${now()}`);
-    button.dataset.now = now();
+    button.setAttribute("aria-label", `Theme: ${current()}`);
+    button.dataset.now = current();
   }
 
   on(button, "click", () => {
-    show(THEMES[(THEMES.indexOf(now()) + 1) % THEMES.length]);
+    show(THEMES[(THEMES.indexOf(current()) + 1) % THEMES.length]);
     try {
-      localStorage.setItem(KEY, now());
+      localStorage.setItem(KEY, current());
     } catch {
       // the choice lasts for this page only
     }
   });
   on(globalThis, "storage", ({ key, newValue }) => key === KEY && show(newValue ?? "auto"));
-  on(globalThis, "pageshow", ({ persisted }) => persisted && show(kept() ?? now()));
-  show(now());
+  on(globalThis, "pageshow", ({ persisted }) => persisted && show(storedTheme() ?? current()));
+  show(current());
 }

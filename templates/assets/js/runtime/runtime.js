@@ -35,7 +35,7 @@ let worker = null;
 let launcher = ""; // the worker's blob URL
 let last = 0; // id of the latest question
 /** @type {Question | null} */
-let asked = null; // the question that the worker is answering
+let current = null; // the question that the worker is answering
 /** @type {Question[]} */
 let queue = []; // the others, oldest first
 /** @type {Pick<Question, "resolve" | "reject">[]} */
@@ -46,9 +46,9 @@ let patience;
  * The reader's files by Python's fingerprint, most recently used last; and the fingerprints that the worker has.
  * @type {Map<string, Brought>}
  */
-const brought = new Map();
+const ownFiles = new Map();
 /** @type {Set<string>} */
-let held = new Set();
+let workerFiles = new Set();
 
 export const runtime = {
   /** file: the page was opened from disk, where browsers allow no worker */
@@ -68,7 +68,7 @@ export const runtime = {
   job,
   give,
   /** @param {string} key */
-  holds: (key) => brought.has(key),
+  holds: (key) => ownFiles.has(key),
   heap,
   kill: () => worker?.terminate(),
   get urls() {
@@ -114,9 +114,9 @@ function begin(careful) {
     die(event.message ? `Python stopped: ${event.message}` : missing);
   };
   worker.onmessageerror = () => die("Python sent an unreadable message");
-  const known = store.get(ENGINE) === engine;
+  const isKnown = store.get(ENGINE) === engine;
   const address = new URL(folder, document.baseURI).href;
-  worker.postMessage({ type: "start", runtime: address, files, again: careful, known });
+  worker.postMessage({ type: "start", runtime: address, files, again: careful, known: isKnown });
   become("loading");
   wait();
 }
@@ -135,12 +135,12 @@ function drop() {
   worker?.terminate();
   worker = null;
   const waits = queue.filter(({ type }) => type === "give");
-  const lost = [...(asked ? [asked] : []), ...queue.filter((each) => !waits.includes(each)), ...heaps];
-  asked = null;
+  const orphans = [...(current ? [current] : []), ...queue.filter((q) => !waits.includes(q)), ...heaps];
+  current = null;
   queue = waits;
   heaps = [];
-  held = new Set();
-  for (const { reject } of lost) reject(stopped("Python stopped"));
+  workerFiles = new Set();
+  for (const { reject } of orphans) reject(stopped("Python stopped"));
 }
 
 /** @param {string} message */
@@ -157,7 +157,7 @@ function wait() {
   lasting(limit, wait, () => become("failed", `Python has made no progress for ${seconds} s`));
 }
 
-function told() {
+function noteProgress() {
   if (runtime.state === "failed" && worker) become("loading"); // it was slow, not dead
   if (runtime.state !== "loading") return;
   wait();
@@ -169,11 +169,11 @@ const heard = {
   progress({ loaded, total }) {
     runtime.loaded = loaded;
     runtime.total = total;
-    told();
+    noteProgress();
   },
   stage({ stage }) {
     runtime.stage = stage;
-    told();
+    noteProgress();
   },
   ready() {
     clearTimeout(patience);
@@ -186,9 +186,9 @@ const heard = {
     if (detail) console.info(detail);
     die(message);
   },
-  frame: ({ id, frame: drawn }) => answered(id, (question) => drew(question, JSON.parse(drawn))),
+  frame: ({ id, frame: text }) => answered(id, (question) => drew(question, JSON.parse(text))),
   job: ({ id, slice }) => answered(id, ({ resolve }) => resolve(JSON.parse(slice))),
-  give: ({ id, told }) => answered(id, ({ resolve }) => resolve(JSON.parse(told))),
+  give: ({ id, told: text }) => answered(id, ({ resolve }) => resolve(JSON.parse(text))),
   error({ id, message, trace, lacks }) {
     console.info(trace);
     answered(id, ({ reject }) => reject(Object.assign(new Error(message), { lacks })));
@@ -204,16 +204,16 @@ const heard = {
  * @param {(question: Question) => void} settle
  */
 function answered(id, settle) {
-  if (asked?.id !== id) return;
+  if (current?.id !== id) return;
   clearTimeout(patience);
-  const question = asked;
-  asked = null;
+  const question = current;
+  current = null;
   settle(question);
   next();
 }
 
-/** @type {(why: string) => Stopped} */
-const stopped = (why) => Object.assign(new Error(why), { stopped: true });
+/** @type {(message: string) => Stopped} */
+const stopped = (message) => Object.assign(new Error(message), { stopped: true });
 
 /**
  * Resolves a question with its frame. A replay that is not finished goes back to the queue, unless nobody waits for it.
@@ -223,29 +223,29 @@ const stopped = (why) => Object.assign(new Error(why), { stopped: true });
 function drew(question, answer) {
   if (!("replayed" in answer)) return question.resolve(answer);
   const { figure, finer, going } = question;
-  const passed = finer && queue.some((each) => each.figure === figure && each.type === "frame");
+  const passed = finer && queue.some((q) => q.figure === figure && q.type === "frame");
   if (passed || !going(answer)) question.reject(stopped("Given up"));
   else queue.push({ ...question, replay: true });
 }
 
 /** Asks the next question: frames and files, then replays and jobs, then refinements; the touched figure's first. */
 function next() {
-  if (asked || !queue.length || runtime.state !== "live") return;
+  if (current || !queue.length || runtime.state !== "live") return;
   /** @param {Question} question */
   const rank = ({ finer, replay, type }) => (finer ? 2 : replay || type === "job" ? 1 : 0);
   const least = Math.min(...queue.map(rank));
-  const among = queue.filter((each) => rank(each) === least);
+  const among = queue.filter((q) => rank(q) === least);
   const first = among.find(({ figure }) => figure === runtime.touched) ?? among[0];
   const key = lacking(first);
-  if (key && !first.going({ reads: brought.get(key)?.name })) {
-    queue = queue.filter((each) => each !== first);
+  if (key && !first.going({ reads: ownFiles.get(key)?.name })) {
+    queue = queue.filter((q) => q !== first);
     first.reject(stopped("Given up"));
     return next();
   }
-  asked = key ? reading(key, first) : first;
-  queue = queue.filter((each) => each !== asked);
-  worker?.postMessage({ type: asked.type, id: asked.id, request: asked.request, data: asked.data });
-  listen(asked);
+  current = key ? reading(key, first) : first;
+  queue = queue.filter((q) => q !== current);
+  worker?.postMessage({ type: current.type, id: current.id, request: current.request, data: current.data });
+  listen(current);
 }
 
 /**
@@ -253,10 +253,10 @@ function next() {
  * they are the last to be forgotten.
  * @param {Question} question
  */
-function lacking({ given = [] }) {
-  const named = given.filter((key) => brought.has(key));
-  for (const key of named) keep(key, /** @type {Brought} */ (brought.get(key)));
-  return named.find((key) => !held.has(key));
+function lacking({ given: keys = [] }) {
+  const available = keys.filter((key) => ownFiles.has(key));
+  for (const key of available) keep(key, /** @type {Brought} */ (ownFiles.get(key)));
+  return available.find((key) => !workerFiles.has(key));
 }
 
 /**
@@ -268,11 +268,11 @@ function lacking({ given = [] }) {
 function reading(key, question) {
   /** @param {Error} error */
   const reject = (error) => {
-    queue = queue.filter((each) => each !== question);
+    queue = queue.filter((q) => q !== question);
     question.reject(error);
   };
-  const { request, data } = /** @type {Brought} */ (brought.get(key));
-  return { type: "give", id: ++last, request, data, going: always, resolve: () => held.add(key), reject };
+  const { request, data } = /** @type {Brought} */ (ownFiles.get(key));
+  return { type: "give", id: ++last, request, data, going: always, resolve: () => workerFiles.add(key), reject };
 }
 
 const always = () => true;
@@ -282,8 +282,8 @@ const always = () => true;
  * @param {Brought} thing
  */
 function keep(key, thing) {
-  brought.delete(key);
-  brought.set(key, thing);
+  ownFiles.delete(key);
+  ownFiles.set(key, thing);
 }
 
 /** @param {Question} question */
@@ -320,12 +320,12 @@ function lasting(limit, anew, over) {
  */
 function frame({ figure, record, detail, finer = false, going = always }) {
   return new Promise((resolve, reject) => {
-    const idle = queue.filter((each) => each.finer && each.figure === figure);
-    queue = queue.filter((each) => !idle.includes(each));
-    for (const each of idle) each.reject(stopped("Asked anew"));
+    const idle = queue.filter((q) => q.finer && q.figure === figure);
+    queue = queue.filter((q) => !idle.includes(q));
+    for (const question of idle) question.reject(stopped("Asked anew"));
     const request = JSON.stringify({ figure, record, detail, slices: true });
-    const given = Object.values(record.given ?? {});
-    queue.push({ type: "frame", id: ++last, figure, finer, going, request, given, resolve, reject });
+    const keys = Object.values(record.given ?? {});
+    queue.push({ type: "frame", id: ++last, figure, finer, going, request, given: keys, resolve, reject });
     next();
   });
 }
@@ -336,9 +336,9 @@ function frame({ figure, record, detail, finer = false, going = always }) {
  * @param {{ figure: string, record: FigureRecord, name: string, does: "begin" | "go on" | "stop" }} wanted
  * @returns {Promise<Slice>}
  */
-function job({ figure, record, name, does }) {
+function job({ figure, record, name, does: phase }) {
   return new Promise((resolve, reject) => {
-    const request = JSON.stringify({ figure, record, job: name, do: does });
+    const request = JSON.stringify({ figure, record, job: name, do: phase });
     queue.push({ type: "job", id: ++last, figure, request, going: always, resolve, reject });
     next();
   });
@@ -356,15 +356,15 @@ function give({ figure, widget, name, data }) {
     queue.push({ type: "give", id: ++last, figure, request, data, going: always, resolve, reject });
     next();
   });
-  return answer.then((told) => {
-    held.add(told.key);
-    keep(told.key, { name, request, data });
-    for (const key of [...brought.keys()].slice(0, -MOST_BROUGHT)) {
-      brought.delete(key);
-      held.delete(key);
+  return answer.then((file) => {
+    workerFiles.add(file.key);
+    keep(file.key, { name, request, data });
+    for (const key of [...ownFiles.keys()].slice(0, -MOST_BROUGHT)) {
+      ownFiles.delete(key);
+      workerFiles.delete(key);
       worker?.postMessage({ type: "forget", key });
     }
-    return told;
+    return file;
   });
 }
 
