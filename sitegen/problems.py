@@ -95,7 +95,7 @@ def read_text(path: Path, name: str, problems: Problems) -> str:
     """Read an author's file as any editor may save it, with line ends normalised to LF. Text that is not UTF-8, control
     characters and unresolved merge conflicts go to `problems`; what can be read is returned, so that other problems are
     found too."""
-    text = _decoded(path.read_bytes(), name, problems).removeprefix("\ufeff")
+    text = _decode(path.read_bytes(), name, problems).removeprefix("\ufeff")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if controls := list(CONTROL.finditer(text)):
         first, count = controls[0].start(), len(controls) - 1
@@ -109,7 +109,7 @@ def read_text(path: Path, name: str, problems: Problems) -> str:
     return CONFLICT.sub(_ours, text)
 
 
-def _decoded(raw: bytes, name: str, problems: Problems) -> str:
+def _decode(raw: bytes, name: str, problems: Problems) -> str:
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         problems.add(Place(name, 1, 1), "expected UTF-8, got UTF-16: save the file as UTF-8")
         return raw.decode("utf-16", "replace")

@@ -46,7 +46,7 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
     at, directory = 0, bytearray()
     names = sorted(files)
     with pool.threads() as threads:
-        members = list(threads.map(lambda name: _packed(name, files[name], cache), names))
+        members = list(threads.map(lambda name: _pack(name, files[name], cache), names))
     for name, (method, packed) in zip(names, members, strict=True):
         member, data = f"{folder}/{name}".encode("ascii"), files[name]
         facts = struct.pack(
@@ -60,7 +60,7 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
     return b"".join([*body, directory, b"PK\5\6" + end])
 
 
-def _packed(name: str, data: bytes, cache: Path) -> tuple[int, bytes]:
+def _pack(name: str, data: bytes, cache: Path) -> tuple[int, bytes]:
     """A member's compression method and bytes; stored as it is if compressing saves nothing."""
     if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
         return STORED, data

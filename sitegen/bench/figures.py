@@ -107,8 +107,8 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     for handle in (figure.locator(f'.handle[data-handle="{name}"]').first for name in handles):
         handle.evaluate(CENTRED)
         split.begin(page)
-        missed_here, count = drag_once(page, handle.bounding_box(), MOVES)
-        missed, frames = missed + missed_here, frames + count
+        late_frames, count = drag_once(page, handle.bounding_box(), MOVES)
+        missed, frames = missed + late_frames, frames + count
         delays += answered(page.evaluate(MARKS))
         ours += split.shares(page)
         if rung in NEAR:

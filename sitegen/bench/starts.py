@@ -45,7 +45,7 @@ _RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) =>
 
 
 @contextmanager
-def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any], dict[str, Any]]]:
+def _serve(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any], dict[str, Any]]]:
     """Playwright, the address of a folder with both runtimes, and the start messages of the stock worker and of
     ours."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary, sync_playwright() as playwright:
@@ -68,7 +68,7 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
 
 def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
     """`rounds` pairs of cold starts in milliseconds, (stock, ours), after a first pair that is discarded."""
-    with _served(info) as (playwright, origin, stock, ours):
+    with _serve(info) as (playwright, origin, stock, ours):
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
 
         def cold(worker: str, message: dict[str, Any]) -> float:
@@ -86,7 +86,7 @@ def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tu
 def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
     """A returning reader's starts in milliseconds. Three visits are discarded: the first, and two on which the browser
     stores its compiled code."""
-    with _served(info) as (playwright, origin, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
+    with _serve(info) as (playwright, origin, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
         context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
         times = [_start(context, origin, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
         context.close()

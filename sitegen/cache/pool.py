@@ -43,7 +43,7 @@ def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[
     one per core). The result of a failed piece is a PieceFailed. On exit, the workers are terminated."""
     crew: dict[Connection, SpawnProcess] = {}
     try:
-        yield _finished(pieces, min(count or os.cpu_count() or 1, len(pieces)), crew)
+        yield _results(pieces, min(count or os.cpu_count() or 1, len(pieces)), crew)
     finally:
         with held():
             _end(crew)
@@ -73,7 +73,7 @@ def threads(spared: int = 0) -> Iterator[ThreadPoolExecutor]:
     pool.shutdown()
 
 
-def _finished(
+def _results(
     pieces: Sequence[Piece], count: int, crew: dict[Connection, SpawnProcess]
 ) -> Iterator[tuple[int, Any]]:
     todo = list(enumerate(pieces))[::-1]

@@ -30,12 +30,12 @@ def prune(cache: Path, now: float | None = None) -> list[Path]:
     for name in FOLDERS:
         for path in sorted((cache / name).rglob("*"), reverse=True):  # a folder comes after its contents
             with suppress(OSError):  # already gone, in use on Windows, or a folder that is not empty
-                if _removed(path, now):
+                if _remove(path, now):
                     removals.append(path)
     return removals
 
 
-def _removed(path: Path, now: float) -> bool:
+def _remove(path: Path, now: float) -> bool:
     """Remove a file if it is old and return whether it was; an old empty folder is removed too, but returns False."""
     if not path.is_dir():
         if now - path.stat().st_mtime <= UNUSED:

@@ -55,9 +55,9 @@ class Links:
         """The link for `:ref[text]`; empty, and a problem, if it has no target. state: suffix for a figure's state."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
-            return self._numbered(kind, name, place, state)
+            return self._number_link(kind, name, place, state)
         if kind == "eq" and name:
-            return self._numbered(kind, name, place)
+            return self._number_link(kind, name, place)
         slug, _, fragment = text.partition("#")
         for chapter in self.chapters:
             if slug in (chapter.slug, chapter.name):
@@ -93,7 +93,7 @@ class Links:
         text = chapter.headings.get(fragment, chapter.title)
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
-    def _numbered(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
+    def _number_link(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
         """A link to a figure ("fig") or an equation ("eq"): this chapter's own, or the only one elsewhere."""
         noun = "figure" if kind == "fig" else "equation"
         targets = {o.page: _numbers(o, kind)[name] for o in self.chapters if name in _numbers(o, kind)}

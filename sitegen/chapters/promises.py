@@ -116,10 +116,10 @@ def unheld(text: str) -> Iterator[tuple[str, int]]:
         yield match[0], match.start()
 
 
-def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
-    """Report each unchecked promising word of a text. at: maps its offsets to places; held: a directive to suggest."""
+def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, suggestion: str = HOLDS) -> None:
+    """Report each unchecked promising word of a text. at: maps its offsets to places; suggestion: what to use."""
     for word, offset in unheld(text):
-        problems.add(at(offset), f"untested promise {word!r}: use {held}")
+        problems.add(at(offset), f"untested promise {word!r}: use {suggestion}")
 
 
 def hold(promise: Promise, readouts: Readouts, problems: Problems) -> None:

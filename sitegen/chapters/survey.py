@@ -135,10 +135,10 @@ def _within(
             _try(finding, token, problems)
         if token.type == "predict":
             _predict(finding, token, problems)
-        own = finding.figure_of.get(located(token, Directive)) if token.type == "figure" else figure
+        target = finding.figure_of.get(located(token, Directive)) if token.type == "figure" else figure
         for child in token.children or []:
             if child.type == "promise_open":
-                _promise(finding, child, own, lost or (token.type == "figure" and own is None), problems)
+                _promise(finding, child, target, lost or (token.type == "figure" and target is None), problems)
         if token.type in ("figure", "picture", "plot", "predict", "try", "aside") and not token.children:
             problems.add(located(token, Directive).place, f"::{token.type} has no text")
 
@@ -301,8 +301,8 @@ def _promise(finding: _Finding, token: Token, figure: Figure | None, lost: bool,
         finding.promise_of[line] = promised
 
 
-def _tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
-    tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, held)
+def _tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, suggestion: str = HOLDS) -> None:
+    tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, suggestion)
 
 
 def _of_figure(

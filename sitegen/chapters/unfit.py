@@ -23,7 +23,7 @@ def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
         if heading.type == "heading_open":
             _heading(located(heading, object).place, content.children or [], problems)
     for token in tokens:
-        _nested(token.children or [], problems)
+        _check_nesting(token.children or [], problems)
 
 
 def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:
@@ -34,7 +34,7 @@ def _heading(place: Place, children: Sequence[Token], problems: Problems) -> Non
             problems.add(place_of(child) or place, "a heading cannot contain references, citations or footnotes")
 
 
-def _nested(children: Iterable[Token], problems: Problems) -> None:
+def _check_nesting(children: Iterable[Token], problems: Problems) -> None:
     """Check the elements inside a link, a claim or an image's alternative text."""
     link = claim = False
     for child in children:

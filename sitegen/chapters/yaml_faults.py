@@ -41,7 +41,7 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
     blank = re.match(r"[\s-]*", text)
     if blank and "\t" in blank[0] and spot.column <= blank.end():
         return spot.line, text.index("\t"), TAB
-    for start, end, style in _quoted(source):
+    for start, end, style in _quotes(source):
         if (start.line, start.column) > (spot.line, spot.column):
             break
         if NAMED.search(source.split("\n", start.line)[-1][start.column : start.column + end.index - start.index]):
@@ -69,7 +69,7 @@ def _in_words(context: str) -> tuple[bool, str]:
     return False, context.rpartition(": ")[2]
 
 
-def _quoted(source: str) -> Iterator[tuple[Any, Any, str]]:
+def _quotes(source: str) -> Iterator[tuple[Any, Any, str]]:
     """Yield the quoted texts, up to the first error."""
     try:
         for token in yaml.scan(source, Loader=Loader):

@@ -172,7 +172,7 @@ def found(name: str, browser_path: Path | None = None) -> Path:
 def found_or_installed(engine: Engine, attempts: list[str]) -> Iterator[tuple[str, Path]]:
     """Candidates and how they were found; installs only if more are requested. Failures go to `attempts`."""
     programs = [path for name in engine.programs if (path := shutil.which(name))]
-    places = [path for pattern in engine.places if (path := _filled(pattern)) and Path(path).is_file()]
+    places = [path for pattern in engine.places if (path := _fill(pattern)) and Path(path).is_file()]
     if not programs and not places:
         attempts.append(f"the PATH: none of {', '.join(engine.programs)}")
     yield from ((path, Path(path)) for path in [*programs, *places])
@@ -189,7 +189,7 @@ def found_or_installed(engine: Engine, attempts: list[str]) -> Iterator[tuple[st
             yield description, Path(program)
 
 
-def _filled(pattern: str) -> str:
+def _fill(pattern: str) -> str:
     try:
         return pattern.format_map(os.environ)
     except KeyError:

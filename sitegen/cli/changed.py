@@ -153,7 +153,7 @@ def naming(root: Path, name: str) -> set[str]:
 
 def importing(root: Path, modules: Iterable[str]) -> set[str]:
     """The test files that import or load one of these modules, directly or not, or are one of them."""
-    names = {_dotted(name) for name in modules}
+    names = {_module_name(name) for name in modules}
     if not names:
         return set()
     graph, of = _imports(root)
@@ -167,11 +167,11 @@ def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
     """The graph of imports and loads, including tests; and the files of the tests' modules."""
     import grimp
 
-    of = {_dotted(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
+    of = {_module_name(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
     graph = grimp.build_graph(*ROOMS)
     for name, path in of.items():
         graph.add_module(name)
-        for module in (_imported(path) | _fixtures(name)) & (graph.modules | of.keys()):
+        for module in (_imports_of(path) | _fixtures(name)) & (graph.modules | of.keys()):
             graph.add_import(importer=name, imported=module)
     for loader, modules in LOADS.items():
         for module in graph.modules:
@@ -215,11 +215,11 @@ def _pages(file: Path, text: str) -> set[str]:
     return {page, f"slides-{page}"}
 
 
-def _dotted(name: str) -> str:
+def _module_name(name: str) -> str:
     return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
-def _imported(path: Path) -> set[str]:
+def _imports_of(path: Path) -> set[str]:
     """The modules that a file imports, or may import: `from a import b` gives a and a.b."""
     modules = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):

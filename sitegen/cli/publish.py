@@ -155,7 +155,7 @@ def _fill(site: Path, folder: Path, label: str, force: bool) -> str:
     updates = [name for name in names if not _is_same(site, folder, name)]
     for name in updates:
         write(folder / name, (site / name).read_bytes())
-    removals = [name for name in sorted(published - set(names)) if _removed(folder, name)]
+    removals = [name for name in sorted(published - set(names)) if _remove(folder, name)]
     write(manifest, "\n".join(sorted(names)).encode())
     return f"{len(updates)} files written, {len(names) - len(updates)} unchanged, {len(removals)} old ones removed"
 
@@ -185,7 +185,7 @@ def _is_same(site: Path, folder: Path, name: str) -> bool:
     return dest.read_bytes() == source.read_bytes()
 
 
-def _removed(folder: Path, name: str) -> bool:
+def _remove(folder: Path, name: str) -> bool:
     """Remove a file of an earlier publish, and the folders that this leaves empty; whether it was there."""
     path = folder / name
     if not _is_inside(folder, name) or path.is_symlink() or not path.is_file():

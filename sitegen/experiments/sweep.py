@@ -155,7 +155,7 @@ def _cluster(root: Path, jobs: Sequence[Unit], scheduler: str) -> Iterator[Work]
     """Run the units on the workers of a Dask cluster, which get our sources and must have the same numpy."""
     distributed: Any = importlib.import_module("distributed")
     with distributed.Client(scheduler, timeout=20) as client:
-        theirs = set(client.run(_installer(_packed(root))).values())
+        theirs = set(client.run(_installer(_pack(root))).values())
         if theirs - {np.__version__}:
             raise RuntimeError(f"the cluster's workers have numpy {', '.join(sorted(theirs))}, we {np.__version__}")
         futures = client.map(run_unit, jobs, pure=False)
@@ -163,7 +163,7 @@ def _cluster(root: Path, jobs: Sequence[Unit], scheduler: str) -> Iterator[Work]
         yield ((by_key[future.key], result) for future, result in distributed.as_completed(futures, with_results=True))
 
 
-def _packed(root: Path) -> bytes:
+def _pack(root: Path) -> bytes:
     """The code that a unit runs, as a zip that Python can import from."""
     ours = [root / "sitegen" / name for name in ("__init__.py", "experiments/__init__.py", "experiments/sweep_unit.py")]
     files = [*sorted((root / "solvers").rglob("*.py")), *ours]

@@ -146,23 +146,23 @@ def check_command(home: Path = KEPT) -> int:
             return code
         repeat = json.loads(Path(folder, "log.json").read_text("utf-8"))
     log = json.loads((home / "log.json").read_text("utf-8"))
-    log["again"] = {"seed": OTHER_SEED, "held_out": [_rounded(line) for line in repeat["held_out"]]}
+    log["again"] = {"seed": OTHER_SEED, "held_out": [_round(line) for line in repeat["held_out"]]}
     write(home / "log.json", json.dumps(log, indent=1, ensure_ascii=False).encode() + b"\n")
     messages = differences(log["held_out"], log["again"]["held_out"])
     print("\n".join(messages) or "every count within its bound")
     return 1 if messages else 0
 
 
-def _rounded(line: dict[str, Any]) -> dict[str, Any]:
+def _round(line: dict[str, Any]) -> dict[str, Any]:
     return {**line, "degrees": round(line["degrees"], 1), "length": round(line["length"], 3)}
 
 
-def differences(stored: list[dict[str, Any]], repeat: list[dict[str, Any]]) -> list[str]:
+def differences(reference: list[dict[str, Any]], repetition: list[dict[str, Any]]) -> list[str]:
     """Messages for the lines of two held-out studies whose counts differ by more than their bound."""
-    by_line = {(line["variant"], line["kind"]): line for line in stored}
+    by_line = {(line["variant"], line["kind"]): line for line in reference}
     return [
         f"{new['variant']}, {new['kind']}: {count} was {old[count]} of {old['count']}, now {new[count]}"
-        for new in repeat
+        for new in repetition
         for old in [by_line[new["variant"], new["kind"]]]
         for count in ("turned", "placed")
         if abs(new[count] - old[count]) > NEAR_THRESHOLD.get((new["variant"], count), BOUND) * old["count"]

@@ -156,7 +156,7 @@ def _attributes(element: ElementTree.Element, names: dict[str, str]) -> dict[str
         if name == "style":
             for declaration in filter(None, map(str.strip, value.split(";"))):
                 key, _, setting = declaration.partition(":")
-                _declared(key.strip(), setting.strip(), result, classes)
+                _declare(key.strip(), setting.strip(), result, classes)
         elif name == "id":
             if value in names:
                 result["id"] = names[value]
@@ -174,7 +174,7 @@ def _attributes(element: ElementTree.Element, names: dict[str, str]) -> dict[str
     return ({"class": " ".join(classes)} if classes else {}) | result
 
 
-def _declared(name: str, value: str, result: dict[str, str], classes: list[str]) -> None:
+def _declare(name: str, value: str, result: dict[str, str], classes: list[str]) -> None:
     if name in ("fill", "stroke"):
         if value == "none":
             result[name] = "none"

@@ -65,7 +65,7 @@ class Watched(Mapping[str, Widget]):
 
     def __getitem__(self, name: str) -> Widget:
         if name not in self._cache:
-            self._cache[name] = _watched(self._widgets[name])
+            self._cache[name] = _watch(self._widgets[name])
         return self._cache[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -75,7 +75,7 @@ class Watched(Mapping[str, Widget]):
         return len(self._widgets)
 
 
-def _watched(widget: Widget) -> Widget:
+def _watch(widget: Widget) -> Widget:
     panels: dict[str, Panel] = {}
 
     def ran(name: str, *arguments: Any) -> Any:

@@ -31,7 +31,7 @@ def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget
     """The figures that can be placed. Faults of the others are reported, so placing one of them is not."""
     good = {}
     for name in widgets:
-        widget = _imported(widgets, name, problems)
+        widget = _import(widgets, name, problems)
         if widget is None:
             problems.unread.add(module_file(name))
             continue
@@ -50,7 +50,7 @@ def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget
     return good
 
 
-def _imported(widgets: Mapping[str, Widget], name: str, problems: Problems) -> Widget | None:
+def _import(widgets: Mapping[str, Widget], name: str, problems: Problems) -> Widget | None:
     try:
         widget = widgets[name]
     except SyntaxError as error:

@@ -103,7 +103,7 @@ def _mathematics(
     results = {formula: memo.answer(_key(formula), partial(fresh.get, formula)) for formula in order}
     memo.keep()
     styles: dict[str, str] = {}
-    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in results.items()}
+    mathml = {formula: _with_classes(str(answer.get("mathml", "")), styles) for formula, answer in results.items()}
     css = "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items()))
     return Mathematics(mathml, css), {formula: result for formula, result in results.items() if "mathml" not in result}
 
@@ -122,7 +122,7 @@ def _message(message: str) -> str:
     return re.sub(r",?\s*at (position \d+|end of input).*$", "", first).strip(" :")
 
 
-def _classed(mathml: str, styles: dict[str, str]) -> str:
+def _with_classes(mathml: str, styles: dict[str, str]) -> str:
     """The MathML with classes instead of style attributes; `styles` collects style → class."""
 
     def swap(match: re.Match[str]) -> str:

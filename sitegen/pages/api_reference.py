@@ -229,13 +229,13 @@ def is_enum(thing: griffe.Class) -> bool:
 
 
 def _method(name: str, method: Method[Any]) -> MethodEntry:
-    own = named(f"{method.options.__module__}.{method.options.__qualname__}")
-    options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(own))
+    thing = named(f"{method.options.__module__}.{method.options.__qualname__}")
+    options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(thing))
     # Its own module first, then the step's if that is shared: `gicp` steps as `point-to-plane` does.
     modules = dict.fromkeys(getattr(part, "__wrapped__", part).__module__ for part in (method.start, method.step))
     words = [rendered(named(module)) for module in modules]
     # An options docstring describes the method as a whole after its first line.
-    first = next((str(part.value) for part in sections(own) if part.kind is griffe.DocstringSectionKind.text), "")
+    first = next((str(part.value) for part in sections(thing) if part.kind is griffe.DocstringSectionKind.text), "")
     words.append(prose(first.partition("\n")[2]))
     dims = "any" if method.dims is None else " or ".join(map(str, method.dims))
     return MethodEntry(f"method-{name}", name, method, dims, options, Markup("\n").join(words))

@@ -153,7 +153,7 @@ class _Writer:
             case "math_block" | "math_block_label":
                 number = self._survey.number(first)
                 tag = f"\n\\tag{{{number}}}" if number else ""
-                yield "markdown", f"$$\n{self._expanded(first.content.strip())}{tag}\n$$"
+                yield "markdown", f"$$\n{self._expand(first.content.strip())}{tag}\n$$"
             case _ if first.map is not None:
                 text = self._lines(first.map[0], first.map[1], block)
                 yield "markdown", HEADING_ID.sub("", text) if first.type == "heading_open" else text
@@ -191,22 +191,22 @@ class _Writer:
         """The text of a block directive."""
         directive = located(token, Directive).thing
         end = directive.text_start + len(directive.text)
-        return " ".join(self._spliced(directive.text_start, end, token.children or []).split("\n"))
+        return " ".join(self._splice(directive.text_start, end, token.children or []).split("\n"))
 
     def _lines(self, first: int, last: int, tokens: Sequence[Token]) -> str:
         """Whole lines of the file, in plain Markdown."""
         end = self._source.starts[last] if last < len(self._source.starts) else len(self._source.text)
         inline = [child for token in tokens for child in token.children or []]
-        return self._spliced(self._source.starts[first], end, inline).strip("\n")
+        return self._splice(self._source.starts[first], end, inline).strip("\n")
 
-    def _spliced(self, start: int, end: int, tokens: Sequence[Token]) -> str:
+    def _splice(self, start: int, end: int, tokens: Sequence[Token]) -> str:
         """A piece of the file with our extensions replaced by plain Markdown."""
         edits = sorted(edit for token in tokens for edit in self._edits(token))
         parts, at = [], start
         for first, last, text in edits:
             parts += [self._source.text[at:first], text]
             at = last
-        return self._expanded("".join([*parts, self._source.text[at:end]]))
+        return self._expand("".join([*parts, self._source.text[at:end]]))
 
     def _edits(self, token: Token) -> Iterator[tuple[int, int, str]]:
         """Yield the replacements for a token: start and end in the file, and the new text."""
@@ -253,7 +253,7 @@ class _Writer:
             return href
         return self._base + (self._survey.chapter.page if href.startswith("#") else "") + href
 
-    def _expanded(self, text: str) -> str:
+    def _expand(self, text: str) -> str:
         """The text with the site's macros expanded, since Jupyter does not know them."""
         for macro, meaning in self._inputs.site.macros.items():
             text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)

@@ -257,12 +257,12 @@ class Writer:
         )
         return [self._fill("checks_about.html", page, rows=rows), *insides]
 
-    def about(self, made: Made) -> Inside:
+    def about(self, numbers: Made) -> Inside:
         """The page about the site and this build of it."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
         citation = bibtex(site.title, site.author, site.year, site.url)
-        return self._fill("about.html", page, made=made, bibtex=citation)
+        return self._fill("about.html", page, made=numbers, bibtex=citation)
 
     def licences(self, licences: Sequence[Licence]) -> Inside:
         """The licences of everything that the site serves."""

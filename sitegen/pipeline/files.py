@@ -72,7 +72,7 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
     media = {**scripts, **images, **assets.files}
     pages = partial(_pages, content, writer, insides)
     if context.pack:
-        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **media})
+        alone = _archive_files(context.root, content, {**pages(assets.from_disk()), **media})
         assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
     files = {**pages(assets), **media}
     if content.site.url:
@@ -125,10 +125,10 @@ def _assets(
 
 def _public(content: Content) -> list[str]:
     """The pages to list in the site map."""
-    own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
-    own += [doc.page for doc, _ in content.docs if not doc.hidden]
+    pages = [fixed.page for fixed in FIXED_PAGES if fixed.public]
+    pages += [doc.page for doc, _ in content.docs if not doc.hidden]
     slides = [*(deck.chapter.deck for deck in content.decks), *(["slides.html"] if content.decks else [])]
-    return [*(chapter.page for chapter in content.chapters), *own, *slides]
+    return [*(chapter.page for chapter in content.chapters), *pages, *slides]
 
 
 def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:
@@ -160,7 +160,7 @@ def _for_hosts(
     return {**({} if worker is None else {"sw.js": worker}), "_headers": text.encode()}
 
 
-def _unpacked(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def _archive_files(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """The whole site for the zip, with the Python runtime, so that its figures run once any small server serves it."""
     mine = {name: data for name, data in files.items() if not name.endswith(MAP)}
     mine |= {**_for_hosts(root, content.templates, mine, content.started), **content.notebooks}

@@ -66,12 +66,12 @@ def _fill(
         for i, (name, data) in enumerate(files.items()):
             progress("writing pages", i, len(files))
             for path, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
-                if not _linked(old / path, folder / path, bytes_):
+                if not _link(old / path, folder / path, bytes_):
                     (folder / path).write_bytes(bytes_)
     progress("writing pages", len(files), len(files))
 
 
-def _linked(old: Path, new: Path, data: bytes) -> bool:
+def _link(old: Path, new: Path, data: bytes) -> bool:
     """Hard-link `old` to `new` if it holds these bytes, which saves writing them. Return whether that worked."""
     try:
         facts = old.lstat()

@@ -75,8 +75,8 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
         if alike(results[arguments], value):
             proved += 1
         else:
-            stored = json.dumps(results[arguments])
-            message = f"{named(arguments)!r} is {stored}; the same code gives {json.dumps(value)}"
+            reference = json.dumps(results[arguments])
+            message = f"{named(arguments)!r} is {reference}; the same code gives {json.dumps(value)}"
             wrong.append(Problem(file, 0, 0, message))
     if remembered:
         remembered.keep()

@@ -24,7 +24,7 @@ def try_presets(
     progress: Progress,
 ) -> None:
     """Draw each preset, untouched and after each of its press buttons; cached frames are not drawn again."""
-    places = {figure.widget.name: figure.place for one in reversed(surveys) for figure in one.figures.values()}
+    places = {figure.widget.name: figure.place for survey in reversed(surveys) for figure in survey.figures.values()}
     states = [(name, _states(widget, choice)) for name, widget in widgets.items() for choice in widget.presets]
     ours = [(f"fig-{name}", records) for name, records in states if known_by_name(widgets[name])]
     lacking = [(draw_ahead, (*pair, cache)) for pair in ours if bakery.lacks_frames(*pair)]

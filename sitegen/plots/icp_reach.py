@@ -82,19 +82,20 @@ def words(result: Result) -> str:
         low, high = (sure(result, setting, side) for side in (-1, 1))
         best_count = max(_row(result, setting))
         possible = [angle for angle, hits in zip(result.angles, _row(result, setting), strict=True) if hits]
-        ends = f"from {_signed(low)} to {_signed(high)}"
+        ends = f"from {_degrees(low)} to {_degrees(high)}"
         best = f"all of {result.runs} {ends}" if best_count == result.runs else f"{best_count} at best"
-        range_ = f"from {_signed(min(possible))} to {_signed(max(possible))}"
-        clauses.append(f"{SETTINGS[setting].lower()}: {best}, some {range_}")
+        span = f"from {_degrees(min(possible))} to {_degrees(max(possible))}"
+        clauses.append(f"{SETTINGS[setting].lower()}: {best}, some {span}")
+    first, last = _degrees(result.angles[0]), _degrees(result.angles[-1])
     return (
         f"Four small charts of the share of {result.runs} seeds for which ICP ended within 5° and 0.2 u of the truth, "
-        f"against the starting angle from {_signed(result.angles[0])} to {_signed(result.angles[-1])} in steps of 10°, "
+        f"against the starting angle from {first} to {last} in steps of 10°, "
         f"rotated about the world's origin. {'; '.join(clauses)}. The plateau is wide without outliers and ends "
         "steeply; outliers make it narrow and its ends gentle."
     )
 
 
-def _signed(angle: int) -> str:
+def _degrees(angle: int) -> str:
     return f"{angle}°".replace("-", "−")
 
 
@@ -102,7 +103,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
     """Success with its interval for each angle and setting."""
     rows = []
     for i, angle in enumerate(result.angles):
-        rows.append([_signed(angle), *(interval(row[i], result.runs) for row in result.successes)])
+        rows.append([_degrees(angle), *(interval(row[i], result.runs) for row in result.successes)])
     return ["starting angle", *(SETTINGS[setting] for setting in result.settings)], rows
 
 
