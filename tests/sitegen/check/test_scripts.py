@@ -33,7 +33,7 @@ def test_lint_tells_a_mistake_and_an_import_upwards(checkout: Path, capsys: pyte
     """By file, line and column, in the preview's scripts as in the page's, and nothing else."""
     edit(checkout / SCRIPTS / "base/emitter.js", "export function", "let idle = 1;\nexport function")
     edit(checkout / SCRIPTS / "base/record.js", "const LONGEST", 'import "../figure/state.js";\nconst LONGEST')
-    edit(checkout / "sitegen/serve/preview/swap.js", "const kept = keep();", "let kept = keep();")
+    edit(checkout / "sitegen/serve/preview/swap.js", "const state = keep();", "let state = keep();")
     assert script_lint(checkout) == 1
     output = capsys.readouterr().err.splitlines()
     places, rules = zip(*((line.split(":")[0], line.rpartition("(")[2]) for line in output), strict=True)
