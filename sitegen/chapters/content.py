@@ -175,7 +175,7 @@ def read_site(root: Path, problems: Problems) -> Site:
         problems.add(Place(name), "missing site settings: create this file")
     document = document or yaml_schema.Yaml({}, {}, Place(name, 1, 1))
     had = len(problems.found)
-    values = yaml_schema.validated(document, SITE, problems) if exists and document.places else _defaults(SITE)
+    values = yaml_schema.validated(document, SITE, problems) if exists and document.data else _defaults(SITE)
     licence = yaml_schema.validated(document, LICENCE, problems, "licence") if values["licence"] else _defaults(LICENCE)
     rungs = []
     for i in range(len(values["ladder"])):
@@ -194,7 +194,7 @@ def read_site(root: Path, problems: Problems) -> Site:
     if report and not re.fullmatch(r"(?:https?://|mailto:)\S+", report):
         message = f"report: expected an address starting with https:// or mailto:, got {report!r}"
         problems.add(document.at("report"), message)
-    if exists and not document.places and len(problems.found) == had and name not in problems.unread:
+    if exists and not document.data and len(problems.found) == had and name not in problems.unread:
         problems.add(Place(name, 1, 1), "empty site settings")
     return Site(
         values["title"],

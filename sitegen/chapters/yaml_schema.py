@@ -20,6 +20,8 @@ MARKUP = re.compile(
     r"\$[^\s$](?:[^$]*[^\s$])?\$|\*\*|`|\]\(|(?<!\w):[a-z]+\[|\[@|(?<![\w*])\*[^\s*](?:[^*]*[^\s*])?\*(?![\w*])"
 )
 CUT = re.compile(r" +#(?=[^\s#])")  # our comments have a blank after the #
+TEXT = "tag:yaml.org,2002:str"
+MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 CUT_OFF = "YAML reads a # after a space as the start of a comment: quote the text"
 
 
@@ -123,10 +125,12 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
 
 
 def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: int, problems: Problems) -> None:
+    """Note the places of keys and items. Every key becomes the text that its author wrote, even `no`, `null` or `1`."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):
                 continue  # not a valid key; the loader reports it, or the schema as unknown
+            key.tag = key.tag if key.tag == MERGE else TEXT
             place = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
                 problems.add(place, f"duplicate key {key.value!r}")
@@ -196,12 +200,14 @@ def _type_message(field: Field, name: Any, value: Any, document: Yaml, at: Path)
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
-    """Parse a file that is a mapping of keys to `things`, and return it with its keys; invalid keys are problems."""
+    """Parse a file that is a mapping of keys to `things`, and return it with its keys; invalid keys are problems.
+    A file that is no mapping counts as unread: the names that it may mean to define are not missed elsewhere."""
     document = read(source, path, problems)
     if document is None or document.data is None:
         return None, ()
     if not isinstance(document.data, dict):
         problems.add(document.at(), f"expected a mapping of keys to {things}")
+        problems.unread.add(path)
         return None, ()
     for key in document.data:
         if not KEY.fullmatch(str(key)):

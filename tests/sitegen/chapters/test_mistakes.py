@@ -299,6 +299,16 @@ def test_what_a_faulty_list_would_have_named_is_no_mistake(desk: Project, name: 
     assert [problem.split(": ")[1] for problem in desk.problems()] == ["invalid YAML"]
 
 
+@pytest.mark.parametrize("name", ["references.yaml", "glossary.yaml", "site.yaml"])
+@pytest.mark.parametrize("text", ["- one2001\n- gate\n", "one2001 and gate\n"], ids=["list", "text"])
+def test_a_file_of_entries_that_is_none_is_told_once(desk: Project, name: str, text: str) -> None:
+    """A list or a sentence instead of keys: the file is there, and what it would have named is not missed."""
+    desk.write("content/01-second.md", FRONT + "[@one2001] :term[gate] $\\R$\n")
+    desk.write(f"content/{name}", text)
+    (message,) = desk.problems()
+    assert message.startswith(f"content/{name}:1:1: expected a mapping of ")
+
+
 LISTS = {
     "references.yaml": (
         "one2001:\n  authors: [¦\"Ada One]\n  title: First\n  year: 2001\n  url: https://a.org\ntwo2002:\n"

@@ -28,6 +28,23 @@ def test_front_matter_is_told_as_it_was_written(project: Project, front: str, sa
     assert any(line.startswith(f"content/01-second.md:{says}") for line in project.problems())
 
 
+@pytest.mark.parametrize("key", ["null", "~", "1", "0x10", "1.50", "yes", "2026-01-01", ".inf"])
+def test_a_key_is_the_text_that_was_written(project: Project, key: str) -> None:
+    """Though YAML reads it as nothing, a number or a date: it is reported in its own line, in its author's letters."""
+    project.write("content/01-second.md", f"---\ntitle: T\nsummary: S\n{key}: v\n---\n\nText.\n")
+    (message,) = [line for line in project.problems() if line.startswith("content/01-second.md")]
+    assert message.startswith(f"content/01-second.md:4:1: unknown key {key!r}")
+
+
+@pytest.mark.parametrize("key", ["null", "no", "on"])
+def test_an_entry_may_be_named_by_any_word(project: Project, key: str) -> None:
+    text = (project.root / "content/references.yaml").read_text("utf-8")
+    project.write("content/references.yaml", text.replace("two2002:", f"{key}:"))
+    second = (project.root / "content/01-second.md").read_text("utf-8")
+    project.write("content/01-second.md", second.replace("@two2002", f"@{key}"))
+    project.build()
+
+
 def test_comments_and_signs_of_a_text_are_no_fault(project: Project) -> None:
     """A comment has a blank after its #; in a text, a # is in quotes, on a line of its own, or within a word."""
     front = 'title: "T #2"  #\nslug: second  # as in the address\nsummary: C#1, as it is'
