@@ -21,6 +21,7 @@ from sitegen.check.command import prove_kept, publish_and_check
 from sitegen.check.spelling import spelling
 from sitegen.cli import changed
 from sitegen.pipeline.attempt import build_command
+from sitegen.problems import hint
 
 
 class Ledger:
@@ -59,6 +60,16 @@ class Question:
         """Keep the options instead of running the tests."""
         self.options = config.option
         return 0
+
+
+class Stop:
+    """A pytest plugin: keeps the Ctrl-C that ended the run, which pytest's exit code does not tell."""
+
+    pressed: BaseException | None = None
+
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Note a Ctrl-C; pytest.exit() comes here too."""
+        self.pressed = excinfo.value if excinfo.errisinstance(KeyboardInterrupt) else None
 
 
 class Needs:
@@ -116,10 +127,10 @@ def test(root: Path, engines: Sequence[str], browser_path: Path | None, further:
     failures = failing(steps)
     print("== pytest", flush=True)
     ledger = Ledger(failures)
-    code = int(pytest.main([*further], plugins=[ledger]))
+    code = pytest_code([*further], ledger)
     if ledger.reports and not engines:
         claims.write_results(root, claims.merged(ledger.reports), ledger.changes)
-    return 1 if code or failures else 0
+    return 1 if failures else code
 
 
 def every_step(root: Path) -> dict[str, Callable[[], int]]:
@@ -153,7 +164,19 @@ def test_part(needs: Needs, options: argparse.Namespace, further: Sequence[str])
         if fault:
             print(fault, file=sys.stderr)
             return 1
-    return 1 if pytest.main([*further], plugins=[needs]) else 0
+    return pytest_code(further, needs)
+
+
+def pytest_code(words: Sequence[str], *plugins: object) -> int:
+    """Run pytest. The exit code is 0 if all passed, 2 if no such tests exist, 1 otherwise. Raises KeyboardInterrupt if
+    Ctrl-C ended the run."""
+    stop = Stop()
+    code = pytest.main([*words], plugins=[stop, *plugins])
+    if stop.pressed:
+        raise stop.pressed
+    if code in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED):
+        return 2
+    return 1 if code else 0
 
 
 def test_changed(root: Path, commit: str, browser_path: Path | None, further: Sequence[str]) -> int:
@@ -183,14 +206,21 @@ def test_changed(root: Path, commit: str, browser_path: Path | None, further: Se
     failures = failing({name: step for name, step in every_step(root).items() if name in due})
     pages = [f"--pages={','.join(choice.pages)}"] if choice.pages else []
     words = [*processes(options), f"--ignore={ENGINE_TESTS}", *pages, *choice.tests, *further]
-    code = int(pytest.main(words, plugins=[Ledger(failures)])) if choice.tests else 0
-    return 1 if code or failures else 0
+    code = pytest_code(words, Ledger(failures)) if choice.tests else 0
+    return 1 if failures else code
 
 
 def understood(words: Sequence[str]) -> argparse.Namespace | None:
-    """pytest's options for these arguments; None if it rejects them, which it reports itself."""
+    """pytest's options for these arguments; None if it rejects them, which it reports itself, or if a file is missing,
+    which its worker processes would not report."""
     question = Question()
-    return question.options if pytest.main([*words], plugins=[question]) == 0 else None
+    if pytest.main([*words], plugins=[question]) != 0:
+        return None
+    names = [] if question.options.pyargs else [name.partition("::")[0] for name in question.options.file_or_dir]
+    missing = [name for name in names if not Path(name).exists()]
+    for name in missing:
+        print(f"test: no such file or folder: {name}{hint(name, claims.test_files(Path()))}", file=sys.stderr)
+    return None if missing else question.options
 
 
 def is_part(root: Path, options: argparse.Namespace) -> bool:
@@ -209,7 +239,7 @@ def hostile(root: Path, further: Sequence[str]) -> int:
     options = understood(further)
     if options is None:
         return 2
-    return int(pytest.main([*processes(options), "-m", "hostile", *further, HOSTILE_TESTS]))
+    return pytest_code([*processes(options), "-m", "hostile", *further, HOSTILE_TESTS])
 
 
 def processes(options: argparse.Namespace, count: int | None = None) -> list[str]:

@@ -105,14 +105,33 @@ def test_a_part_gets_what_it_needs(checkout: Path) -> None:
 
 
 def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
-    """A failing or absent test gives exit code 1; an option that pytest does not know gives 2, before anything else."""
+    """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name) gives 2, and an option or
+    a file does so before anything else."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
-    fails, unknown, absent = ran(checkout, "-k plain", "--max-fial=1", "tests/test_absent.py")
+    fails, unknown, absent, several, test, name = ran(
+        checkout,
+        "-k plain",
+        "--max-fial=1",
+        "tests/test_plian.py",
+        "-n2 tests/test_plian.py",
+        "tests/test_plain.py::test_plian",
+        "-k plian",
+    )
     assert fails[:2] == (1, [])
     assert unknown[:2] == (2, [])
     assert "--max-fial" in unknown[2]
-    assert absent[:2] == (1, [])
-    assert "test_absent.py" in absent[2]
+    for code, report, printed in (absent, several):
+        assert (code, report) == (2, [])
+        assert "no such file or folder: tests/test_plian.py; did you mean 'tests/test_plain.py'?" in printed
+    assert test[:2] == name[:2] == (2, [])
+
+
+def test_ctrl_c_in_a_run_is_no_result(checkout: Path) -> None:
+    """It ends the command as everywhere else; no results are recorded, as a test may have run for some of its cases."""
+    (checkout / "tests" / "test_plain.py").write_text("def test_plain(): raise KeyboardInterrupt\n", "utf-8")
+    for run in ("-n0", "-n0 -k plain"):
+        with pytest.raises(AssertionError, match="raise KeyboardInterrupt"):
+            ran(checkout, run)
 
 
 def test_a_site_that_cannot_be_built_ends_the_part(checkout: Path) -> None:
