@@ -1,5 +1,6 @@
 """The project's commands: `python3 build.py --help` lists them. Needs Python 3.11 or newer and nothing else."""
 
+import contextlib
 import runpy
 import signal
 import sys
@@ -27,12 +28,15 @@ def main(words):
     except environment.SetupError as error:
         sys.stderr.write("build.py: " + str(error) + "\n")
         return 1
-    except KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        sys.stdout.flush()
-        sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by Ctrl-C\n")
-        sys.stderr.flush()
-        stopping.leave(130)  # a normal exit would wait for threads that are packing large files
+    except KeyboardInterrupt as stop:
+        for number in stopping.SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+        code, cause = stopping.told(stop)
+        with contextlib.suppress(OSError):  # the terminal may be closed
+            sys.stdout.flush()
+            sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by " + cause + "\n")
+            sys.stderr.flush()
+        stopping.leave(code)  # a normal exit would wait for threads that are packing large files
 
 
 def hand_over():

@@ -1,4 +1,5 @@
 """Ctrl-C handling: the first press raises KeyboardInterrupt, so that everything cleans up; more do not disturb that.
+SIGTERM, as from `kill` or `timeout`, and SIGHUP, as from a terminal that closes, are handled alike.
 
 Uses the standard library only, since it runs before anything is installed.
 """
@@ -17,10 +18,15 @@ from typing import Any, NoReturn
 _UNDER_WAY = threading.RLock()  # held by a thread inside held(): leave() waits for it
 LEAVING_SECONDS = 2.0  # the longest that leave() waits; writing one file takes a fraction of that
 CLEARING_SECONDS = 5.0  # longer than any clean-up: a Ctrl-C after that means that the first was lost
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+class Stopped(KeyboardInterrupt):
+    """Raised when one of SIGNALS has come: its argument is the signal."""
 
 
 def listen() -> None:
-    """From now on, Ctrl-C raises KeyboardInterrupt; more of them are ignored while the first is being cleaned up."""
+    """From now on, SIGNALS raise Stopped; more of them are ignored while the first is being cleaned up."""
     raised = -CLEARING_SECONDS
 
     def once(number: int, frame: FrameType | None) -> None:
@@ -28,22 +34,29 @@ def listen() -> None:
         now = time.monotonic()
         if now - raised >= CLEARING_SECONDS:
             raised = now
-            raise KeyboardInterrupt
+            raise Stopped(signal.Signals(number))
 
-    signal.signal(signal.SIGINT, once)
+    for number in SIGNALS:
+        if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` ignores SIGHUP
+            signal.signal(number, once)
+
+
+def told(stop: KeyboardInterrupt) -> tuple[int, str]:
+    """The exit code of a command that was stopped, and by what."""
+    number = stop.args[0] if isinstance(stop, Stopped) else signal.SIGINT
+    return 128 + number, "Ctrl-C" if number == signal.SIGINT else number.name
 
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Run the body to its end: SIGINT and SIGTERM are handled only after it."""
+    """Run the body to its end: SIGNALS are handled only after it."""
     if threading.current_thread() is not threading.main_thread():  # signals interrupt only the main thread
         with _UNDER_WAY:
             yield
         return
     came: list[tuple[int, FrameType | None]] = []
-    numbers = (signal.SIGINT, signal.SIGTERM)
     handlers: dict[int, Any] = {
-        number: signal.signal(number, lambda number, frame: came.append((number, frame))) for number in numbers
+        number: signal.signal(number, lambda number, frame: came.append((number, frame))) for number in SIGNALS
     }
     try:
         yield

@@ -87,6 +87,10 @@ class Started:
         """Press Ctrl-C this many times; the exit code and everything printed, once the command has ended."""
         for _ in range(times):
             os.killpg(self.process.pid, signal.SIGINT)
+        return self.ended()
+
+    def ended(self) -> tuple[int, str]:
+        """The exit code and everything printed, once the command has ended."""
         printed, _ = self.process.communicate(timeout=ENDS)
         return self.process.returncode, printed
 
@@ -146,6 +150,42 @@ def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[s
         assert [number for number in started.processes() if alive(number)] == []
     assert [path.name for path in checkout.glob(".site*")] == []
     assert [path.name for path in checkout.glob("cache/**/.*")] == []
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("words", [["build"], ["serve", "--no-open", "--port", "0"]], ids=["build", "serve"])
+def test_a_terminated_command_cleans_up_as_well(checkout: Path, words: list[str], stage: str) -> None:
+    """`kill` and `timeout` send SIGTERM to the one process; it takes all others with it."""
+    (checkout / "content" / "page.md").write_text(stage, "utf-8")
+    with closing(Started(checkout, *words)) as started:
+        wait_for(started, stage)
+        started.process.terminate()
+        code, printed = started.ended()
+        ending = (143, "build.py: stopped by SIGTERM") if words[0] == "build" else ENDINGS["serve"]
+        assert (code, printed.strip()) == ending
+        assert [number for number in started.processes() if alive(number)] == []
+    assert [path.name for path in checkout.glob(".site*")] == []
+    assert [path.name for path in checkout.glob("cache/**/.*")] == []
+
+
+def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path) -> None:
+    """SIGHUP comes to all processes of the group."""
+    (checkout / "content" / "page.md").write_text("packing", "utf-8")
+    with closing(Started(checkout, "build")) as started:
+        wait_for(started, "packing")
+        os.killpg(started.process.pid, signal.SIGHUP)
+        assert started.ended() == (129, "build.py: stopped by SIGHUP\n")
+    assert [path.name for path in checkout.glob(".site*")] == []
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        with closing(Started(checkout, "build")) as started:
+            wait_for(started, "packing")
+            os.killpg(started.process.pid, signal.SIGHUP)
+            time.sleep(0.3)
+            assert started.process.poll() is None
+            assert started.interrupt(1) == (130, "build.py: stopped by Ctrl-C\n")
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:

@@ -24,7 +24,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any, cast
 
 from sitegen.progress import Progress
-from sitegen.stopping import held, unheard
+from sitegen.stopping import SIGNALS, held, unheard
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 CLEAR_UP_SECONDS = 0.4  # a worker's time to clean up when it is terminated in the middle of a piece
@@ -137,7 +137,8 @@ def _end(crew: dict[Connection, SpawnProcess]) -> None:
 
 def _work(pipe: Connection) -> None:
     """Make the pieces that arrive through the pipe, until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # in case unheard() could not block it
+    for number in SIGNALS:  # of those, SIGINT would otherwise be heard if unheard() could not block it
+        signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no partial file is left
     with suppress(EOFError, OSError):
         while True:

@@ -12,6 +12,7 @@ import sys
 import time
 import webbrowser
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
@@ -252,7 +253,8 @@ def serve(root: Path, host: str, port: int, *, opens: bool = True) -> int:
             webbrowser.open(f"{site.server.origin}/")
         site.watch()
     except KeyboardInterrupt:
-        print("\nstopped", flush=True)
+        with suppress(OSError):  # the terminal may be closed
+            print("\nstopped", flush=True)
     finally:
         site.close()
     return 0
