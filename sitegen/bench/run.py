@@ -59,7 +59,7 @@ def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str],
         return 2
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
-    tell(outcome)
+    tell(outcome, root / "site")
     if not outcome.good:
         return 1
     try:

@@ -30,7 +30,7 @@ def publish_and_check(root: Path, dest: Path) -> int:
     """Build strictly into `dest`, then run every check on it. The exit code is 1 if there are problems."""
     with shown() as progress:
         outcome = attempt(root, dest, strict=True, progress=progress)
-    tell(outcome)
+    tell(outcome, root / "site")
     if not outcome.good:
         return 1
     pages = read_pages(dest)

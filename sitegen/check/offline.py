@@ -23,7 +23,7 @@ def offline_check(root: Path, browser_path: Path | None = None) -> int:
     """Build site/ and check it without its server, printing one line per page. The exit code is 1 if one fails."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
-    tell(outcome)
+    tell(outcome, root / "site")
     if not outcome.good:
         return 1
     try:

@@ -59,7 +59,7 @@ def publish_command(root: Path, address: str, *, force: bool = False) -> int:
         return 2
     with shown() as progress:
         outcome = attempt(root, site, strict=True, progress=progress)
-    tell(outcome)
+    tell(outcome, site)
     if not outcome.good:
         return 1
     try:

@@ -89,18 +89,19 @@ def build_command(root: Path) -> int:
     """Build site/. The exit code is 1 if anything needs fixing; the previously published site then stays in place."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)
-    tell(outcome)
+    tell(outcome, root / "site")
     if outcome.good:
         print("open site/index.html, or run `python3 build.py serve`")
     return 0 if outcome.good else 1
 
 
-def tell(outcome: Outcome) -> None:
-    """Print how a build went."""
+def tell(outcome: Outcome, site: Path) -> None:
+    """Print how a build went, and what a failure has left in the folder `site`."""
     for line in [*(f"{warning} (note)" for warning in outcome.warnings), *outcome.lines()]:
         print(line, file=sys.stderr)
     if outcome.good:
         print(f"built {outcome.pages} pages in {outcome.seconds:.1f} s", flush=True)
     else:
         count = f"{len(outcome.problems)} to fix; " if outcome.problems else ""
-        print(f"the build failed: {count}the previous site is kept", file=sys.stderr, flush=True)
+        left = "the previous site is kept" if (site / "index.html").is_file() else "there is no site yet"
+        print(f"the build failed: {count}{left}", file=sys.stderr, flush=True)

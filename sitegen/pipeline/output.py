@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import stat
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from sitegen.cache import pool
@@ -18,10 +20,12 @@ from sitegen.stopping import held
 
 
 def clear(dest: Path) -> None:
-    """Check that `dest` can be replaced: raises BuildFailed if it is a file or a link, which a build would displace."""
+    """Check that `dest` can be replaced: raises BuildFailed if it is a file or a link, which a build would displace, or
+    a file system's root, which cannot be moved."""
     kind = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
-    if kind:
-        message = f"expected a folder to build in, got {kind}: move or rename it first"
+    if kind or os.path.ismount(dest):
+        state = f"{kind}: move or rename it first" if kind else "a mount point: unmount it first"
+        message = f"expected a folder to build in, got {state}"
         raise BuildFailed([Problem(dest.name, 0, 0, message)])
 
 
@@ -84,12 +88,20 @@ def _link(old: Path, new: Path, data: bytes) -> bool:
 
 
 def _exchange(beside: Path, dest: Path) -> None:
-    """Replace the old folder by the new one; if that fails halfway, restore the old one."""
+    """Replace the old folder by the new one; if that fails halfway, restore the old one. Another build may do the same
+    at the same time: the last one's site stays."""
     old = beside.with_name(beside.name + "-old")
     try:
-        if dest.exists():
-            os.replace(dest, old)
-        os.replace(beside, dest)
+        while True:
+            with suppress(FileNotFoundError):  # there is none yet, or another build has just moved it
+                os.replace(dest, old)
+            try:
+                os.replace(beside, dest)
+                break
+            except OSError as error:
+                if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                    raise
+            shutil.rmtree(old, ignore_errors=True)  # another build has put its site there since
     except BaseException:
         if old.exists() and not dest.exists():
             os.replace(old, dest)

@@ -186,7 +186,7 @@ class LiveSite:
             outcome = self.builder.build()
         finally:
             self.live.end(outcome, edited)
-        tell(outcome)
+        tell(outcome, self.builder.dest)
         self.builder.renew()
         self.idle.set()
         return outcome

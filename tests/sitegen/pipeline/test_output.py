@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 
 import pytest
 
+from sitegen.pipeline.attempt import Outcome, tell
 from sitegen.problems import BuildFailed
 from tests.sitegen.conftest import Project
 
@@ -31,3 +34,45 @@ def test_a_link_of_the_site_s_name_stays(project: Project, tmp_path: Path, leads
         project.build()
     assert project.site.is_symlink()
     assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+def test_a_mounted_folder_is_told_before_the_build(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As containers do it: such a folder cannot be renamed."""
+    project.site.mkdir(exist_ok=True)
+    monkeypatch.setattr("os.path.ismount", lambda path: path == project.site)
+    monkeypatch.setattr("sitegen.pipeline.build.read_chapters", lambda *_: pytest.fail("the content was read first"))
+    with pytest.raises(BuildFailed, match="got a mount point: unmount it first"):
+        project.build()
+
+
+@pytest.mark.parametrize("moment", ["before the old site is moved", "after it"])
+def test_builds_that_end_together_both_succeed(project: Project, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
+    """Another build has moved the old site away, or has put its own in the place; nothing is left beside."""
+    project.build()
+    replace, other = os.replace, project.root / "other"
+
+    def replaced(source: Path, dest: Path) -> None:
+        if project.site in (source, dest) and not other.exists():
+            if moment == "before the old site is moved":
+                replace(project.site, other)
+            elif dest == project.site:
+                shutil.copytree(source, other)
+                shutil.copytree(source, dest)
+        replace(source, dest)
+
+    monkeypatch.setattr("sitegen.pipeline.output.os.replace", replaced)
+    before = {path.name for path in project.root.iterdir()}
+    project.build()
+    assert other.is_dir()
+    assert (project.site / "index.html").is_file()
+    assert {path.name for path in project.root.iterdir()} == before | {"other"}
+
+
+@pytest.mark.parametrize(("there", "says"), [(True, "the previous site is kept"), (False, "there is no site yet")])
+def test_a_failed_build_says_what_is_left(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], there: bool, says: str
+) -> None:
+    if there:
+        (tmp_path / "index.html").touch()
+    tell(Outcome(trouble="no disk"), tmp_path)
+    assert capsys.readouterr().err == f"no disk\nthe build failed: {says}\n"
