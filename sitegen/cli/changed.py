@@ -85,9 +85,9 @@ def differing(root: Path, commit: str) -> list[str]:
     """The files that differ from the commit, including new and deleted ones. Raises ValueError if git does not know the
     commit."""
     names = []
-    for words in (
-        ["diff", "--name-only", "--no-renames", commit, "--"],
+    for words in (  # ls-files first: outside a repository that it may read, diff compares files and says so wrongly
         ["ls-files", "--others", "--exclude-standard"],
+        ["diff", "--name-only", "--no-renames", commit, "--"],
     ):
         names += _git(root, commit, *words).splitlines()
     return sorted(set(names))
@@ -181,7 +181,11 @@ def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
 
 
 def _git(root: Path, commit: str, *words: str) -> str:
-    result = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    command = ["git", "-c", "core.quotePath=false", *words]
+    try:
+        result = subprocess.run(command, cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    except FileNotFoundError as error:
+        raise ValueError(f"cannot compare with {commit!r}: git is not installed") from error
     if result.returncode:
         raise ValueError(f"git cannot compare with {commit!r}: {result.stderr.strip()}")
     return result.stdout

@@ -45,6 +45,26 @@ def test_what_differs_is_what_was_edited_added_or_taken_away(tmp_path: Path) -> 
         differing(tmp_path, "nothing")
 
 
+def test_a_file_s_name_may_have_any_letters(tmp_path: Path) -> None:
+    """git would put such a name in quotes, with numbers for its letters; and then everything would run."""
+    (tmp_path / "ä ½.md").write_text("first\n", "utf-8")
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "-A")
+    git(tmp_path, "commit", "-qm", "first")
+    (tmp_path / "ä ½.md").write_text("second\n", "utf-8")
+    (tmp_path / "ö.md").write_text("new\n", "utf-8")
+    assert differing(tmp_path, "HEAD") == ["ä ½.md", "ö.md"]
+
+
+def test_why_git_cannot_compare_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a folder that git does not know, as in one of another user, or without git; not how to use `git diff`."""
+    with pytest.raises(ValueError, match=r"^git cannot compare with 'HEAD': fatal: not a git repository"):
+        differing(tmp_path, "HEAD")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ValueError, match=r"^cannot compare with 'HEAD': git is not installed$"):
+        differing(tmp_path, "HEAD")
+
+
 def edited(root: Path, name: str, old: str, new: str) -> None:
     path = root / name
     text = path.read_text("utf-8")
