@@ -181,7 +181,8 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, memory.answer("codes", (), _codes), gallery)
     unmade = [s for s in surveys if not memory.has_told(("tapes", s.chapter.source.path), s, problems)]
-    pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
+    ahead = [] if unwritable(cache) else missing(unmade, gallery, bakery, cache)  # nothing made ahead could be kept
+    pool.make("computing plots, drawing figures", ahead, progress)
     tapes = record_tapes(surveys, bakery, problems, progress, memory)
     early = {**contents(runtime), **{tape.name: tape.script for tape in tapes.values()}}
     for name, data in early.items() if context.pack else ():

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.assets import typefaces
-from sitegen.cache import store
+from sitegen.cache import pool, store
 from sitegen.cache.store import Store
 from sitegen.pipeline.attempt import attempt
 from sitegen.runtime import assemble, wheel
@@ -193,10 +193,14 @@ def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
     right = contents(project.site)
     monkeypatch.setattr(store, "write", full)
     monkeypatch.setattr(store.tempfile, "TemporaryFile", lambda dir: full(dir, b""))
+    ahead: list[pool.Piece] = []
+    monkeypatch.setattr("sitegen.pipeline.build.missing", lambda *_: [(str, ()), (str, ())])
+    monkeypatch.setattr(pool, "make", lambda what, pieces, progress: ahead.extend(pieces))
     for kind in ("frames", "gzip", "remembered", "notebooks"):
         shutil.rmtree(project.cache / kind)
     report = project.build(pack=True)
     assert contents(project.site) == right
+    assert ahead == []  # it would be made twice
     (message,) = [str(problem) for problem in report.warnings]
     assert message == f"{project.cache}:0:0: this cache cannot be written: No space left on device; " + (
         "every build starts from scratch"
