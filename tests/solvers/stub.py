@@ -73,16 +73,16 @@ def stub() -> str:
     parts = [HEAD.format(modules="\n".join(modules), options="\n".join(f"    {name}," for name in classes))]
     for function, name in per_method.NAMES.items():
         parts += [_signature(function, _parameters(name)), ""]
-    parts += [f"{other} = {function}" for other, function in per_method.ALSO.items()]
+    parts += [f"{alias} = {function}" for alias, function in per_method.ALSO.items()]
     for name in METHODS:
         usual = " = ..." if name == "icp" else ""
         source, target, star, *own = _parameters(name)
         options = f"options: {METHODS[name].options.__name__} | None = ..."
-        chosen = f"method: Literal[{_names(name)}]{usual}"
-        parts += ["", "@overload", _signature("register", [source, target, chosen, star, options, *own])]
-    both, known = list(inspect.signature(solvers.register).parameters.values()), ("source", "target")
-    own = [f"{one.name}: {one.annotation}" for one in both if one.name in known] + ["method: Method[Any]", "*"]
-    own += [f"{one.name}: {one.annotation} = ..." for one in both if one.kind is one.KEYWORD_ONLY]
+        choice = f"method: Literal[{_names(name)}]{usual}"
+        parts += ["", "@overload", _signature("register", [source, target, choice, star, options, *own])]
+    parameters, cloud_names = list(inspect.signature(solvers.register).parameters.values()), ("source", "target")
+    own = [f"{p.name}: {p.annotation}" for p in parameters if p.name in cloud_names] + ["method: Method[Any]", "*"]
+    own += [f"{p.name}: {p.annotation} = ..." for p in parameters if p.kind is p.KEYWORD_ONLY]
     parts += ["", "@overload", _signature("register", [*own, "**keywords: Any"])]
     parts += ["", LISTED + "".join(_item(name) for name in METHODS) + REST]
     return "\n".join(parts)
@@ -95,10 +95,10 @@ def write() -> None:
 
 def _names(method: str) -> str:
     """A method's name and its common aliases, as members of a Literal."""
-    return _quoted([method, *(other for other, own in ALIASES.items() if own == method)])
+    return _literal([method, *(alias for alias, own in ALIASES.items() if own == method)])
 
 
-def _quoted(words: Sequence[str]) -> str:
+def _literal(words: Sequence[str]) -> str:
     return ", ".join(f'"{word}"' for word in words)
 
 
@@ -113,20 +113,20 @@ def _parameters(method: str) -> list[str]:
 
 
 def _with_star(parameters: Sequence[inspect.Parameter]) -> Iterator[str]:
-    starred = False
-    for one in parameters:
-        if one.kind is inspect.Parameter.KEYWORD_ONLY and not starred:
-            starred = True
+    has_star = False
+    for parameter in parameters:
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY and not has_star:
+            has_star = True
             yield "*"
-        words = CHOICES.get(one.name) if one.annotation == "str" else None
-        kind = f"Literal[{_quoted(words)}]" if words else one.annotation
-        yield f"{one.name}: {kind}{'' if one.default is inspect.Parameter.empty else ' = ...'}"
+        words = CHOICES.get(parameter.name) if parameter.annotation == "str" else None
+        kind = f"Literal[{_literal(words)}]" if words else parameter.annotation
+        yield f"{parameter.name}: {kind}{'' if parameter.default is inspect.Parameter.empty else ' = ...'}"
 
 
 def _signature(name: str, parameters: Sequence[str]) -> str:
     # Do not wrap a parameter at its spaces.
-    joined = ", ".join(one.replace(" ", "\0") for one in parameters) + ","
-    lines = textwrap.wrap(joined, 112, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+    text = ", ".join(p.replace(" ", "\0") for p in parameters) + ","
+    lines = textwrap.wrap(text, 112, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
     return f"def {name}(\n" + "\n".join(lines).replace("\0", " ") + "\n) -> Result: ..."
 
 

@@ -49,38 +49,38 @@ def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
 def test_beside_a_list_an_array_has_one_row_for_each_cloud(scene):
     """Arrays of targets, weights, pairs and seeds beside a list work like lists of their rows."""
     sources = [scene.source, scene.source[::-1]]
-    given = {
+    arguments = {
         "target": np.stack([scene.target, scene.target + 1.0]),
         "weights": np.stack([np.arange(13.0), np.ones(13)]),
         "seed": np.array([3, 4]),
     }
-    by_array = register(sources, method="similarity", **given)
-    by_list = register(sources, method="similarity", **{name: list(x) for name, x in given.items()})
+    by_array = register(sources, method="similarity", **arguments)
+    by_list = register(sources, method="similarity", **{name: list(x) for name, x in arguments.items()})
     assert np.array_equal(by_array.matrix, by_list.matrix)
     assert not np.allclose(by_array.matrix[0], by_array.matrix[1])
     pairs = np.stack([np.c_[np.arange(5), np.arange(5)], np.c_[np.arange(5), 12 - np.arange(5)]])
     assert np.array_equal(
         kabsch(sources, scene.target, pairs=pairs).matrix, kabsch(sources, scene.target, pairs=list(pairs)).matrix
     )
-    for none in ([None, None], [None, np.ones(13)]):
-        assert np.array_equal(kabsch(sources, scene.target, weights=none).matrix, kabsch(sources, scene.target).matrix)
+    for w in ([None, None], [None, np.ones(13)]):
+        assert np.array_equal(kabsch(sources, scene.target, weights=w).matrix, kabsch(sources, scene.target).matrix)
     assert kabsch([scene.source], scene.target, weights=[None]).pose.batch == (1,)
     with pytest.raises(ValueError, match="weights: there are 3, but 2 clouds"):
         kabsch(sources, scene.target, weights=[None] * 3)
-    one_for_all = kabsch(sources, scene.target, weights=[1.0] * 13)
-    assert np.array_equal(one_for_all.matrix, kabsch(sources, scene.target).matrix)
+    shared = kabsch(sources, scene.target, weights=[1.0] * 13)
+    assert np.array_equal(shared.matrix, kabsch(sources, scene.target).matrix)
 
 
 def test_a_list_of_one_is_a_batch_of_one(scene):
     """One cloud gives arrays with one leading axis; several give lists, whose entries may differ in length."""
-    one, two = (kabsch([scene.source] * n, [scene.target] * n) for n in (1, 2))
+    single, pair = (kabsch([scene.source] * n, [scene.target] * n) for n in (1, 2))
     alone = kabsch(scene.source, scene.target)
-    assert np.array_equal(one.correspondences, alone.correspondences[None])
-    assert np.array_equal(one.detail("condition"), [alone.detail("condition")])
-    assert np.array_equal(one.covariance.matrix, alone.covariance.matrix[None])
-    assert isinstance(two.correspondences, list)
-    assert isinstance(two.detail("condition"), list)
-    assert two.covariance.mean.batch == (2,)
+    assert np.array_equal(single.correspondences, alone.correspondences[None])
+    assert np.array_equal(single.detail("condition"), [alone.detail("condition")])
+    assert np.array_equal(single.covariance.matrix, alone.covariance.matrix[None])
+    assert isinstance(pair.correspondences, list)
+    assert isinstance(pair.detail("condition"), list)
+    assert pair.covariance.mean.batch == (2,)
 
 
 SIZES = (132, 60, 90)
@@ -112,8 +112,8 @@ def test_evidence_of_a_list_is_that_of_each(rooms):
     for p, q in ((sources, target), (sources, targets), (sources[0], targets), (sources, np.stack([target] * 3))):
         estimate = evidence(p, q, result.pose)
         for k in range(3):
-            own, other = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
-            alone = evidence(own, other, result.pose[k])
+            own, partner = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
+            alone = evidence(own, partner, result.pose[k])
             assert np.array_equal(estimate.explained[k], alone.explained)
             for name in ("share", "rms", "weakest"):
                 assert getattr(estimate, name)[k] == getattr(alone, name)
@@ -139,22 +139,22 @@ def test_halves_of_a_list_are_those_of_each(rooms):
     targets = [target[: 100 + k] for k in range(3)]
     rng = np.random.default_rng(8)
     weights = [rng.uniform(0.5, 1.0, n) for n in SIZES]
-    some = [weights[0], None, weights[2]]
+    partial = [weights[0], None, weights[2]]
     for p, q, w in (
         (sources, target, None),
         (sources, targets, weights),
-        (sources, targets, some),
+        (sources, targets, partial),
         (sources[0], targets, weights[0]),
         (np.stack([sources[0]] * 3), targets, None),
     ):
-        apart = halves(p, q, result.pose, weights=w, gate=0.5)
+        values = halves(p, q, result.pose, weights=w, gate=0.5)
         for k in range(3):
-            own, other = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
+            own, partner = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
             weight = w[k] if isinstance(w, list) else w
-            assert apart[k] == halves(own, other, result.pose[k], weights=weight, gate=0.5)
+            assert values[k] == halves(own, partner, result.pose[k], weights=weight, gate=0.5)
     draws = {"method": "ransac-congruent", "max_steps": 3}
-    seeded = halves(sources, target, result.pose[0], seed=[4, 5, 4], **draws)
-    assert seeded.tolist() == [halves(sources[k], target, result.pose[0], seed=4 + k % 2, **draws) for k in range(3)]
+    by_seed = halves(sources, target, result.pose[0], seed=[4, 5, 4], **draws)
+    assert by_seed.tolist() == [halves(sources[k], target, result.pose[0], seed=4 + k % 2, **draws) for k in range(3)]
     with pytest.raises(ValueError, match=r"^weights: expected one for all 3 clouds, or one for each"):
         halves(sources, target, result.pose, weights=weights[:2])
     with pytest.raises(ValueError, match=r"^cloud 2 of the list: source: one point has no two halves"):
@@ -169,11 +169,11 @@ def test_covariances_of_a_list_are_those_of_each(rooms):
         ({"how": "censi", "source_noise": [np.full(n, 0.1) for n in SIZES], "target_noise": 0.05},
          {"how": "censi", "source_noise": np.full(SIZES[1], 0.1), "target_noise": 0.05}),
     )  # fmt: skip
-    for given, own in ways:
-        both, alone = covariance(result, **given), covariance(result[1], **own)
-        assert np.array_equal(both[1].matrix, alone.matrix)
-        assert both.mean == result.pose
-        assert both.edge_information().shape == (3, 3, 3)
+    for arguments, own in ways:
+        batch, alone = covariance(result, **arguments), covariance(result[1], **own)
+        assert np.array_equal(batch[1].matrix, alone.matrix)
+        assert batch.mean == result.pose
+        assert batch.edge_information().shape == (3, 3, 3)
     assert np.array_equal(result.covariance.matrix, covariance(result).matrix)
     with pytest.raises(ValueError, match=r"^sigma: expected one number, or an entry for each of 3 clouds, got 2$"):
         covariance(result, sigma=[0.1, 0.2])
@@ -188,8 +188,8 @@ def test_a_list_of_one_cloud_takes_an_entry_for_it() -> None:
     several = register([cloud, cloud], [cloud + 0.1, cloud + 0.1], "icp")
     alone = register([cloud], [cloud + 0.1], "icp")
     noise = np.linspace(0.05, 0.15, 30)
-    both = covariance(several, "censi", source_noise=[noise, noise])
-    np.testing.assert_array_equal(covariance(alone, "censi", source_noise=[noise]).matrix[0], both.matrix[0])
+    batch = covariance(several, "censi", source_noise=[noise, noise])
+    np.testing.assert_array_equal(covariance(alone, "censi", source_noise=[noise]).matrix[0], batch.matrix[0])
 
 
 @pytest.mark.parametrize("wrong", [None, 3.0])
@@ -210,15 +210,15 @@ def test_a_list_is_of_clouds_of_one_dimension():
 
 def test_who_takes_no_list_says_how_to_go_on(rooms):
     sources, _, _ = rooms
-    one_by_one = "rows of unequal length do not make an array; pass clouds of unequal size one by one$"
-    with pytest.raises(ValueError, match=f"^source: {one_by_one}"):
+    message = "rows of unequal length do not make an array; pass clouds of unequal size one by one$"
+    with pytest.raises(ValueError, match=f"^source: {message}"):
         fit_rigid(sources, sources)
 
 
 def test_a_true_value_of_the_callback_ends_the_run_of_one_cloud(rooms):
     """Each cloud of a list is a separate run with steps counted from 1, so a true value ends only that run."""
     sources, target, _ = rooms
-    seen = []
-    result = register(sources, target, gate=0.5, callback=lambda k, state: seen.append((k, len(state.status))) or True)
-    assert seen == [(1, 1)] * 3
+    calls = []
+    result = register(sources, target, gate=0.5, callback=lambda k, state: calls.append((k, len(state.status))) or True)
+    assert calls == [(1, 1)] * 3
     assert result.steps.tolist() == [1] * 3

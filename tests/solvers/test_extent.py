@@ -34,16 +34,16 @@ def test_the_pose_or_the_reason(method):
     copes = METHODS[method].any_extent
     for exponent in (*narrow, -129, -60, 60, 140, 149) if copes else (-129, -60, 60, 140, 149):
         unit = power(exponent)
-        other = in_unit(method, unit)
-        assert other.status == plain.status
-        np.testing.assert_allclose(other.pose.R, plain.pose.R, atol=1e-6)
-        np.testing.assert_allclose(other.pose.t / unit, plain.pose.t, atol=1e-6)
+        result = in_unit(method, unit)
+        assert result.status == plain.status
+        np.testing.assert_allclose(result.pose.R, plain.pose.R, atol=1e-6)
+        np.testing.assert_allclose(result.pose.t / unit, plain.pose.t, atol=1e-6)
     for exponent in () if copes else narrow:
-        lost = in_unit(method, power(exponent))
-        assert lost.status == Status.DEGENERATE
-        assert lost.reason.startswith("both clouds are less than 1e-130 u wide: multiply")
-        assert lost.steps == 0
-        assert np.array_equal(lost.matrix, np.eye(3))
+        failure = in_unit(method, power(exponent))
+        assert failure.status == Status.DEGENERATE
+        assert failure.reason.startswith("both clouds are less than 1e-130 u wide: multiply")
+        assert failure.steps == 0
+        assert np.array_equal(failure.matrix, np.eye(3))
 
 
 @pytest.mark.parametrize("unit", [1e151, 1e200, 1e300])
@@ -56,9 +56,9 @@ def test_larger_is_refused(unit):
 def test_a_narrow_problem_leaves_its_batch_alone():
     """Beside a problem of width 1e-200 the others come out as if alone. A narrow source on a wide target is fine."""
     units = np.array([1.0, 1e-200, 3.0])[:, None, None]
-    both = register(units * SHAPE, units * TRUTH(SHAPE))
-    assert both.converged.tolist() == [True, False, True]
-    assert np.array_equal(both.matrix[0], register(SHAPE, TRUTH(SHAPE)).matrix)
+    batch = register(units * SHAPE, units * TRUTH(SHAPE))
+    assert batch.converged.tolist() == [True, False, True]
+    assert np.array_equal(batch.matrix[0], register(SHAPE, TRUTH(SHAPE)).matrix)
     small = register(0.5 * LEAST_EXTENT * SHAPE, SHAPE, "similarity")
     assert small.status == Status.CONVERGED
     assert small.pose.scale == pytest.approx(2.0 / LEAST_EXTENT)
@@ -83,8 +83,8 @@ CLOUD = np.random.default_rng(0).standard_normal((12, 2))
 def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method, max_steps):
     """A source or target whose points are equal up to rounding, one or many, near the other cloud or on it, gives a
     degenerate result with a reason, and never counts as converged."""
-    rounded = PLACE * (1.0 + 2.0**-52 * np.random.default_rng(1).integers(-1, 2, PLACE.shape))
-    pairs = [(PLACE, CLOUD), (CLOUD, PLACE), (rounded, CLOUD), (CLOUD, rounded), (PLACE, PLACE + 0.3), (PLACE, PLACE)]
+    spot = PLACE * (1.0 + 2.0**-52 * np.random.default_rng(1).integers(-1, 2, PLACE.shape))
+    pairs = [(PLACE, CLOUD), (CLOUD, PLACE), (spot, CLOUD), (CLOUD, spot), (PLACE, PLACE + 0.3), (PLACE, PLACE)]
     if not METHODS[method].paired:
         pairs += [(PLACE[:1], CLOUD), (CLOUD, PLACE[:1])]
     for source, target in pairs:
@@ -99,13 +99,13 @@ def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method,
 def test_what_lies_at_one_place_has_no_unit_and_no_origin(unit):
     """Points that only rounding separates lie at one place; a cloud a thousand times wider than rounding does not,
     however far from the origin it is."""
-    for far in (0.0, 1.0, 1e9):
-        rounded = unit * (far + 0.3 + 2.0**-52 * (far + 0.3) * np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 2.0]]))
-        apart = unit * (far + 1e3 * 2.0**-52 * (far + 1.0) * CLOUD)
-        assert at_one_place(rounded)
-        assert not at_one_place(apart)
-        assert at_one_place(np.stack([rounded, apart[:3]])[None]).tolist() == [[True, False]]
-        assert usual_reach(rounded) == 1.0
+    for origin in (0.0, 1.0, 1e9):
+        spot = unit * (origin + 0.3 + 2.0**-52 * (origin + 0.3) * np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 2.0]]))
+        cloud = unit * (origin + 1e3 * 2.0**-52 * (origin + 1.0) * CLOUD)
+        assert at_one_place(spot)
+        assert not at_one_place(cloud)
+        assert at_one_place(np.stack([spot, cloud[:3]])[None]).tolist() == [[True, False]]
+        assert usual_reach(spot) == 1.0
 
 
 @pytest.mark.parametrize("method", ["branch-and-bound", "correlative", "flow", "flow-from-source"])
@@ -121,9 +121,9 @@ def test_who_looks_for_equal_points_at_the_start_says_so_in_the_same_words(metho
 @pytest.mark.parametrize("method", ["gicp", "filterreg", "mmd", "ndt", "icp", "cpd-rigid"])
 def test_points_at_one_place_leave_the_rest_of_their_batch_alone(method):
     source, target = np.stack([CLOUD, PLACE, CLOUD, CLOUD]), np.stack([TRUTH(CLOUD), CLOUD, PLACE, CLOUD])
-    both = register(source, target, method)
-    assert (both.status == Status.DEGENERATE)[[1, 2]].all()
+    batch = register(source, target, method)
+    assert (batch.status == Status.DEGENERATE)[[1, 2]].all()
     for k in (0, 3):
         alone = register(source[k], target[k], method)
-        assert (both[k].status, both[k].reason, both[k].steps) == (alone.status, alone.reason, alone.steps)
-        assert np.array_equal(both[k].pose.matrix, alone.pose.matrix)
+        assert (batch[k].status, batch[k].reason, batch[k].steps) == (alone.status, alone.reason, alone.steps)
+        assert np.array_equal(batch[k].pose.matrix, alone.pose.matrix)

@@ -21,7 +21,7 @@ def clouds(n, d, values=numbers):
 
 
 @st.composite
-def paired(draw):
+def point_pairs(draw):
     d = draw(st.sampled_from([2, 2, 3, 4]))
     n = draw(st.integers(4 if d == 4 else 1, 6))  # fewer rows of four are taken for a transposed cloud
     source = draw(clouds(n, d))
@@ -30,7 +30,7 @@ def paired(draw):
         st.one_of(
             clouds(n, d),
             st.just(source),
-            clouds(1, d).map(lambda one: np.repeat(one, n, axis=0)),
+            clouds(1, d).map(lambda cloud: np.repeat(cloud, n, axis=0)),
             st.just(source * np.r_[-1.0, np.ones(d - 1)]),
         )
     )
@@ -49,7 +49,7 @@ def check(pose, status, reason, objective):
 
 
 @hostile
-@given(paired(), st.booleans())
+@given(point_pairs(), st.booleans())
 def test_any_finite_pairs_get_a_finite_answer(pairs, scale):
     """Coincident, collinear, mirrored, huge and tiny points: always a proper rotation or degenerate, never NaN."""
     source, target, weights = pairs
@@ -64,12 +64,12 @@ def test_any_finite_pairs_get_a_finite_answer(pairs, scale):
 
 
 @hostile
-@given(paired(), st.sampled_from(sorted(METHODS)))
+@given(point_pairs(), st.sampled_from(sorted(METHODS)))
 def test_every_method_survives_any_finite_pairs(pairs, method):
     """Each method stops with a truthful status on whatever finite clouds it is given."""
     source, target, weights = pairs
-    allowed = METHODS[method].dims
-    if allowed is not None and source.shape[1] not in allowed:
+    dims = METHODS[method].dims
+    if dims is not None and source.shape[1] not in dims:
         with pytest.raises(ValueError, match="dimensions"):
             register(source, target, method)
         return
@@ -79,7 +79,7 @@ def test_every_method_survives_any_finite_pairs(pairs, method):
 
 
 @st.composite
-def unrelated(draw):
+def two_clouds(draw):
     """Two planar clouds, each sometimes in its own unit and of its own width, side by side or worlds apart."""
     units = st.sampled_from([1e-300, 1e-200, 1e-150, 1e-100, 1e-9, 1.0, 1e9, 1e100, 1e149])
     unit = draw(units)
@@ -93,7 +93,7 @@ def unrelated(draw):
 
 
 @settings(hostile, max_examples=20)
-@given(unrelated())
+@given(two_clouds())
 def test_clouds_worlds_apart_and_in_any_unit_get_an_answer(both):
     """Clouds that are disjoint, within one cell, or a point beside a plain: each method stops with a finite pose."""
     for name, method in METHODS.items():
@@ -121,10 +121,10 @@ def test_a_width_without_a_square_weighs_without_a_warning(method, unit):
 )
 def test_a_weight_that_vanishes_is_zero_to_who_has_numpy_raise_errors_too(method, options):
     scene = room("noise")
-    both = scene.source[::3], scene.target[::3]
-    expected = register(*both, method, **options)
+    clouds = scene.source[::3], scene.target[::3]
+    expected = register(*clouds, method, **options)
     with np.errstate(all="raise"):
-        result = register(*both, method, **options)
+        result = register(*clouds, method, **options)
     assert result.pose == expected.pose
 
 
@@ -160,8 +160,8 @@ NAMES = ["source", "target", "weights", "pairs", "start", "seed", "max_steps"]
 
 def takers(name):
     """The methods that accept an argument of this name; the others refuse any value of it."""
-    takes = {"pairs": "paired", "weights": "weighted"}.get(name)
-    return sorted(method for method, about in METHODS.items() if takes is None or getattr(about, takes))
+    field = {"pairs": "paired", "weights": "weighted"}.get(name)
+    return sorted(method for method, about in METHODS.items() if field is None or getattr(about, field))
 
 
 @pytest.mark.parametrize("name", NAMES)

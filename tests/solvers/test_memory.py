@@ -48,7 +48,7 @@ def test_attention_takes_what_is_said(method, rng):
         most[count, samples] = peak(
             lambda p=source, q=target, s=samples: register(p, q, method, samples=s, max_steps=1)
         ) / (2 * count) ** 2
-    assert all(95 < each < 120 for each in most.values()), most
+    assert all(95 < size < 120 for size in most.values()), most
     assert most[300, 1] < 110
     assert 0.5e9 < 105 * flow.MOST**2 < 1e9
 
@@ -62,9 +62,9 @@ def test_more_is_refused_and_the_way_out_is_named(method):
             register(source, target, method)
         words = str(caught.value)
         assert ("3000 together" if method in FLOWS else "14,000,000 pairs") in words
-        each = int(words.split("thinned(points, ")[1].split(")")[0])
-        assert len(thinned(many, each)) <= each
-        assert (2 * each if method in FLOWS else each * each) <= (flow.MOST if method in FLOWS else radius_pairs.MOST)
+        size = int(words.split("thinned(points, ")[1].split(")")[0])
+        assert len(thinned(many, size)) <= size
+        assert (2 * size if method in FLOWS else size * size) <= (flow.MOST if method in FLOWS else radius_pairs.MOST)
 
 
 def test_the_limit_itself_is_taken():
@@ -82,17 +82,17 @@ def test_the_limit_itself_is_taken():
 def test_a_flow_that_ends_says_by_what(method):
     """A flow's last step still moves the points: it has finished, not converged, and the reason names the end time."""
     rng = np.random.default_rng(40)
-    cloud, seen = rng.standard_normal((30, 2)), []
+    cloud, clouds = rng.standard_normal((30, 2)), []
     result: Result = register(
         cloud, Pose.from_angle(0.3).apply(cloud), method,
-        callback=lambda k, state: seen.append(state.pose.apply(cloud[None])[0]) and None,
+        callback=lambda k, state: clouds.append(state.pose.apply(cloud[None])[0]) and None,
     )  # fmt: skip
     assert result.status is Status.FINISHED
     assert result.status
     assert not result.converged
     assert result.steps == METHODS[method].options().steps
     assert result.reason == "the flow is at its end time, and it has no test of rest"
-    assert np.sqrt(np.square(seen[-1] - seen[-2]).sum(axis=1).mean()) > 1e-4
+    assert np.sqrt(np.square(clouds[-1] - clouds[-2]).sum(axis=1).mean()) > 1e-4
 
 
 @pytest.mark.native

@@ -59,7 +59,7 @@ def on_points(pose, truth):
 def test_what_does_not_fit_together_is_named():
     """Arguments that are not poses, batches that do not broadcast and clouds of another dimension are named, as numpy's
     own messages would not do."""
-    three, two, one = Pose.identity(2, (3,)), Pose.identity(2, (2,)), np.ones((4, 2))
+    three, two, points = Pose.identity(2, (3,)), Pose.identity(2, (2,)), np.ones((4, 2))
     for error in (rre, rte, scale_error, on_points):
         with pytest.raises(ValueError, match=r"^pose, truth: leading axes do not broadcast: pose \(3,\), truth \(2,\)"):
             error(three, two)
@@ -67,21 +67,21 @@ def test_what_does_not_fit_together_is_named():
             error(np.eye(3), two)
         with pytest.raises(ValueError, match=r"^truth: expected a Pose, got ndarray"):
             error(two, np.eye(3))
-    for left in (residuals, rms):
+    for metric in (residuals, rms):
         with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
-            left(np.eye(3), one, one)
+            metric(np.eye(3), points, points)
         with pytest.raises(ValueError, match=r"^pose, source, target: leading axes do not broadcast: pose \(3,\), "):
-            left(three, np.stack([one] * 2), one)
+            metric(three, np.stack([points] * 2), points)
         with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions, the clouds have 2"):
-            left(Pose.identity(3), one, one)
+            metric(Pose.identity(3), points, points)
     # These take no pairs, so the message does not mention any.
-    for left in (residuals, rms, lambda pose, p, q: fit_rigid(p, q)):
+    for metric in (residuals, rms, lambda pose, p, q: fit_rigid(p, q)):
         with pytest.raises(ValueError, match=r"^target: .* source has 4 rows and target 3$"):
-            left(two, one, one[:3])
+            metric(two, points, points[:3])
     with pytest.raises(ValueError, match=r"^weights, residuals: leading axes do not broadcast"):
-        rms(three, one, one, np.ones((2, 4)))
+        rms(three, points, points, np.ones((2, 4)))
     with pytest.raises(ValueError, match=r"^pose, truth, points: leading axes do not broadcast"):
-        point_error(three, three, np.stack([one] * 2))
+        point_error(three, three, np.stack([points] * 2))
 
 
 def test_poses_of_the_plane_and_of_space_are_not_compared():

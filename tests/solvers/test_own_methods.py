@@ -56,25 +56,25 @@ CENTRED = Method(
 
 def test_a_method_of_one_s_own_runs() -> None:
     """It runs alone, in a batch and in a list, with its own options and partners."""
-    one = register(SCENE.source, SCENE.target, CENTRED, share=0.5)
-    assert (one.method, one.status) == ("centred", Status.FINISHED)
-    assert np.allclose(one.pose.t, 0.5 * (SCENE.target.mean(axis=0) - SCENE.source.mean(axis=0)))
-    assert set(one.correspondences.tolist()) == {-1, 0, 1}
-    assert one.fitness == pytest.approx(2 / 3, abs=0.01)
-    assert one.rmse > 0.0
-    assert one.covariance is None
+    result = register(SCENE.source, SCENE.target, CENTRED, share=0.5)
+    assert (result.method, result.status) == ("centred", Status.FINISHED)
+    assert np.allclose(result.pose.t, 0.5 * (SCENE.target.mean(axis=0) - SCENE.source.mean(axis=0)))
+    assert set(result.correspondences.tolist()) == {-1, 0, 1}
+    assert result.fitness == pytest.approx(2 / 3, abs=0.01)
+    assert result.rmse > 0.0
+    assert result.covariance is None
     batch = register([SCENE.source, SCENE.source], [SCENE.target] * 2, CENTRED, share=0.5)
-    assert batch[1].pose == one.pose
-    assert np.array_equal(batch[1].correspondences, one.correspondences)
+    assert batch[1].pose == result.pose
+    assert np.array_equal(batch[1].correspondences, result.correspondences)
     with pytest.raises(ValueError, match=r"^shares: no option of method 'centred', did you mean 'share'"):
         register(SCENE.source, SCENE.target, CENTRED, shares=0.5)
 
 
 def test_a_listed_method_is_itself() -> None:
-    named = register(SCENE.source, SCENE.target, "icp", start=START, gate=2.6)
-    given = register(SCENE.source, SCENE.target, METHODS["icp"], start=START, gate=2.6)
-    assert given.pose == named.pose
-    assert pickle.loads(pickle.dumps(given)).pose == named.pose
+    by_name = register(SCENE.source, SCENE.target, "icp", start=START, gate=2.6)
+    by_method = register(SCENE.source, SCENE.target, METHODS["icp"], start=START, gate=2.6)
+    assert by_method.pose == by_name.pose
+    assert pickle.loads(pickle.dumps(by_method)).pose == by_name.pose
     patient = replace(METHODS["icp"], max_steps=2)
     few = register(SCENE.source, SCENE.target, patient, start=START, gate=2.6)
     assert few.status is Status.CAPPED

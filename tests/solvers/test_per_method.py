@@ -36,30 +36,30 @@ def test_every_method_is_named_for_editors() -> None:
 @pytest.mark.parametrize("name", per_method.NAMES)
 def test_a_function_takes_its_method_s_options_and_tells_them(name: str) -> None:
     """Its signature and docstring list the method's options, and nothing that the method refuses."""
-    method, one = METHODS[per_method.NAMES[name]], getattr(solvers, name)
-    taken = list(inspect.signature(one).parameters)
+    method, function = METHODS[per_method.NAMES[name]], getattr(solvers, name)
+    parameters = list(inspect.signature(function).parameters)
     own = [option.name for option in fields(method.options)]
-    assert taken[:2] == ["source", "target"]
-    assert taken[2 : 2 + len(own)] == own
-    assert ("pairs" in taken, "weights" in taken) == (method.paired, method.weighted)
-    assert one.__name__ == name
-    doc = inspect.getdoc(one)
+    assert parameters[:2] == ["source", "target"]
+    assert parameters[2 : 2 + len(own)] == own
+    assert ("pairs" in parameters, "weights" in parameters) == (method.paired, method.weighted)
+    assert function.__name__ == name
+    doc = inspect.getdoc(function)
     assert doc is not None  # the suite runs with docstrings kept
-    assert all(f"\n{option} : " in doc for option in taken)
+    assert all(f"\n{option} : " in doc for option in parameters)
     assert doc.index("Parameters\n---") < doc.index("Returns\n---")
 
 
 def test_a_function_answers_as_register_does(clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    direct, named = solvers.icp(*clouds, gate=0.8, max_steps=5), register(*clouds, "icp", gate=0.8, max_steps=5)
-    assert np.array_equal(direct.matrix, named.matrix)
+    direct, by_name = solvers.icp(*clouds, gate=0.8, max_steps=5), register(*clouds, "icp", gate=0.8, max_steps=5)
+    assert np.array_equal(direct.matrix, by_name.matrix)
     assert direct.method == "icp"
     with pytest.raises(ValueError, match="gat: no option of method 'icp', did you mean 'gate'"):
         solvers.icp(*clouds, gat=0.8)
 
 
 def test_a_function_runs_its_own_method_alone(clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    says = r"^icp\(\) takes no method: it runs 'icp'; another is run by register\(source, target, 'ndt'\)$"
-    with pytest.raises(TypeError, match=says):
+    message = r"^icp\(\) takes no method: it runs 'icp'; another is run by register\(source, target, 'ndt'\)$"
+    with pytest.raises(TypeError, match=message):
         solvers.icp(*clouds, method="ndt")
 
 
@@ -78,8 +78,8 @@ def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray])
     assert not set(ALIASES) & set(METHODS)
     assert all(name in METHODS for name in ALIASES)
     assert register(*clouds, "umeyama").method == "similarity"
-    near, report = register(*clouds, max_distance=0.8), register(*clouds, gate=0.8)
-    assert np.array_equal(near.matrix, report.matrix)
+    by_alias, report = register(*clouds, max_distance=0.8), register(*clouds, gate=0.8)
+    assert np.array_equal(by_alias.matrix, report.matrix)
     with pytest.raises(ValueError, match="max_distance: is another name of gate; give one of them"):
         register(*clouds, gate=0.8, max_distance=0.8)
     capped = solvers.capped_icp(*clouds, max_distance=0.8)
@@ -127,12 +127,12 @@ def test_of_a_wrong_option_it_is_told_what_the_method_itself_takes(
     """The message lists the method's options, adds pairs and weights only if it takes them, and suggests no options or
     callback for other words."""
     method = METHODS[name]
-    takes = [option.name for option in fields(method.options)]
-    takes += [each for each, does in (("pairs", method.paired), ("weights", method.weighted)) if does]
+    names = [option.name for option in fields(method.options)]
+    names += [word for word, flag in (("pairs", method.paired), ("weights", method.weighted)) if flag]
     for wrong in ("option", "callbak", "xyzzy"):
-        with pytest.raises(ValueError, match=f"; it takes: {', '.join(takes)}$") as refused:
+        with pytest.raises(ValueError, match=f"; it takes: {', '.join(names)}$") as error:
             register(*clouds, name, **{wrong: 1.0})
-        assert not any(f"'{each}'" in str(refused.value) for each in ("options", "callback"))
+        assert not any(f"'{word}'" in str(error.value) for word in ("options", "callback"))
 
 
 def test_functions_have_the_field_s_names_too() -> None:
@@ -203,24 +203,24 @@ def arrays(value: Any) -> Iterator[np.ndarray]:
     if isinstance(value, np.ndarray):
         yield value
     elif is_dataclass(value):
-        yield from arrays(tuple(getattr(value, each.name) for each in fields(value)))
+        yield from arrays(tuple(getattr(value, field.name) for field in fields(value)))
     elif isinstance(value, tuple):
-        for each in value:
-            yield from arrays(each)
+        for item in value:
+            yield from arrays(item)
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_result_stays_when_the_clouds_are_written_to(name: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
     """A result shares no memory with its inputs: its RMSE stays that of the data that were registered."""
-    given = [*clouds, np.ones(len(clouds[0]))]
-    weights = {"weights": given[2]} if METHODS[name].weighted else {}
+    inputs = [*clouds, np.ones(len(clouds[0]))]
+    weights = {"weights": inputs[2]} if METHODS[name].weighted else {}
     result = register(*clouds, name, max_steps=3, **weights)
-    held = [array for array in arrays(result) if array.dtype != object]
-    assert len(held) > 10
-    assert not any(np.shares_memory(array, one) for array in held for one in given)
+    outputs = [array for array in arrays(result) if array.dtype != object]
+    assert len(outputs) > 10
+    assert not any(np.shares_memory(array, entry) for array in outputs for entry in inputs)
     before = result.rmse
-    for one in given:
-        one[:] = 7.0
+    for entry in inputs:
+        entry[:] = 7.0
     assert result.rmse == before
 
 
@@ -234,14 +234,14 @@ def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray,
         message = rf"start.scale: scale the source first: method '{name}' finds rigid motions.* not 1.25"
         with pytest.raises(ValueError, match=message):
             register(*clouds, name, start=start)
-    assert [each for each in METHODS if METHODS[each].scaled] == ["similarity", "cpd-similarity"]
+    assert [method for method in METHODS if METHODS[method].scaled] == ["similarity", "cpd-similarity"]
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_width_does_not_end_above_its_beginning(name: str) -> None:
     """If a method has both, `last` above `first` is refused by name; equal values give a constant width."""
     options = METHODS[name].options
-    if not {"first", "last"} <= {one.name for one in fields(options)}:
+    if not {"first", "last"} <= {field.name for field in fields(options)}:
         return
     with pytest.raises(ValueError, match=r"^last: expected at most first"):
         options(first=0.1, last=0.5)

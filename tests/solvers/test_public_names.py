@@ -84,11 +84,11 @@ def test_the_options_of_every_method_are_public() -> None:
 @pytest.mark.native
 def test_every_public_module_comes_with_solvers_when_it_is_first_named() -> None:
     """It does so if `solvers` alone was imported; until then, only the modules that `register` needs are loaded."""
-    early = ("solvers.uncertainty", "solvers.posegraph", "solvers.odometry", "solvers.io", "solvers.studies")
+    packages = ("solvers.uncertainty", "solvers.posegraph", "solvers.odometry", "solvers.io", "solvers.studies")
     code = f"""
 import sys
 import solvers
-assert not {early!r} & sys.modules.keys()
+assert not {packages!r} & sys.modules.keys()
 listed = dir(solvers)
 for name in {sorted(NAMES)!r}:
     assert name in listed, name
@@ -113,6 +113,6 @@ def test_a_public_module_hands_on_all_and_only_what_it_lists(module: str) -> Non
     public = import_module(f"solvers.{module}")
     assert sorted(public.__all__) == sorted(NAMES[module].split())
     for name in public.__all__:
-        made = getattr(public, name)
-        if inspect.isclass(made) or inspect.isfunction(made):
-            assert made is getattr(import_module(made.__module__), name)
+        value = getattr(public, name)
+        if inspect.isclass(value) or inspect.isfunction(value):
+            assert value is getattr(import_module(value.__module__), name)

@@ -73,21 +73,21 @@ def test_leading_axes_are_a_batch(scene):
 def test_options_in_numpy_s_small_types_are_those_numbers(scene):
     """Given one by one or as one object: an int8 would overflow in the method's computations."""
     usual = register(scene.source, scene.target, "ransac-congruent", most=70)
-    for given in ({"most": np.int8(70)}, {"options": METHODS["ransac-congruent"].options(most=np.int8(70))}):
-        assert np.array_equal(register(scene.source, scene.target, "ransac-congruent", **given).matrix, usual.matrix)
+    for options in ({"most": np.int8(70)}, {"options": METHODS["ransac-congruent"].options(most=np.int8(70))}):
+        assert np.array_equal(register(scene.source, scene.target, "ransac-congruent", **options).matrix, usual.matrix)
 
 
 def test_a_shorter_history_repeats_its_last_entry(scene):
     """If listed problems take different numbers of steps, the shorter histories repeat their own last pose."""
     stopped = kabsch([scene.source] * 2, [scene.target] * 2, max_steps=0)
     assert stopped.history.objective.shape == (1, 2)
-    joined = solvers.core.result.side_by_side(
+    results = solvers.core.result.side_by_side(
         [kabsch(scene.source, scene.target, max_steps=0), kabsch(scene.source, scene.target)]
     )
-    assert joined.steps.tolist() == [0, 1]
-    assert joined.history.objective.shape == (2, 2)
-    assert joined.history.objective[0, 0] == joined.history.objective[1, 0]
-    assert joined.status.tolist() == [Status.CAPPED, Status.CONVERGED]
+    assert results.steps.tolist() == [0, 1]
+    assert results.history.objective.shape == (2, 2)
+    assert results.history.objective[0, 0] == results.history.objective[1, 0]
+    assert results.status.tolist() == [Status.CAPPED, Status.CONVERGED]
 
 
 def test_pairs_name_the_partners(scene):
@@ -104,9 +104,9 @@ def test_pairs_name_the_partners(scene):
         kabsch(scene.source, scene.target, weights=weights).matrix,
         atol=1e-13,
     )
-    each = kabsch(scene.source, target, pairs=np.stack([pairs[:5], pairs[5:10]]))
-    assert each.pose.batch == (2,)
-    assert np.allclose(each.pose[1].matrix, kabsch(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
+    batch = kabsch(scene.source, target, pairs=np.stack([pairs[:5], pairs[5:10]]))
+    assert batch.pose.batch == (2,)
+    assert np.allclose(batch.pose[1].matrix, kabsch(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
 
 
 def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
@@ -131,9 +131,9 @@ def test_a_number_counts_and_not_its_type(method, options):
     scene = room("noise", seed=40)
     plain = {name: value if isinstance(value, str) else float(value) for name, value in options.items()}
     plain |= {name: int(plain[name]) for name in ("most", "per_step") if name in plain}
-    one, other = (register(scene.source, scene.target, method, max_steps=15, **each) for each in (options, plain))
-    np.testing.assert_array_equal(one.matrix, other.matrix)
-    assert one.status == other.status
+    first, second = (register(scene.source, scene.target, method, max_steps=15, **extra) for extra in (options, plain))
+    np.testing.assert_array_equal(first.matrix, second.matrix)
+    assert first.status == second.status
 
 
 def test_icp_is_what_is_asked_for_by_default(scene):
@@ -141,9 +141,9 @@ def test_icp_is_what_is_asked_for_by_default(scene):
 
 
 def test_a_callback_is_called_after_every_step(scene):
-    seen = []
-    kabsch(scene.source, scene.target, callback=lambda k, state: seen.append((k, state.pose.batch)))
-    assert seen == [(1, (1,))]
+    calls = []
+    kabsch(scene.source, scene.target, callback=lambda k, state: calls.append((k, state.pose.batch)))
+    assert calls == [(1, (1,))]
 
 
 @pytest.mark.parametrize(
@@ -314,10 +314,10 @@ def test_few_points_are_no_transposed_cloud(shape, rng):
 
 def test_a_masked_array_is_refused_where_points_are_moved(scene):
     """The pose and the result refuse it, since its mask would be lost."""
-    masked = np.ma.masked_less(scene.source, 0.0)
+    points = np.ma.masked_less(scene.source, 0.0)
     for move in (kabsch(scene.source, scene.target).transform, Pose.identity().apply):
         with pytest.raises(ValueError, match=r"^points: a masked array hides \d+ numbers; leave their rows out"):
-            move(masked)
+            move(points)
 
 
 def test_a_masked_array_that_hides_nothing_is_an_array(scene):
@@ -328,39 +328,39 @@ def test_a_masked_array_that_hides_nothing_is_an_array(scene):
 def test_a_seed_may_be_drawn(scene):
     """A generator gives each call a new number, reproducibly for the same generator; None works without one."""
 
-    def drawn(seed):
+    def draw(seed):
         return register(scene.source, scene.target, "ransac", seed=seed).states[0].problem.seed
 
     first, second = np.random.default_rng(3), np.random.default_rng(3)
-    one, two = drawn(first), drawn(first)
-    assert one != two
-    assert [one, two] == [drawn(second), drawn(second)]
-    assert drawn(None) != drawn(None)
+    a, b = draw(first), draw(first)
+    assert a != b
+    assert [a, b] == [draw(second), draw(second)]
+    assert draw(None) != draw(None)
 
 
 def test_a_status_is_true_where_the_method_came_to_its_end():
     own = (Status.CONVERGED, Status.STALLED, Status.PROVED, Status.FINISHED)
     assert [bool(status) for status in Status] == [status in own for status in Status]
     ends = register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
-    lost = register([[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
+    failure = register([[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
     assert ends.converged is True
-    assert lost.converged is False
-    both = register(
+    assert failure.converged is False
+    batch = register(
         np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]]), np.array([[0.0, 0.0], [1.0, 0.0]]), "kabsch"
     )
-    assert both.converged.tolist() == [True, False]
+    assert batch.converged.tolist() == [True, False]
 
 
 def test_ended_is_true_where_a_status_is_of_one_problem_and_of_each_of_a_batch():
     """`ended` gives the truth of each problem's status, which `bool(status)` cannot do for a batch's array."""
     two = np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]])
-    both = register(two, two[0], "kabsch")
-    assert both.ended.tolist() == [True, False]
-    for one, ended in zip(two, (True, False), strict=True):
-        assert register(one, two[0], "kabsch").ended is ended
+    pair = register(two, two[0], "kabsch")
+    assert pair.ended.tolist() == [True, False]
+    for cloud, ended in zip(two, (True, False), strict=True):
+        assert register(cloud, two[0], "kabsch").ended is ended
     assert register([two[0]] * 2, [two[0]] * 2, "kabsch").ended.tolist() == [True, True]
     for status in Status:
-        batch = dataclasses.replace(both, status=np.full(2, status, dtype=np.int8))
+        batch = dataclasses.replace(pair, status=np.full(2, status, dtype=np.int8))
         assert batch.ended.tolist() == [bool(status)] * 2
 
 
@@ -374,8 +374,8 @@ def test_an_answer_does_not_depend_on_how_the_clouds_lie_in_memory(method, batch
         p, q = np.stack([p, 1.01 * p, p[::-1]]), np.stack([q, q, q[::-1]])
     w = {"weights": 1.0 + np.arange(p.size // 2).reshape(p.shape[:-1])} if METHODS[method].weighted else {}
     by_rows = register(p, q, method, max_steps=8, **w)
-    others = {name: np.asfortranarray(values) for name, values in w.items()}
-    by_columns = register(np.asfortranarray(p), np.asfortranarray(q), method, max_steps=8, **others)
+    extra = {name: np.asfortranarray(values) for name, values in w.items()}
+    by_columns = register(np.asfortranarray(p), np.asfortranarray(q), method, max_steps=8, **extra)
     np.testing.assert_array_equal(by_columns.matrix, by_rows.matrix)
     np.testing.assert_array_equal(by_columns.history.objective, by_rows.history.objective)
 
@@ -383,10 +383,10 @@ def test_an_answer_does_not_depend_on_how_the_clouds_lie_in_memory(method, batch
 def test_an_array_without_axes_is_a_number():
     scene = room("clean")
     usual = register(scene.source, scene.target, "icp", gate=0.5, max_steps=9)
-    given = register(scene.source, scene.target, "icp", gate=np.array(0.5), max_steps=np.array(9))
-    assert np.array_equal(given.pose.matrix, usual.pose.matrix)
+    result = register(scene.source, scene.target, "icp", gate=np.array(0.5), max_steps=np.array(9))
+    assert np.array_equal(result.pose.matrix, usual.pose.matrix)
     assert register(scene.source, scene.target, "icp", gate=np.array(np.inf)).status
-    assert type(given.detail("options").gate) is float
+    assert type(result.detail("options").gate) is float
 
 
 OPEN = "the rotation is undefined"

@@ -32,8 +32,8 @@ def clouds(method):
         rng = np.random.default_rng(40)
         source = Pose.from_angle(2.0, (0.3, -4.0)).apply(target) + 0.02 * rng.standard_normal(target.shape)
         source[:, :64] = source[:, rng.permutation(64)]
-    every = 7 if method in NETWORKS else 1
-    return source[:, ::every], target[:, ::every]
+    stride = 7 if method in NETWORKS else 1
+    return source[:, ::stride], target[:, ::stride]
 
 
 def in_units(method, *units, **options):
@@ -46,14 +46,14 @@ def in_units(method, *units, **options):
     ]
 
 
-def assert_same(plain, other, unit, off):
-    """Check for equal statuses and steps, and poses within `off` of each other, relative to the room's radius of
+def assert_same(plain, result, unit, tolerance):
+    """Check for equal statuses and steps, and poses within `tolerance` of each other, relative to the room's radius of
     3.3 u."""
-    assert (other.status == plain.status).all()
-    assert (other.steps == plain.steps).all()
-    assert np.abs(other.pose.R - plain.pose.R).max() <= off
-    assert np.abs(other.pose.scale - plain.pose.scale).max() <= off
-    assert np.abs(other.pose.t / unit - plain.pose.t).max() <= 3.3 * off
+    assert (result.status == plain.status).all()
+    assert (result.steps == plain.steps).all()
+    assert np.abs(result.pose.R - plain.pose.R).max() <= tolerance
+    assert np.abs(result.pose.scale - plain.pose.scale).max() <= tolerance
+    assert np.abs(result.pose.t / unit - plain.pose.t).max() <= 3.3 * tolerance
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -79,17 +79,17 @@ def test_units_a_million_times_as_small_and_as_large(method):
     """The poses also agree in units of 1e-6, 1e-4 and 1e6, after ten steps, or all of NDT's, whose cells were once kept
     or dropped by a variance with a unit."""
     units, options = (1e-6, 1e-4, 1e6), {} if method.startswith("ndt") else {"max_steps": 10}
-    plain, *others = in_units(method, 1.0, *units, **options)
-    for other, unit in zip(others, units, strict=True):
-        assert_same(plain, other, unit, 1e-6)
+    plain, *results = in_units(method, 1.0, *units, **options)
+    for result, unit in zip(results, units, strict=True):
+        assert_same(plain, result, unit, 1e-6)
 
 
 def test_a_length_in_units_is_not_of_no_unit():
     """Conversely, options that are lengths or volumes have a unit: kept fixed, they make another unit another
     problem."""
-    given = {"ransac": {"inlier": 0.05}, "ransac-congruent": {"inlier": 0.32}, "kiss-threshold-icp": {"initial": 2.0},
+    lengths = {"ransac": {"inlier": 0.05}, "ransac-congruent": {"inlier": 0.32}, "kiss-threshold-icp": {"initial": 2.0},
              "cpd-rigid": {"volume": 64.0}, "filterreg": {"volume": 64.0, "filter": "exact"}}  # fmt: skip
-    for method, options in given.items():
+    for method, options in lengths.items():
         plain, large = in_units(method, 1.0, 2.0**10, **options)
         assert np.abs(large.pose.t / 2.0**10 - plain.pose.t).max() > 1e-4, method
 
@@ -136,10 +136,10 @@ def test_the_pose_does_not_depend_on_the_unit(method, options):
             for unit in (1e-3, 1.0, 1e3)
         )  # fmt: skip
         assert (plain.steps > 2).all()
-        for other, unit in ((kilo, 1e-3), (milli, 1e3)):
-            assert (other.status == plain.status).all()
-            assert np.abs(other.pose.R - plain.pose.R).max() < 1e-6
-            assert np.abs(other.pose.t / unit - plain.pose.t).max() < 3e-6
+        for result, unit in ((kilo, 1e-3), (milli, 1e3)):
+            assert (result.status == plain.status).all()
+            assert np.abs(result.pose.R - plain.pose.R).max() < 1e-6
+            assert np.abs(result.pose.t / unit - plain.pose.t).max() < 3e-6
 
 
 @pytest.mark.parametrize("unit", [1e-4, 1e-3, 1.0, 1e3])
@@ -148,25 +148,25 @@ def test_junk_is_refused_in_every_unit(unit):
     of that without a weight. An absolute floor once disabled the weights in kilounits."""
     for seed in (1, 2, 3):
         source, target, truth = with_junk(seed)
-        off = []
+        errors = []
         for weight in ("none", "tukey"):
             result = register(unit * source, unit * target, "icp", weight=weight, max_steps=300)
             assert result.status == Status.CONVERGED
-            off.append(np.abs(result.pose.apply(unit * source[:60]) - unit * truth.apply(source[:60])).max() / unit)
-        assert off[1] < 0.01 * off[0]
+            errors.append(np.abs(result.pose.apply(unit * source[:60]) - unit * truth.apply(source[:60])).max() / unit)
+        assert errors[1] < 0.01 * errors[0]
 
 
 def test_the_kiss_threshold_is_of_the_origin_and_the_others_of_the_clouds():
     """If the origin is kilometres from the scanner, the KISS threshold excludes no pair, so the run ends where plain
     `icp` does; `icp` itself ends at the same pose wherever the origin is."""
     scene, start = room("outliers", seed=40), room_start(20.0, 0.5)
-    away = Pose(np.eye(2), (5e5, 5e6))
-    far = away.apply(scene.source), away.apply(scene.target)
-    there = away @ start @ away.inverse()
+    shift = Pose(np.eye(2), (5e5, 5e6))
+    clouds = shift.apply(scene.source), shift.apply(scene.target)
+    first = shift @ start @ shift.inverse()
     poses = {}
     for method in ("icp", "kiss-threshold-icp"):
-        near = register(scene.source, scene.target, method, start=start).pose
-        poses[method] = near.apply(scene.source), register(*far, method, start=there).pose.apply(far[0]) - away.t
+        pose = register(scene.source, scene.target, method, start=start).pose
+        poses[method] = pose.apply(scene.source), register(*clouds, method, start=first).pose.apply(clouds[0]) - shift.t
     assert np.abs(poses["icp"][1] - poses["icp"][0]).max() < 1e-6
     assert np.abs(poses["kiss-threshold-icp"][1] - poses["icp"][0]).max() < 1e-6
     assert np.abs(poses["kiss-threshold-icp"][0] - poses["icp"][0]).max() > 0.02

@@ -33,30 +33,30 @@ def test_a_known_offset_is_the_residual():
 
 
 def test_a_corridor_is_weak_and_a_hall_is_not():
-    weak, held = (evidence(s.source, s.target, s.truth).weakest for s in (corridor(), hall()))
+    weak, strong = (evidence(s.source, s.target, s.truth).weakest for s in (corridor(), hall()))
     assert weak < 0.005
-    assert held > 0.2
+    assert strong > 0.2
 
 
 def test_moving_both_clouds_changes_nothing():
     scene, moved = room("combo"), Pose.from_angle(2.0, (30.0, -7.0))
     pose = Pose.from_angle(0.05, (0.1, 0.0))
-    one = evidence(scene.source, scene.target, pose)
-    other = evidence(scene.source, moved.apply(scene.target), moved.compose(pose))
+    first = evidence(scene.source, scene.target, pose)
+    second = evidence(scene.source, moved.apply(scene.target), moved.compose(pose))
     for name in ("share", "rms", "weakest"):
-        assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-9)
+        assert getattr(first, name) == pytest.approx(getattr(second, name), rel=1e-9)
 
 
 def test_a_batch_is_its_single_problems():
     scenes = [room("combo", seed=seed) for seed in (40, 53)]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     poses = Pose(np.stack([np.eye(2)] * 2), np.array([(0.1, 0.0), (0.0, 0.2)]))
-    both, apart = evidence(source, target, poses), halves(source, target, poses, gate=0.5)
+    batch, gaps = evidence(source, target, poses), halves(source, target, poses, gate=0.5)
     for i in (0, 1):
-        one = evidence(source[i], target[i], poses[i])
+        single = evidence(source[i], target[i], poses[i])
         for name in ("explained", "share", "rms", "weakest"):
-            np.testing.assert_allclose(getattr(both, name)[i], getattr(one, name), rtol=1e-12)
-        assert apart[i] == pytest.approx(halves(source[i], target[i], poses[i], gate=0.5), rel=1e-12)
+            np.testing.assert_allclose(getattr(batch, name)[i], getattr(single, name), rtol=1e-12)
+        assert gaps[i] == pytest.approx(halves(source[i], target[i], poses[i], gate=0.5), rel=1e-12)
 
 
 def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
@@ -66,33 +66,33 @@ def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
     estimate = evidence(scene.source, scene.target, poses, 0.3)
     assert estimate.explained.shape == (2, 3, len(scene.source))
     sources = np.stack([scene.source, scene.source + 0.2])[:, None]
-    apart = evidence(sources, scene.target, poses, 0.3)
+    separate = evidence(sources, scene.target, poses, 0.3)
     for i in (0, 1):
         for j in (0, 1, 2):
-            for many, cloud in ((estimate, scene.source), (apart, sources[i, 0])):
-                one = evidence(cloud, scene.target, poses[i, j], 0.3)
+            for many, cloud in ((estimate, scene.source), (separate, sources[i, 0])):
+                single = evidence(cloud, scene.target, poses[i, j], 0.3)
                 for name in ("explained", "share", "rms", "weakest"):
-                    np.testing.assert_allclose(getattr(many, name)[i, j], getattr(one, name), rtol=1e-12)
+                    np.testing.assert_allclose(getattr(many, name)[i, j], getattr(single, name), rtol=1e-12)
 
 
 def test_the_usual_reach_is_three_spacings_in_any_unit():
     """Each target has its own reach; in millimetres only the lengths change, by a factor of a thousand."""
     scene = room("noise")
     pose = Pose.from_angle(0.05, (0.3, 0.1))
-    one = evidence(scene.source, scene.target, pose)
+    usual = evidence(scene.source, scene.target, pose)
     assert usual_reach(scene.target) == 3.0 * spacing(scene.target)
-    assert 0.0 < one.share < 1.0
+    assert 0.0 < usual.share < 1.0
     np.testing.assert_array_equal(
-        one.explained, evidence(scene.source, scene.target, pose, usual_reach(scene.target)).explained
+        usual.explained, evidence(scene.source, scene.target, pose, usual_reach(scene.target)).explained
     )
     milli = Pose(pose.R, 1e3 * pose.t)
-    far = evidence(1e3 * scene.source, 1e3 * scene.target, milli)
-    assert far.share == one.share
-    assert far.rms == pytest.approx(1e3 * one.rms, rel=1e-9)
+    in_mm = evidence(1e3 * scene.source, 1e3 * scene.target, milli)
+    assert in_mm.share == usual.share
+    assert in_mm.rms == pytest.approx(1e3 * usual.rms, rel=1e-9)
     thin = np.stack([scene.target, scene.target * 2.0])
-    both = evidence(scene.source, thin, pose)
+    batch = evidence(scene.source, thin, pose)
     for i in (0, 1):
-        np.testing.assert_array_equal(both.explained[i], evidence(scene.source, thin[i], pose).explained)
+        np.testing.assert_array_equal(batch.explained[i], evidence(scene.source, thin[i], pose).explained)
     assert usual_reach([[1.0, 2.0]] * 3) == 1.0
 
 
@@ -119,8 +119,8 @@ def test_each_half_of_matched_rows_has_its_partners():
     p = rng.standard_normal((9, 2))
     q = Pose.from_angle(0.4, (1.0, 2.0)).apply(p) + 0.1 * rng.standard_normal(p.shape)
     ends = [fit_rigid(p[k::2], q[k::2]).pose.apply(p) for k in (0, 1)]
-    apart = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean())
-    assert halves(p, q, Pose.identity(), "kabsch") == pytest.approx(apart, rel=1e-9)
+    distance = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean())
+    assert halves(p, q, Pose.identity(), "kabsch") == pytest.approx(distance, rel=1e-9)
     with pytest.raises(ValueError, match=r"^target: row i must be the partner .* 9 rows and target 8"):
         halves(p, q[1:], Pose.identity(), "kabsch")
 

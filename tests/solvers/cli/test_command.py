@@ -38,16 +38,16 @@ def files(tmp_path):
     return tmp_path
 
 
-def said(capsys, *arguments):
+def call(capsys, *arguments):
     code = main([str(argument) for argument in arguments])
-    heard = capsys.readouterr()
-    return code, heard.out, heard.err
+    streams = capsys.readouterr()
+    return code, streams.out, streams.err
 
 
 def test_it_runs_as_a_module_beside_the_files(files):
     """In its own process: exit code 0, the pose that `register` finds, and a picture that shows both clouds twice."""
     command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz", "--method", "gicp", "--options", "gate=1.5"]
-    done = subprocess.run(
+    process = subprocess.run(
         [*command, "--out", "picture.svg"],
         cwd=files,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"},
@@ -55,14 +55,14 @@ def test_it_runs_as_a_module_beside_the_files(files):
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     scene = room("noise", seed=40)
     result = register(TRUTH.inverse().apply(scene.source), scene.target, "gicp", gate=1.5)
-    assert f"rotation {np.degrees(result.pose.angle):.4f} deg" in done.stdout
-    rows = [[float(v) for v in re.findall(r"-?\d[\d.e+-]*", line)] for line in done.stdout.splitlines()[4:7]]
+    assert f"rotation {np.degrees(result.pose.angle):.4f} deg" in process.stdout
+    rows = [[float(v) for v in re.findall(r"-?\d[\d.e+-]*", line)] for line in process.stdout.splitlines()[4:7]]
     np.testing.assert_allclose(rows, result.matrix, rtol=1e-5, atol=1e-6)
-    assert f"converged after {result.steps} steps" in done.stdout
-    assert "overlap   1.0000" in done.stdout
+    assert f"converged after {result.steps} steps" in process.stdout
+    assert "overlap   1.0000" in process.stdout
     tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
     for cloud, points in (("source", scene.source), ("target", scene.target)):
         for half in ("before", "after"):
@@ -73,32 +73,32 @@ def test_it_runs_as_a_module_beside_the_files(files):
 def test_an_option_s_other_name_is_understood(files, capsys):
     """`max_distance` works as another name for `gate`, as in `register`."""
     output = [
-        said(capsys, files / "a.csv", files / "b.xyz", "--options", f"{name}=0.2") for name in ("gate", "max_distance")
+        call(capsys, files / "a.csv", files / "b.xyz", "--options", f"{name}=0.2") for name in ("gate", "max_distance")
     ]
-    assert output[0] == output[1] != said(capsys, files / "a.csv", files / "b.xyz")
+    assert output[0] == output[1] != call(capsys, files / "a.csv", files / "b.xyz")
     assert output[0][0] == 0
 
 
 def test_clouds_in_space_and_from_above(files, capsys):
     """Methods that can register in 3-D; the others refuse, and point to --above, which registers x and y."""
     c, d = files / "c.csv", files / "d.xyz"
-    code, out, _ = said(capsys, c, d, "--method", "gicp", "--start", "15,0.5,-0.3")
+    code, out, _ = call(capsys, c, d, "--method", "gicp", "--start", "15,0.5,-0.3")
     assert code == 0
     turn = float(re.search(r"rotation ([\d.]+) deg about its axis", out)[1])
     assert turn == pytest.approx(20.0, abs=1.5)
-    code, _, err = said(capsys, c, d, "--method", "ndt")
+    code, _, err = call(capsys, c, d, "--method", "ndt")
     assert (code, err) == (
         2,
         "python -m solvers: --method: ndt works in 2 dimensions, the points have 3; --above registers x and y\n",
     )
-    code, out, _ = said(capsys, c, d, "--method", "ndt", "--above", "--points", "300")
+    code, out, _ = call(capsys, c, d, "--method", "ndt", "--above", "--points", "300")
     assert code == 0
     assert "status    stalled" in out
     assert out.count(", thinned to ") == 2
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["a.csv", "nothing.csv"], r"nothing\.csv: No such file"),
         (["a.csv", "bad.csv"], r"bad\.csv: line 2: 'two' is not a number"),
@@ -136,13 +136,13 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--out", "p"], r"--out: p: expected a name that ends in .svg, .png$"),
     ],
 )
-def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, arguments, told):
+def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, arguments, message):
     monkeypatch.chdir(files)
     Path("bad.csv").write_text("1,2\n3,two\n", "utf-8")
     Path("large.csv").write_text("1e149,0\n0,1e149\n", "utf-8")
-    code, _, err = said(capsys, *arguments)
+    code, _, err = call(capsys, *arguments)
     assert code == 2
-    assert re.search(told, err)
+    assert re.search(message, err)
     assert err.startswith("python -m solvers: ")
     assert err.count("\n") == 1
 
@@ -166,9 +166,9 @@ def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
         file.truncate(100_000_000_000)
     tracemalloc.start()
     try:
-        code, _, err = said(capsys, files / "large.csv", files / "b.xyz")
+        code, _, err = call(capsys, files / "large.csv", files / "b.xyz")
         assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the limit of 24 MB\n")
-        code, _, err = said(capsys, "/dev/zero", files / "b.xyz")
+        code, _, err = call(capsys, "/dev/zero", files / "b.xyz")
         assert code == 2
         assert tracemalloc.get_traced_memory()[1] < 3 * clouds.MOST_BYTES
     finally:
@@ -176,7 +176,7 @@ def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--options", "gate=" + "9" * 400], r"--options: gate: 400 digits; expected a number below 1e308"),
         (["--options", "gate=0x" + "f" * 400], r"--options: gate: 402 digits"),
@@ -191,10 +191,10 @@ def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
         (["--reach", "9" * 400], r"--reach"),
     ],
 )
-def test_options_beyond_all_measure_are_one_line(files, capsys, arguments, told):
-    code, _, err = said(capsys, files / "a.csv", files / "b.xyz", *arguments)
+def test_options_beyond_all_measure_are_one_line(files, capsys, arguments, message):
+    code, _, err = call(capsys, files / "a.csv", files / "b.xyz", *arguments)
     assert code == 2
-    assert re.match(f"python -m solvers: {told}", err)
+    assert re.match(f"python -m solvers: {message}", err)
     assert err.count("\n") == 1
     assert len(err) < 1200
 
@@ -202,10 +202,10 @@ def test_options_beyond_all_measure_are_one_line(files, capsys, arguments, told)
 @pytest.mark.parametrize("option", ["--seed", "--max-steps", "--points"])
 def test_counts_of_400_digits_are_refused(files, capsys, option):
     with pytest.raises(SystemExit) as end:
-        said(capsys, files / "a.csv", files / "b.xyz", option, "9" * 400)
+        call(capsys, files / "a.csv", files / "b.xyz", option, "9" * 400)
     assert end.value.code == 2
     assert f"argument {option}: a number of 400 digits; expected 18 at most" in capsys.readouterr().err
-    code, _, err = said(capsys, "benchmark", "--seeds", "100001")
+    code, _, err = call(capsys, "benchmark", "--seeds", "100001")
     assert (code, err) == (2, "python -m solvers: --seeds: 100001 is more than the limit of 100000\n")
 
 
@@ -216,7 +216,7 @@ def test_a_reader_that_goes_away_is_no_fault(files):
         command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz"]
         reading, writing = os.pipe()
         os.close(reading)
-        done = subprocess.run(
+        process = subprocess.run(
             command,
             cwd=files,
             env={**env, "PYTHONUNBUFFERED": unbuffered},
@@ -226,7 +226,7 @@ def test_a_reader_that_goes_away_is_no_fault(files):
             check=False,
         )
         os.close(writing)
-        assert (done.returncode, done.stderr) == (1, "")
+        assert (process.returncode, process.stderr) == (1, "")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="only Linux has a disk that is always full")
@@ -234,7 +234,7 @@ def test_a_reader_that_goes_away_is_no_fault(files):
 @pytest.mark.parametrize("words", [["a.csv", "b.xyz"], ["methods", "--json"]])
 def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
     with open("/dev/full", "wb") as full:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", "solvers", *words],
             cwd=files,
             env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": unbuffered},
@@ -243,44 +243,44 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
             text=True,
             check=False,
         )
-    assert (done.returncode, done.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
+    assert (process.returncode, process.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
 
 
 def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
     """File names may have control characters and invalid UTF-8, neither of which XML allows."""
     name = os.fsdecode(b"a\x01\x0b<&\xff\x1b[31m.csv")
     (files / "a.csv").rename(files / name)
-    code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.svg")
+    code, _, _ = call(capsys, files / name, files / "b.xyz", "--out", files / "picture.svg")
     assert code == 0
     tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
     title = next(node.text for node in tree.iter() if node.tag.endswith("title"))
     assert title == "a\ufffd\ufffd<&\ufffd\ufffd[31m.csv registered to b.xyz by icp"
-    code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.PNG")
+    code, _, _ = call(capsys, files / name, files / "b.xyz", "--out", files / "picture.PNG")
     assert (code, (files / "picture.PNG").read_bytes()[:4]) == (0, b"\x89PNG")
 
 
 def test_what_is_given_twice_is_heard_twice(files, capsys):
     """Repeated --options add up like one list, a repeated option is refused, and each picture is drawn."""
     words = [files / "a.csv", files / "b.xyz", "--json"]
-    apart = said(capsys, *words, "--options", "gate=0.1", "--options", "trim=0.1")
-    assert apart == said(capsys, *words, "--options", "gate=0.1", "trim=0.1")
-    assert apart != said(capsys, *words, "--options", "trim=0.1")
-    twice = said(capsys, *words, "--options", "gate=1.5", "--options", "gate=2.0")
-    assert twice == (2, "", "python -m solvers: --options: gate is given twice\n")
+    answer = call(capsys, *words, "--options", "gate=0.1", "--options", "trim=0.1")
+    assert answer == call(capsys, *words, "--options", "gate=0.1", "trim=0.1")
+    assert answer != call(capsys, *words, "--options", "trim=0.1")
+    refusal = call(capsys, *words, "--options", "gate=1.5", "--options", "gate=2.0")
+    assert refusal == (2, "", "python -m solvers: --options: gate is given twice\n")
     outs = [files / name for name in ("one.svg", "two.png")]
-    code, out, _ = said(capsys, *words, *(word for path in outs for word in ("--out", path)))
+    code, out, _ = call(capsys, *words, *(word for path in outs for word in ("--out", path)))
     assert (code, json.loads(out)["written"]) == (0, [str(path) for path in outs])
     assert all(path.stat().st_size > 1000 for path in outs)
 
 
 def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
     for name, result in (("kabsch", True), ("icp", False)):
-        _, out, _ = said(capsys, files / "a.csv", files / "a.csv", "--method", name)
+        _, out, _ = call(capsys, files / "a.csv", files / "a.csv", "--method", name)
         assert ("pairs     row i of the source with row i of the target\n" in out) is result
 
 
 def test_a_cloud_on_itself_is_moved_by_no_negative_zero(files, capsys):
-    _, out, _ = said(capsys, files / "b.xyz", files / "b.xyz", "--max-steps", "0")
+    _, out, _ = call(capsys, files / "b.xyz", files / "b.xyz", "--max-steps", "0")
     assert out.partition("\nmatrix")[2].split()[:6] == ["1", "0", "0", "0", "1", "0"]
 
 
@@ -289,7 +289,7 @@ def test_the_matrix_told_moves_the_points_in_a_national_grid_too(files, capsys):
     source, target = (room("clean", seed=40).source, TRUTH.apply(room("clean", seed=40).source))
     for name, points in (("p.npy", source), ("q.npy", target)):
         np.save(files / name, points + grid)
-    _, out, _ = said(capsys, files / "p.npy", files / "q.npy", "--method", "kabsch")
+    _, out, _ = call(capsys, files / "p.npy", files / "q.npy", "--method", "kabsch")
     rows = out.partition("\nmatrix")[2].partition("\nresidual")[0].split()
     matrix = np.array(rows, dtype=np.float64).reshape(3, 3)
     assert np.abs((source + grid) @ matrix[:2, :2].T + matrix[:2, 2] - (target + grid)).max() < 1e-6
@@ -303,15 +303,15 @@ def test_rows_left_out_do_not_move_the_partners_of_the_others(files, capsys, kin
         moved[row] = np.nan
         np.save(files / f"{name}.npy", moved)
         np.savetxt(files / f"{name}.csv", moved, delimiter=",")
-    asked = files / f"p.{kind}", files / f"q.{kind}", "--method"
-    code, out, err = said(capsys, *asked, "kabsch")
+    arguments = files / f"p.{kind}", files / f"q.{kind}", "--method"
+    code, out, err = call(capsys, *arguments, "kabsch")
     assert (code, out) == (2, "")
     assert "1 of its rows has NaN or infinity, and kabsch takes row i of both files as partners" in err
-    assert said(capsys, *asked, "icp")[0] == 0
+    assert call(capsys, *arguments, "icp")[0] == 0
 
 
 @pytest.mark.parametrize(
-    ("out", "told"),
+    ("out", "message"),
     [
         ("p.pdf", "p.pdf: expected a name that ends in .svg, .png"),
         ("no/such/p.svg", "no/such/p.svg: there is no folder no/such"),
@@ -320,41 +320,41 @@ def test_rows_left_out_do_not_move_the_partners_of_the_others(files, capsys, kin
     ],
 )
 def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_computed(
-    files, capsys, monkeypatch, out, told
+    files, capsys, monkeypatch, out, message
 ):
     monkeypatch.chdir(files)
     monkeypatch.setattr("solvers.cli.register.register", None)
     Path("folder.svg").mkdir()
-    assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", f"python -m solvers: --out: {told}\n")
+    assert call(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", f"python -m solvers: --out: {message}\n")
     assert not Path(out).is_file()
 
 
-@pytest.mark.parametrize(("out", "asked"), [("p.svg", "."), ("old.svg", "old.svg")])
+@pytest.mark.parametrize(("out", "target"), [("p.svg", "."), ("old.svg", "old.svg")])
 def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_computed(
-    files, capsys, monkeypatch, out, asked
+    files, capsys, monkeypatch, out, target
 ):
     """The test's user may be allowed to write anywhere, so the system's answer is faked: for the file to be replaced,
     or else its folder."""
     monkeypatch.chdir(files)
     monkeypatch.setattr("solvers.cli.register.register", None)
     Path("old.svg").touch()
-    monkeypatch.setattr("os.access", lambda path, mode: (str(path), mode) != (asked, os.W_OK))
+    monkeypatch.setattr("os.access", lambda path, mode: (str(path), mode) != (target, os.W_OK))
     message = f"python -m solvers: --out: {out}: no permission to write there\n"
-    assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", message)
+    assert call(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", message)
 
 
 @pytest.mark.parametrize(
-    ("error", "told"), [(MemoryError(), ""), (MemoryError("Unable to allocate 7 TiB"), ": Unable to allocate 7 TiB")]
+    ("error", "detail"), [(MemoryError(), ""), (MemoryError("Unable to allocate 7 TiB"), ": Unable to allocate 7 TiB")]
 )
-def test_too_little_memory_is_one_line(files, capsys, monkeypatch, error, told):
+def test_too_little_memory_is_one_line(files, capsys, monkeypatch, error, detail):
     """The error is faked, since a system that overcommits memory would kill the test instead."""
 
     def hungry(*_, **__):
         raise error
 
     monkeypatch.setattr("solvers.cli.register.register", hungry)
-    heard = said(capsys, files / "a.csv", files / "b.xyz")
-    assert heard == (2, "", f"python -m solvers: there is not enough memory{told}\n")
+    answer = call(capsys, files / "a.csv", files / "b.xyz")
+    assert answer == (2, "", f"python -m solvers: there is not enough memory{detail}\n")
 
 
 @pytest.mark.parametrize("unit", [1e-149, 1e149])
@@ -364,6 +364,6 @@ def test_clouds_of_any_size_have_a_reach_of_their_own(files, capsys, unit):
     for name in ("a.csv", "b.xyz"):
         points = clouds.read((files / name).read_bytes()).points * (0.1 * unit)
         (files / name).write_text("\n".join(" ".join(map(repr, row)) for row in points.tolist()), "utf-8")
-    code, out, err = said(capsys, files / "a.csv", files / "b.xyz", "--method", "gicp", "--json")
+    code, out, err = call(capsys, files / "a.csv", files / "b.xyz", "--method", "gicp", "--json")
     assert (code, err) == (0 if unit > 1.0 else 3, "")  # too narrow: the method's status says so
     assert json.loads(out)["reach"] == pytest.approx(0.1 * unit * usual_reach(room("noise", seed=40).target), rel=1e-9)

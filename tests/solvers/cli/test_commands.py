@@ -23,10 +23,10 @@ from solvers.scenes.rooms import room
 pytestmark = pytest.mark.native
 
 
-def said(capsys, *arguments):
+def call(capsys, *arguments):
     code = main([str(argument) for argument in arguments])
-    heard = capsys.readouterr()
-    return code, heard.out, heard.err
+    streams = capsys.readouterr()
+    return code, streams.out, streams.err
 
 
 def npy(values) -> bytes:
@@ -54,7 +54,7 @@ def test_json_holds_what_register_finds(files, capsys):
     scene = room("noise", seed=40)
     result = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.2, (0.1, 0.0)))
     start = f"--start={float(np.degrees(0.2))},0.1,0"
-    code, out, err = said(capsys, "register", files / "a.npy", files / "b.npz", "--method", "gicp", start, "--json")
+    code, out, err = call(capsys, "register", files / "a.npy", files / "b.npz", "--method", "gicp", start, "--json")
     report = json.loads(out)
     assert (code, err) == (0, "")
     assert (report["method"], report["status"], report["steps"]) == ("gicp", result.status.label, result.steps)
@@ -65,7 +65,7 @@ def test_json_holds_what_register_finds(files, capsys):
 
 
 def test_the_command_may_be_left_out(files, capsys):
-    assert said(capsys, files / "a.npy", files / "b.npz") == said(capsys, "register", files / "a.npy", files / "b.npz")
+    assert call(capsys, files / "a.npy", files / "b.npz") == call(capsys, "register", files / "a.npy", files / "b.npz")
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_the_command_may_be_left_out(files, capsys):
 )
 def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, target, further, status, overlaps):
     """The report gives a residual only if the clouds overlap."""
-    code, out, _ = said(capsys, files / "a.npy", files / target, *further, "--json")
+    code, out, _ = call(capsys, files / "a.npy", files / target, *further, "--json")
     report = json.loads(out)
     assert (code, report["status"]) == (3, status)
     assert (report["residual_rms"] is not None) == (report["overlap"] > 0.0) == overlaps
@@ -85,38 +85,38 @@ def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, targe
 
 @pytest.mark.parametrize(("method", "status"), [("flow", "finished"), ("ndt", "stalled")])
 def test_a_run_is_trusted_where_it_ends_of_its_own_accord(files, capsys, method, status):
-    code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--method", method, "--json")
+    code, out, _ = call(capsys, files / "a.npy", files / "b.npz", "--method", method, "--json")
     assert (code, json.loads(out)["status"]) == (0, status)
 
 
 def test_an_end_with_nothing_near_is_not_trusted(files, capsys):
     """The method converges, but no source point ends within reach of the target."""
-    code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--reach", "1e-9", "--json")
+    code, out, _ = call(capsys, files / "a.npy", files / "b.npz", "--reach", "1e-9", "--json")
     assert (code, json.loads(out)["status"], json.loads(out)["overlap"]) == (3, "converged", 0.0)
 
 
 def test_the_methods_are_listed_with_their_options(capsys):
-    code, out, _ = said(capsys, "methods")
+    code, out, _ = call(capsys, "methods")
     assert (code, [line.split()[0] for line in out.splitlines()]) == (0, list(METHODS))
     for line, name in zip(out.splitlines(), METHODS, strict=True):
         dims = METHODS[name].dims
         assert line[24:36].strip() == ("any" if dims is None else " or ".join(f"{d}-D" for d in dims))
         assert line[36:] == METHODS[name].summary
-    code, out, _ = said(capsys, "methods", "icp", "kabsch", "--json")
+    code, out, _ = call(capsys, "methods", "icp", "kabsch", "--json")
     icp, kabsch = json.loads(out)
     assert icp["options"]["gate"] == "inf"  # JSON cannot express infinity as a number
     assert icp["options"]["tuning"] is None
     assert icp["source"] == "Besl & McKay 1992"
     assert kabsch["paired"] is True
-    code, out, _ = said(capsys, "methods", "icp")
+    code, out, _ = call(capsys, "methods", "icp")
     assert "gate=inf" in out
-    code, _, err = said(capsys, "methods", "ipc")
+    code, _, err = call(capsys, "methods", "ipc")
     assert code == 2
     assert err.startswith("python -m solvers: METHOD: 'ipc' is unknown, did you mean 'icp'?")
 
 
 def test_the_benchmark_as_json_is_its_table(capsys):
-    code, out, _ = said(capsys, "benchmark", "--setting", "clean", "--seeds", 2, "--only", "gicp", "--json")
+    code, out, _ = call(capsys, "benchmark", "--setting", "clean", "--seeds", 2, "--only", "gicp", "--json")
     (result,) = json.loads(out)
     assert (code, result["setting"], result["seeds"]) == (0, "clean", 2)
     (line,) = result["methods"]
@@ -126,7 +126,7 @@ def test_the_benchmark_as_json_is_its_table(capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["--seeds", "0"], "--seeds: must be at least 1, got 0"),
         (["--seeds", "-1"], "--seeds: must be at least 1, got -1"),
@@ -135,10 +135,10 @@ def test_the_benchmark_as_json_is_its_table(capsys):
         (["--only", "kabsch"], "--only: 'kabsch' does not race, because it needs pairs and the race has none;"),
     ],
 )
-def test_the_benchmark_names_the_option_that_is_wrong(capsys, words, told):
-    code, out, err = said(capsys, "benchmark", "--setting", "clean", *words)
+def test_the_benchmark_names_the_option_that_is_wrong(capsys, words, message):
+    code, out, err = call(capsys, "benchmark", "--setting", "clean", *words)
     assert (code, out) == (2, "")
-    assert err.startswith(f"python -m solvers: {told}")
+    assert err.startswith(f"python -m solvers: {message}")
 
 
 @pytest.mark.parametrize("option", ["--version", "-V"])
@@ -155,18 +155,18 @@ def test_the_version_is_the_package_s(capsys, option):
 def test_a_misspelt_command_leads_to_the_right_one(capsys, monkeypatch, wrong, meant):
     monkeypatch.setattr("sys.argv", ["/usr/bin/registration-ladder", wrong])
     message = f"registration-ladder: '{wrong}' is neither a command nor a file, did you mean '{meant}'?\n"
-    assert said(capsys, wrong) == (2, "", message)
+    assert call(capsys, wrong) == (2, "", message)
 
 
 def test_a_word_alone_is_no_registration(capsys):
     message = "python -m solvers: 'frobnicate' is neither a command nor a file; the commands are register, benchmark,"
-    code, _, err = said(capsys, "frobnicate")
+    code, _, err = call(capsys, "frobnicate")
     assert code == 2
     assert err.startswith(message)
 
 
 def test_an_option_before_the_files_is_no_misspelt_command(files, capsys):
-    code, _, _ = said(capsys, "--method", "gicp", files / "a.npy", files / "b.npz")
+    code, _, _ = call(capsys, "--method", "gicp", files / "a.npy", files / "b.npz")
     assert code == 0
 
 
@@ -186,9 +186,9 @@ def test_progress_is_shown_on_a_terminal_and_cleared(files, monkeypatch, words, 
     monkeypatch.chdir(files)
     monkeypatch.setattr("sys.stderr", Terminal())
     main(words)
-    shown = sys.stderr.getvalue()
-    assert all(bar in shown for bar in bars)
-    assert shown.endswith("\r\033[K")
+    text = sys.stderr.getvalue()
+    assert all(bar in text for bar in bars)
+    assert text.endswith("\r\033[K")
 
 
 def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypatch):
@@ -198,7 +198,7 @@ def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypat
     monkeypatch.setattr("solvers.cli.drive.prepare", None)
     message = "python -m solvers: --out: drawing needs matplotlib: pip install matplotlib\n"
     for words in (["register", files / "a.npy", files / "b.npz"], ["drive", "telecom-loop"]):
-        assert said(capsys, *words, "--out", files / "drawn.svg") == (2, "", message)
+        assert call(capsys, *words, "--out", files / "drawn.svg") == (2, "", message)
 
 
 @pytest.mark.parametrize(
@@ -230,84 +230,84 @@ def test_what_float64_cannot_hold_is_left_out_without_a_warning():
 HEADER = "{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}"
 
 
-def made(kind: str, shape: str, data: bytes = b"") -> bytes:
-    return headed(HEADER.format(kind, shape), data)
+def array_bytes(kind: str, shape: str, data: bytes = b"") -> bytes:
+    return with_header(HEADER.format(kind, shape), data)
 
 
-def headed(header: str, data: bytes = b"") -> bytes:
+def with_header(header: str, data: bytes = b"") -> bytes:
     text = header.ljust(117) + "\n"
     return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode() + data
 
 
-def flipped(data: bytes, start: int, stop: int) -> bytes:
+def flip(data: bytes, start: int, stop: int) -> bytes:
     return data[:start] + bytes(255 - byte for byte in data[start:stop]) + data[stop:]
 
 
-def packed(how: int) -> bytes:
+def pack(compression: int) -> bytes:
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", how) as archive:
+    with zipfile.ZipFile(file, "w", compression) as archive:
         archive.writestr("points.npy", npy(np.eye(2)))
     return file.getvalue()
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "message"),
     [
         (npy(np.zeros(4)), r"of shape \(4,\); expected \(n, 2\) or \(n, 3\)"),
         (npy(np.zeros((3, 4))), r"of shape \(3, 4\)"),
         (npy(np.array([["a", "b"]])), "expected numbers"),
         (npy(np.full((2, 2), np.nan)), "contains no points"),
         (npy(np.zeros((2, 2)))[:-3], "the header says"),
-        (made("<f8", "(1000000000, 2)"), "the header says"),
-        (made("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),
+        (array_bytes("<f8", "(1000000000, 2)"), "the header says"),
+        (array_bytes("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),
         (b"\x93NUMPY\x01\x00\x05\x00nope\n", "a broken NumPy array"),
         (b"\x93NUMPY", "a broken NumPy array"),
         (b"\x93NUMPY\x03\x00", r"format version \(3, 0\); expected \(1, 0\) or \(2, 0\)"),
-        (headed("{'descr': (("), "^a broken NumPy array: its header cannot be read$"),
-        (headed("{[]: 1}"), "its header cannot be read"),
-        (headed("{b'descr': 1, 'shape': 2}"), "its header cannot be read"),
-        (headed("{'descr': (), 'fortran_order': False, 'shape': (1, 2)}"), "its header cannot be read"),
-        (headed("(" * 9000), "its header cannot be read"),
-        (headed(" " * 20_000), "its header cannot be read"),
-        (made("<f8,,", "(1L, 2L)"), "its header cannot be read"),
-        (made("<f8", "(-1, -2)", bytes(16)), r"of shape \(-1, -2\)"),
-        (made("<f8", f"({10**30}, 0)"), "of shape"),
+        (with_header("{'descr': (("), "^a broken NumPy array: its header cannot be read$"),
+        (with_header("{[]: 1}"), "its header cannot be read"),
+        (with_header("{b'descr': 1, 'shape': 2}"), "its header cannot be read"),
+        (with_header("{'descr': (), 'fortran_order': False, 'shape': (1, 2)}"), "its header cannot be read"),
+        (with_header("(" * 9000), "its header cannot be read"),
+        (with_header(" " * 20_000), "its header cannot be read"),
+        (array_bytes("<f8,,", "(1L, 2L)"), "its header cannot be read"),
+        (array_bytes("<f8", "(-1, -2)", bytes(16)), r"of shape \(-1, -2\)"),
+        (array_bytes("<f8", f"({10**30}, 0)"), "of shape"),
         (npz(a=np.zeros((2, 2)), b=np.zeros((2, 2))), "expected one array or one called points, got: 'a', 'b'"),
         (npz(points=np.zeros((2, 2)))[:-30], "a broken archive"),
         (b"PK\x03\x04", "a broken archive"),
-        (flipped(npz(points=np.arange(80.0).reshape(40, 2)), 60, 120), "a broken archive of NumPy arrays: Error -3"),
-        (packed(zipfile.ZIP_LZMA), "'points.npy' has a compression that NumPy never writes"),
-        (packed(zipfile.ZIP_BZIP2), "'points.npy' has a compression that NumPy never writes"),
+        (flip(npz(points=np.arange(80.0).reshape(40, 2)), 60, 120), "a broken archive of NumPy arrays: Error -3"),
+        (pack(zipfile.ZIP_LZMA), "'points.npy' has a compression that NumPy never writes"),
+        (pack(zipfile.ZIP_BZIP2), "'points.npy' has a compression that NumPy never writes"),
         (npz(**{"a\nb": np.eye(2), "c": np.eye(2)}), r"got: 'a\\nb', 'c'"),
     ],
 )
-def test_what_is_wrong_with_such_a_file_is_said(data, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_is_wrong_with_such_a_file_is_said(data, message):
+    with pytest.raises(ValueError, match=message):
         arrays.read(data)
 
 
 def test_an_array_of_python_2_is_read_without_a_warning():
     with warnings.catch_warnings(action="error"):
-        assert arrays.read(made("<f8", "(1L, 2L)", bytes(16))).points.tolist() == [[0.0, 0.0]]
+        assert arrays.read(array_bytes("<f8", "(1L, 2L)", bytes(16))).points.tolist() == [[0.0, 0.0]]
 
 
 WHOLE = np.arange(8.0).reshape(4, 2)
 
 
 @pytest.mark.parametrize(
-    "whole", [npy(WHOLE), npz(points=WHOLE), packed(zipfile.ZIP_STORED)], ids=["npy", "compressed", "stored"]
+    "whole", [npy(WHOLE), npz(points=WHOLE), pack(zipfile.ZIP_STORED)], ids=["npy", "compressed", "stored"]
 )
 @given(data=st.data())
 @settings(max_examples=200, deadline=None)
 def test_damage_is_an_array_or_the_one_error(whole, data):
     """Bytes cut, replaced and inserted anywhere, even a header's own characters, cause no warning and no second
     line."""
-    damaged = bytearray(whole)
+    buffer = bytearray(whole)
     for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(damaged)) | st.integers(8, 70))  # where NumPy's header is
-        end = data.draw(st.integers(at, min(len(damaged), at + 4)))
-        damaged[at:end] = data.draw(st.binary(max_size=4) | st.text("[](){}',:<fiL129 \n", max_size=4).map(str.encode))
-    result, error = outcome(bytes(damaged))
+        at = data.draw(st.integers(0, len(buffer)) | st.integers(8, 70))  # where NumPy's header is
+        end = data.draw(st.integers(at, min(len(buffer), at + 4)))
+        buffer[at:end] = data.draw(st.binary(max_size=4) | st.text("[](){}',:<fiL129 \n", max_size=4).map(str.encode))
+    result, error = outcome(bytes(buffer))
     if result is None:
         assert type(error) is ValueError
         assert len(str(error).splitlines()) == 1
@@ -327,10 +327,10 @@ def outcome(data: bytes):
 
 def test_an_archive_that_unpacks_to_gigabytes_is_refused_before_it_does():
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("points.npy", "w") as held:
-        held.write(made("<f8", "(2000000, 2)"))
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("points.npy", "w") as entry:
+        entry.write(array_bytes("<f8", "(2000000, 2)"))
         for _ in range(32):
-            held.write(bytes(1_000_000))
+            entry.write(bytes(1_000_000))
     tracemalloc.start()
     try:
         with pytest.raises(ValueError, match="unpacks to more than the limit of 24 MB"):

@@ -34,17 +34,17 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def said(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
     code = main(["drive", *map(str, arguments)])
-    heard = capsys.readouterr()
-    return code, heard.out, heard.err
+    streams = capsys.readouterr()
+    return code, streams.out, streams.err
 
 
 def test_a_drive_becomes_a_map_a_graph_and_poses(
     table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     outs = [tmp_path / name for name in ("map.svg", "map.png", "graph.g2o", "poses.csv")]
-    code, out, err = said(capsys, table, "--ahead", 0.3, *(word for path in outs for word in ("--out", path)))
+    code, out, err = call(capsys, table, "--ahead", 0.3, *(word for path in outs for word in ("--out", path)))
     assert (code, err) == (0, "")
     assert "70 scans of 181 beams" in out
     assert "69 of 69 scans matched to the scan before" in out
@@ -59,14 +59,14 @@ def test_a_drive_becomes_a_map_a_graph_and_poses(
 
 
 def test_the_chain_alone(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = said(capsys, table, "--no-loops")
+    code, out, _ = call(capsys, table, "--no-loops")
     assert code == 0
     assert "loops" not in out
     assert "graph" not in out
 
 
 def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = said(capsys, table, "--json", "--out", tmp_path / "poses.csv")
+    code, out, err = call(capsys, table, "--json", "--out", tmp_path / "poses.csv")
     report = json.loads(out)
     assert (code, err) == (0, "")
     assert (report["scans"], report["beams"], report["not_matched"]) == (70, 181, [])
@@ -79,7 +79,7 @@ def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytes
 
 
 def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = said(capsys, table, "--no-loops", "--gate", 1e-3, "--json")
+    code, out, _ = call(capsys, table, "--no-loops", "--gate", 1e-3, "--json")
     report = json.loads(out)
     assert code == 3
     assert report["not_matched"]
@@ -94,12 +94,12 @@ def test_a_scan_without_echoes_is_only_predicted(
     lines = table.read_text("utf-8").splitlines()
     lines[31] = ",".join([*lines[31].split(",")[:4], *["0"] * 181])
     path.write_text("\n".join(lines), "utf-8")
-    code, out, err = said(capsys, path, "--ahead", 0.3, "--to", to, "--out", tmp_path / "map.svg")
+    code, out, err = call(capsys, path, "--ahead", 0.3, "--to", to, "--out", tmp_path / "map.svg")
     assert (code, err) == (3, "")
     assert f"predicted only: {'30, 31' if to == 'scan' else '30'}\n" in out
     assert (tmp_path / "map.svg").exists()
     path.write_text("\n".join([lines[0], *[lines[31]] * 5]), "utf-8")
-    code, _, err = said(capsys, path)
+    code, _, err = call(capsys, path)
     assert code == 2
     assert "none of 5 scans has three echoes" in err
 
@@ -124,17 +124,17 @@ def test_a_scan_without_echoes_is_only_predicted(
 def test_what_cannot_be_done_is_told_with_code_2(
     arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, out, err = said(capsys, *arguments)
+    code, out, err = call(capsys, *arguments)
     assert (code, out) == (2, "")
     assert words in err
     assert err.startswith("python -m solvers: ")
 
 
 def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    broken = tmp_path / "broken.csv"
+    path = tmp_path / "broken.csv"
     lines = table.read_text("utf-8").splitlines()
-    broken.write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]), "utf-8")
-    code, _, err = said(capsys, broken)
+    path.write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]), "utf-8")
+    code, _, err = call(capsys, path)
     assert code == 2
     assert "line 6: 3 fields found; expected 185" in err
 
@@ -144,15 +144,15 @@ def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, caps
     what the chapter says. Without them, the robot's poses, and so the loop candidates, are the laser's."""
     path, poses = tmp_path / "recorded.csv", tmp_path / "poses.csv"
     path.write_text(as_csv(telecom_loop()), "utf-8")
-    code, included, _ = said(capsys, "telecom-loop")
+    code, reference, _ = call(capsys, "telecom-loop")
     assert code == 0
-    assert "225 scans of 361 beams over 180 deg, 11.5 % without echo, the farthest echo at 58.04 m\n" in included
-    assert "224 of 224 scans matched" in included
-    assert "loops     55 of 55 candidates accepted" in included
-    assert "loop gap  0.106 m" in included
-    code, out, _ = said(capsys, path, "--ahead", 0.78, "--turns", 2, "--out", poses)
+    assert "225 scans of 361 beams over 180 deg, 11.5 % without echo, the farthest echo at 58.04 m\n" in reference
+    assert "224 of 224 scans matched" in reference
+    assert "loops     55 of 55 candidates accepted" in reference
+    assert "loop gap  0.106 m" in reference
+    code, out, _ = call(capsys, path, "--ahead", 0.78, "--turns", 2, "--out", poses)
     assert code == 0
-    assert out.splitlines()[1:-1] == included.splitlines()[1:]
+    assert out.splitlines()[1:-1] == reference.splitlines()[1:]
     assert len(np.loadtxt(poses, delimiter=",", skiprows=1)) == 225
 
 
@@ -161,14 +161,14 @@ def test_a_bar_grows_in_small_pieces_on_a_terminal(
 ) -> None:
     """Matching, loops and graph each have a bar that is drawn at least three times and cleared before the next line."""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    recorded = said(capsys, table, "--ahead", 0.3)
-    parts = recorded[2].split("\r\033[K")
+    answer = call(capsys, table, "--ahead", 0.3)
+    parts = answer[2].split("\r\033[K")
     assert parts.pop() == ""
     assert [part.split()[0].lstrip("\r") for part in parts] == ["matching", "closing", "graph"]
     for part in parts:
-        shown = [re.fullmatch(r"[a-z ]+ \[(#*) *\] (\d+)/(\d+)", text) for text in part.split("\r")[1:]]
-        counts = [(len(hit[1]), int(hit[2]), int(hit[3])) for hit in shown if hit]
-        assert len(counts) == len(shown) >= 3
+        hits = [re.fullmatch(r"[a-z ]+ \[(#*) *\] (\d+)/(\d+)", text) for text in part.split("\r")[1:]]
+        counts = [(len(hit[1]), int(hit[2]), int(hit[3])) for hit in hits if hit]
+        assert len(counts) == len(hits) >= 3
         assert counts == sorted(counts)
         assert all(bars == 30 * done // total for bars, done, total in counts)
         assert part is parts[2] or counts[-1][0] == 30  # the graph's bar may stop early
@@ -179,12 +179,12 @@ def test_the_picture_shows_the_map_before_and_after(
 ) -> None:
     """Two panels of one drive with different paths: by odometry, and with loops closed, or matched if there are
     none."""
-    closed, chained = tmp_path / "closed.svg", tmp_path / "chained.svg"
-    assert said(capsys, table, "--ahead", 0.3, "--out", closed)[0] == 0
-    assert said(capsys, table, "--ahead", 0.3, "--no-loops", "--out", chained)[0] == 0
+    map_path, chain_path = tmp_path / "closed.svg", tmp_path / "chained.svg"
+    assert call(capsys, table, "--ahead", 0.3, "--out", map_path)[0] == 0
+    assert call(capsys, table, "--ahead", 0.3, "--no-loops", "--out", chain_path)[0] == 0
     for path, names in (
-        (closed, ("Before: by odometry", "After: loops closed")),
-        (chained, ("By odometry", "By matched scans")),
+        (map_path, ("Before: by odometry", "After: loops closed")),
+        (chain_path, ("By odometry", "By matched scans")),
     ):
         text = path.read_text("utf-8")
         first, second = (re.findall(rf'<g id="way-{k}">\s*<path d="([^"]*)"', text) for k in (0, 1))

@@ -42,11 +42,11 @@ def test_fitness_and_rmse_are_those_of_the_correspondences(method):
 def test_partners_are_the_nearest_points_where_there_is_one(method):
     source, target = clouds(method)
     result = register(source, target, method, gate=0.6)
-    apart = np.linalg.norm(result.transform(source)[:, None] - target, axis=-1)
+    distances = np.linalg.norm(result.transform(source)[:, None] - target, axis=-1)
     used = result.correspondences >= 0
     assert 0 < used.sum() <= len(source)
-    assert (result.correspondences[used] == apart.argmin(axis=1)[used]).all()
-    assert apart.min(axis=1)[used].max() <= 0.6
+    assert (result.correspondences[used] == distances.argmin(axis=1)[used]).all()
+    assert distances.min(axis=1)[used].max() <= 0.6
 
 
 def test_known_pairs_without_weight_have_no_partner():
@@ -59,24 +59,24 @@ def test_known_pairs_without_weight_have_no_partner():
 
 def test_where_no_pair_is_within_the_gate_none_is_told():
     source, target = clouds("icp")
-    lost = register(source, target + 1e3, "icp", gate=0.1)
-    assert lost.status == Status.DEGENERATE
-    assert (lost.correspondences == -1).all()
-    assert lost.fitness == 0.0
-    assert lost.rmse == np.inf
+    result = register(source, target + 1e3, "icp", gate=0.1)
+    assert result.status == Status.DEGENERATE
+    assert (result.correspondences == -1).all()
+    assert result.fitness == 0.0
+    assert result.rmse == np.inf
 
 
 def test_a_batch_and_a_list_tell_of_each():
-    (one, target), (other, onto) = clouds("icp", 40), clouds("icp", 53)
-    batch = register(np.stack([one, one]), target, "icp", start=Pose.from_angle([0.0, 0.4], np.zeros((2, 2))))
-    assert batch.correspondences.shape == (2, len(one))
+    (first, target), (second, onto) = clouds("icp", 40), clouds("icp", 53)
+    batch = register(np.stack([first, first]), target, "icp", start=Pose.from_angle([0.0, 0.4], np.zeros((2, 2))))
+    assert batch.correspondences.shape == (2, len(first))
     assert batch.fitness.shape == batch.rmse.shape == (2,)
-    single = register(one, target, "icp")
+    single = register(first, target, "icp")
     assert (batch.correspondences[0] == single.correspondences).all()
-    listed = register([one, other[:-4]], [target, onto], "icp")
-    assert [len(rows) for rows in listed.correspondences] == [len(one), len(other) - 4]
-    assert listed.rmse[0] == single.rmse
-    assert np.array_equal(listed.covariance[0].matrix, single.covariance.matrix)
+    results = register([first, second[:-4]], [target, onto], "icp")
+    assert [len(rows) for rows in results.correspondences] == [len(first), len(second) - 4]
+    assert results.rmse[0] == single.rmse
+    assert np.array_equal(results.covariance[0].matrix, single.covariance.matrix)
 
 
 @pytest.mark.parametrize("method", SOFT)

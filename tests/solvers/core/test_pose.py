@@ -67,7 +67,7 @@ def test_leading_axes_broadcast_and_index_like_arrays():
     assert poses.apply(np.zeros((5, 2))).shape == (2, 3, 5, 2)
     with pytest.raises(TypeError, match="a single pose has no rows"):
         list(Pose.identity())
-    assert [one.batch for one in Pose.identity(2, (3, 4))] == [(4,)] * 3
+    assert [pose.batch for pose in Pose.identity(2, (3, 4))] == [(4,)] * 3
     with pytest.raises(TypeError, match="a single pose has no rows"):
         Pose.identity()[0]
 
@@ -84,7 +84,7 @@ def test_a_pose_cannot_be_changed():
 
 
 @pytest.mark.parametrize(
-    ("R", "t", "scale", "named"),
+    ("R", "t", "scale", "name"),
     [
         (np.eye(2)[0], np.zeros(2), 1.0, "R"),
         (np.zeros((2, 3)), np.zeros(2), 1.0, "R"),
@@ -93,8 +93,8 @@ def test_a_pose_cannot_be_changed():
         (np.zeros((4, 2, 2)), np.zeros((3, 2)), 1.0, "broadcast"),
     ],
 )
-def test_shapes_that_do_not_fit_are_refused_by_name(R, t, scale, named):
-    with pytest.raises(ValueError, match=named):
+def test_shapes_that_do_not_fit_are_refused_by_name(R, t, scale, name):
+    with pytest.raises(ValueError, match=name):
         Pose(R, t, scale)
 
 
@@ -112,16 +112,16 @@ def test_a_pose_shows_itself_in_degrees():
 @pytest.mark.parametrize("scaled", [False, True])
 def test_a_pose_comes_back_from_its_matrix(d, scaled, rng, random_pose):
     pose = random_pose(rng, d, (2, 5), scaled=scaled)
-    again = Pose.from_matrix(pose.matrix)
-    assert np.allclose(again.R, pose.R, atol=1e-13)
-    assert np.array_equal(again.t, pose.t)
-    assert np.allclose(again.scale, pose.scale, rtol=1e-12)
+    result = Pose.from_matrix(pose.matrix)
+    assert np.allclose(result.R, pose.R, atol=1e-13)
+    assert np.array_equal(result.t, pose.t)
+    assert np.allclose(result.scale, pose.scale, rtol=1e-12)
     if not scaled:
-        assert np.array_equal(again.scale, pose.scale), "a rotation's determinant is 1 up to rounding"
+        assert np.array_equal(result.scale, pose.scale), "a rotation's determinant is 1 up to rounding"
 
 
 @pytest.mark.parametrize(
-    ("matrix", "says"),
+    ("matrix", "message"),
     [
         (np.eye(3)[:2], "shape"),
         (np.eye(2), "at least 2"),
@@ -132,8 +132,8 @@ def test_a_pose_comes_back_from_its_matrix(d, scaled, rng, random_pose):
         (np.full((3, 3), np.nan), "not finite"),
     ],
 )
-def test_a_matrix_that_is_no_similarity_is_refused(matrix, says):
-    with pytest.raises(ValueError, match=f"matrix: .*{says}"):
+def test_a_matrix_that_is_no_similarity_is_refused(matrix, message):
+    with pytest.raises(ValueError, match=f"matrix: .*{message}"):
         Pose.from_matrix(matrix)
 
 
@@ -229,7 +229,7 @@ def test_poses_that_do_not_fit_together_are_named():
 
 
 @pytest.mark.parametrize(
-    ("R", "scale", "says"),
+    ("R", "scale", "message"),
     [
         (5.0 * np.eye(2), 1.0, r"R: expected a rotation, but R Rᵀ differs from I by 24; Pose.from_matrix"),
         ([[1.0, 0.3], [0.0, 1.0]], 1.0, "R: expected a rotation, but R Rᵀ differs"),
@@ -242,15 +242,15 @@ def test_poses_that_do_not_fit_together_are_named():
         (np.nan * np.eye(2), 1.0, "R: 4 of 4 numbers are not finite"),
     ],
 )
-def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
+def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, message):
     R = np.asarray(R)
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(ValueError, match=message):
         Pose(R, np.zeros(R.shape[-1]), scale)
     assert Pose.trusted(R, np.zeros(R.shape[-1]), scale).dim == R.shape[-1]
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: Pose(np.eye(2), [np.nan, 0.0]), "t: 1 of 2 numbers is not finite"),
         (lambda: Pose(np.eye(2), np.ma.masked_equal([1.0, 2.0], 2.0)), "t: a masked array hides 1 number;"),
@@ -269,8 +269,8 @@ def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
         (lambda: Pose.identity().apply("x"), "points: expected real numbers"),
     ],
 )
-def test_what_is_no_number_is_refused_by_name(make, says):
-    with pytest.raises(ValueError, match=f"^{says}"):
+def test_what_is_no_number_is_refused_by_name(make, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
         make()
 
 
@@ -287,17 +287,17 @@ def test_a_rotation_written_with_six_digits_is_one():
 def test_poses_of_equal_numbers_are_equal(batch, rng, random_pose):
     """Comparison gives a single bool, for a batch too; another number, shape, dimension or type makes it unequal."""
     pose = random_pose(rng, 3, batch, scaled=True)
-    same = Pose(pose.R, pose.t, pose.scale)
-    assert (pose == same) is True
-    assert (pose != same) is False
-    assert hash(pose) == hash(same)
-    assert len({pose, same, pose.inverse()}) == 2
+    twin = Pose(pose.R, pose.t, pose.scale)
+    assert (pose == twin) is True
+    assert (pose != twin) is False
+    assert hash(pose) == hash(twin)
+    assert len({pose, twin, pose.inverse()}) == 2
     assert pose != Pose(pose.R, pose.t + 1e-9, pose.scale)
     assert pose != Pose(pose.R, pose.t, 2.0 * np.asarray(pose.scale))
     assert pose != Pose.identity(3, (1, *batch))
-    for other in (pose.matrix, None, "pose", 1.0):
-        assert (pose == other) is False
-        assert (other == pose) is False
+    for value in (pose.matrix, None, "pose", 1.0):
+        assert (pose == value) is False
+        assert (value == pose) is False
 
 
 def test_equal_poses_count_as_one_whatever_the_sign_of_zero():
@@ -322,39 +322,39 @@ def test_a_batch_has_the_length_of_its_first_axis_and_a_single_pose_none():
 def test_the_order_in_memory_of_what_it_is_made_of_changes_no_bit(rng):
     """Products of arrays with another memory order can round differently, so a pose always stores one order."""
     R = Pose.from_angle(rng.uniform(-3, 3, 40)).R
-    other = np.asfortranarray(R)
-    assert not other.flags.c_contiguous
-    one = Pose(R, rng.normal(size=(40, 2)))
-    two = Pose(other, np.asfortranarray(one.t))
-    assert all(getattr(two, name).flags.c_contiguous for name in ("R", "t", "scale"))
+    fortran = np.asfortranarray(R)
+    assert not fortran.flags.c_contiguous
+    first = Pose(R, rng.normal(size=(40, 2)))
+    second = Pose(fortran, np.asfortranarray(first.t))
+    assert all(getattr(second, name).flags.c_contiguous for name in ("R", "t", "scale"))
     points = rng.normal(size=(40, 30, 2))
-    np.testing.assert_array_equal(one.apply(points), two.apply(points))
+    np.testing.assert_array_equal(first.apply(points), second.apply(points))
 
 
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda record: pickle.loads(pickle.dumps(record))])
-def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(again):
+@pytest.mark.parametrize("copier", [copy.copy, copy.deepcopy, lambda record: pickle.loads(pickle.dumps(record))])
+def test_what_cannot_be_written_to_comes_back_so_from_a_copy_and_from_a_pickle(copier):
     """Poses are used in sets, where one that changed could no longer be found."""
     poses = Pose.from_angle([0.1, 0.2], [[0.0, 0.0], [1.0, 0.0]])
-    assert again(poses) == poses
-    assert hash(again(poses)) == hash(poses)
-    edges, drive = again(Edges.between(poses, [0], [1], np.eye(3))), again(telecom_loop())
-    scene = again(room("noise", seed=40))
+    assert copier(poses) == poses
+    assert hash(copier(poses)) == hash(poses)
+    edges, drive = copier(Edges.between(poses, [0], [1], np.eye(3))), copier(telecom_loop())
+    scene = copier(room("noise", seed=40))
     own = (edges.i, edges.j, edges.information, edges.relative.t, drive.ranges, scene.source, *scene.outline)
-    for array in (*vars(again(poses)).values(), *own):
+    for array in (*vars(copier(poses)).values(), *own):
         assert not array.flags.writeable
 
 
-@pytest.mark.parametrize("rounded", [lambda R: R.round(6), lambda R: R.astype(np.float32)])
-def test_a_rotation_of_few_digits_is_taken_and_put_right(rounded):
+@pytest.mark.parametrize("rounding", [lambda R: R.round(6), lambda R: R.astype(np.float32)])
+def test_a_rotation_of_few_digits_is_taken_and_put_right(rounding):
     """It is made orthogonal, so that the inverse undoes the pose even in a national grid's coordinates."""
     exact = Pose.from_rotvec(np.random.default_rng(4).normal(size=(500, 3)), (5e5, 5e6, 100.0))
     matrix = exact.matrix
-    matrix[:, :3, :3] = rounded(exact.R)
-    far = np.array([[5e5, 5e6, 100.0]])
-    for pose in (Pose.from_matrix(matrix), Pose(rounded(exact.R), exact.t)):
+    matrix[:, :3, :3] = rounding(exact.R)
+    points = np.array([[5e5, 5e6, 100.0]])
+    for pose in (Pose.from_matrix(matrix), Pose(rounding(exact.R), exact.t)):
         assert np.abs(pose.R - exact.R).max() < 1e-6
         assert np.abs(pose.R @ pose.R.swapaxes(1, 2) - np.eye(3)).max() < 1e-14
-        assert np.abs(pose.inverse().apply(pose.apply(far)) - far).max() < 1e-7
+        assert np.abs(pose.inverse().apply(pose.apply(points)) - points).max() < 1e-7
         assert not pose.R.flags.writeable
 
 

@@ -12,10 +12,10 @@ ONE, OTHER = Pose.identity(), Pose.from_angle(0.5, (1.0, 2.0), 2.0)
 
 def test_poses_side_by_side_and_one_after_the_other(rng, random_pose):
     a, b = random_pose(rng, 3, (2, 4), scaled=True), random_pose(rng, 3, (2, 4), scaled=True)
-    both = stacked((a, b))
-    assert both.batch == (2, 2, 4)
-    assert both[0] == a
-    assert both[1] == b
+    poses = stacked((a, b))
+    assert poses.batch == (2, 2, 4)
+    assert poses[0] == a
+    assert poses[1] == b
     row = concatenated([a, b, a[:0]])
     assert row.batch == (4, 4)
     assert row[:2] == a
@@ -24,7 +24,7 @@ def test_poses_side_by_side_and_one_after_the_other(rng, random_pose):
 
 
 @pytest.mark.parametrize(
-    ("call", "says"),
+    ("call", "message"),
     [
         (lambda: stacked([]), "poses: is empty"),
         (lambda: stacked(ONE), "poses: expected a sequence of poses, got Pose"),
@@ -36,15 +36,15 @@ def test_poses_side_by_side_and_one_after_the_other(rng, random_pose):
         (lambda: concatenated([Pose.identity(batch=(1,)), Pose.identity(3, (1,))]), "parts: number 0 .* in 3"),
     ],
 )
-def test_what_does_not_make_a_batch_is_refused(call, says):
-    with pytest.raises(ValueError, match=f"^{says}"):
+def test_what_does_not_make_a_batch_is_refused(call, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
         call()
 
 
 def test_a_list_of_poses_is_told_how_to_become_one():
     legs = Edges([0], [1], Pose.identity(batch=(1,)), np.eye(3))
-    for call in (lambda given: optimise(given, legs), lambda given: spread_of(given, centre=(0, 0), radius=1.0)):
-        for given in ([ONE, ONE], (ONE, ONE)):
+    for call in (lambda poses: optimise(poses, legs), lambda poses: spread_of(poses, centre=(0, 0), radius=1.0)):
+        for poses in ([ONE, ONE], (ONE, ONE)):
             with pytest.raises(ValueError, match=r"^poses: expected a Pose, got \w+ of poses; solvers\.posegraph\.st"):
-                call(given)
+                call(poses)
         call(stacked([ONE, Pose.from_angle(0.0, (0.1, 0.0))]))

@@ -34,9 +34,9 @@ def test_a_method_is_named_wherever_methods_are() -> None:
 
     page = "content/docs/package.md"
     text = (Path(__file__).resolve().parents[3] / page).read_text("utf-8")
-    listed = re.search(r"^`solvers\.METHODS` names what there is:.*?\n\n", text, re.MULTILINE | re.DOTALL)
-    assert listed, f"{page}: no paragraph begins with: `solvers.METHODS` names what there is:"
-    names = set(re.findall(r"`([a-z0-9-]+)`", listed[0]))
+    paragraph = re.search(r"^`solvers\.METHODS` names what there is:.*?\n\n", text, re.MULTILINE | re.DOTALL)
+    assert paragraph, f"{page}: no paragraph begins with: `solvers.METHODS` names what there is:"
+    names = set(re.findall(r"`([a-z0-9-]+)`", paragraph[0]))
     alone = {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
     words = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     own = "widgets/figures/own_clouds/methods.py"
@@ -87,18 +87,18 @@ before = "solvers.methods.soft.cpd" in sys.modules
 solvers.METHODS["cpd-rigid"]
 print(before, "solvers.methods.soft.cpd" in sys.modules)
 """
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.split() == ["False", "True"]
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.split() == ["False", "True"]
 
 
-def locked(value: Any) -> int:
+def count_locked(value: Any) -> int:
     """Make all arrays of a state read-only; return how many there are."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
         return 1
     if is_dataclass(value):
-        return sum(locked(getattr(value, each.name)) for each in fields(value))
-    return sum(map(locked, value)) if isinstance(value, tuple) else 0
+        return sum(count_locked(getattr(value, field.name)) for field in fields(value))
+    return sum(map(count_locked, value)) if isinstance(value, tuple) else 0
 
 
 @pytest.mark.parametrize("name", list(METHODS))
@@ -109,7 +109,7 @@ def test_a_step_writes_into_nothing_that_it_is_given(name: str, rng: Generator) 
     problem = Problem(source, target, np.ones((2, 40)), Pose.identity(2, (2,)), np.array([40, 53], dtype=np.int64))
     batch = begin(METHODS[name], problem, max_steps=4)
     while not batch.done:
-        assert locked(batch.whole) + locked(batch.part) > 10
+        assert count_locked(batch.whole) + count_locked(batch.part) > 10
         batch = advance(batch)
     assert batch.steps.max() > 0
 

@@ -19,27 +19,27 @@ def scene():
 def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d):
     """A start rounded to float32 or to seven digits counts as rigid; one really scaled is refused with its scale."""
     points, start = rng.standard_normal((30, d)), random_pose(rng, d)
-    for rounded in (start.matrix.astype(np.float32), np.round(start.matrix, 7)):
-        result = register(points, start.apply(points), start=rounded)
+    for matrix in (start.matrix.astype(np.float32), np.round(start.matrix, 7)):
+        result = register(points, start.apply(points), start=matrix)
         assert result.pose.scale == 1.0
         assert np.abs(result.pose.matrix - start.matrix).max() < 1e-6
         if d == 2:
-            assert Edges([0], [1], Pose.from_matrix(rounded[None]), np.eye(3)).relative.scale == [1.0]
+            assert Edges([0], [1], Pose.from_matrix(matrix[None]), np.eye(3)).relative.scale == [1.0]
     with pytest.raises(ValueError, match=r"^start.scale: scale the source first.* at scale 1, not 1.00001$"):
         register(points, points, start=Pose(start.R, start.t, 1.00001))
 
 
 def test_a_result_is_true_where_its_status_is(scene):
     """A result that found nothing is false, a batch's truth value is ambiguous, and a single pose is not a sequence."""
-    lost = register(scene.source, scene.target, gate=1e-9)
-    assert (bool(lost), lost.status) == (False, Status.DEGENERATE)
+    failure = register(scene.source, scene.target, gate=1e-9)
+    assert (bool(failure), failure.status) == (False, Status.DEGENERATE)
     assert bool(register(scene.source, scene.target)) is True
     batch = register([scene.source] * 2, [scene.target] * 2)
     with pytest.raises(ValueError, match=r"batch of shape \(2,\) is neither true nor false; ended"):
         bool(batch)
-    for each in (lost.pose, register(scene.source, scene.target).covariance):
+    for value in (failure.pose, register(scene.source, scene.target).covariance):
         with pytest.raises(TypeError, match="a single pose has no rows"):
-            list(each)
+            list(value)
     assert len(list(batch.pose)) == 2
 
 
@@ -74,20 +74,20 @@ def test_a_problem_of_a_batch_is_what_it_is_alone(scene, method):
     starts = Pose.from_angle(turns, np.zeros((2, 3, 2)))
     batch = register(scene.source, scene.target, method, start=starts)
     clouds = [scene.source, scene.source[::2]]
-    listed = register(clouds, [scene.target] * 2, method)
+    results = register(clouds, [scene.target] * 2, method)
     alone = [(batch[i, j], register(scene.source, scene.target, method, start=starts[i, j]))
              for i in range(2) for j in range(3)]  # fmt: skip
-    alone += [(part, register(cloud, scene.target, method)) for part, cloud in zip(listed, clouds, strict=True)]
-    assert len({len(one.history.objective) for one, _ in alone}) > 1  # their courses differ in length
-    for part, one in alone:
-        assert (part.status, part.reason, part.steps) == (one.status, one.reason, one.steps)
+    alone += [(part, register(cloud, scene.target, method)) for part, cloud in zip(results, clouds, strict=True)]
+    assert len({len(single.history.objective) for single, _ in alone}) > 1  # their courses differ in length
+    for part, single in alone:
+        assert (part.status, part.reason, part.steps) == (single.status, single.reason, single.steps)
         assert type(part.status) is Status
-        assert bool(part) is bool(one)
-        assert repr(part) == repr(one)
-        assert np.allclose(part.matrix, one.matrix, rtol=0.0, atol=1e-12)
-        assert part.history.objective.shape == one.history.objective.shape == (one.steps + 1,)
-        assert np.allclose(part.history.poses.matrix, one.history.poses.matrix, rtol=0.0, atol=1e-12)
-        assert np.array_equal(part.correspondences, one.correspondences)
+        assert bool(part) is bool(single)
+        assert repr(part) == repr(single)
+        assert np.allclose(part.matrix, single.matrix, rtol=0.0, atol=1e-12)
+        assert part.history.objective.shape == single.history.objective.shape == (single.steps + 1,)
+        assert np.allclose(part.history.poses.matrix, single.history.poses.matrix, rtol=0.0, atol=1e-12)
+        assert np.array_equal(part.correspondences, single.correspondences)
 
 
 def test_any_index_of_the_leading_axes_selects_problems(scene):
@@ -100,26 +100,26 @@ def test_any_index_of_the_leading_axes_selects_problems(scene):
         part = batch[rows]
         assert part.steps.shape == part.pose.batch == part.detail("pose").batch
         assert np.array_equal(part.steps, batch.steps[rows])
-        which = np.arange(6).reshape(3, 2)[rows]
-        assert np.array_equal(part.matrix, batch.matrix.reshape(6, 3, 3)[which])
+        indices = np.arange(6).reshape(3, 2)[rows]
+        assert np.array_equal(part.matrix, batch.matrix.reshape(6, 3, 3)[indices])
         courses = batch.history.poses.matrix.reshape(-1, 6, 3, 3)
-        assert np.array_equal(part.history.poses.matrix, courses[:, which])
+        assert np.array_equal(part.history.poses.matrix, courses[:, indices])
         assert part.history.objective.shape == (len(batch.history.objective), *part.pose.batch)
         assert part.correspondences.shape[:-1] == part.fitness.shape == part.pose.batch
     assert len(batch[:, 1:]) == 3
     with pytest.raises(IndexError, match="too many indices"):
         batch[0, 0, 0]
-    listed = register([scene.source, scene.source[::2]], [scene.target] * 2)
-    none = listed[np.zeros(2, dtype=bool)]
-    assert none.pose.batch == none.steps.shape == none.fitness.shape == (0,)
+    results = register([scene.source, scene.source[::2]], [scene.target] * 2)
+    empty = results[np.zeros(2, dtype=bool)]
+    assert empty.pose.batch == empty.steps.shape == empty.fitness.shape == (0,)
     with pytest.raises(ValueError, match="source: expected real numbers, got Result"):
         register(batch, scene.target)
 
 
 def test_a_single_result_has_no_parts(scene):
-    one = register(scene.source, scene.target)
+    result = register(scene.source, scene.target)
     for use in (len, list, lambda result: result[0]):
         with pytest.raises(TypeError, match="the result of one problem has no"):
-            use(one)
+            use(result)
     with pytest.raises(IndexError, match="out of bounds"):
         register([scene.source] * 2, scene.target)[2]

@@ -84,11 +84,11 @@ def test_finished_problems_leave_the_batch():
 
 def test_the_loop_gives_each_problem_what_it_gets_alone():
     distances = (1.0, 100.0, 0.1, 10.0)
-    together, course = run(begin(HALVING, problems(*distances)))
+    batch, course = run(begin(HALVING, problems(*distances)))
     for i, distance in enumerate(distances):
         alone, own = run(begin(HALVING, problems(distance)))
-        assert together.steps[i] == alone.steps[0]
-        assert np.array_equal(together.pose()[i].t, alone.pose()[0].t)
+        assert batch.steps[i] == alone.steps[0]
+        assert np.array_equal(batch.pose()[i].t, alone.pose()[0].t)
         k = int(alone.steps[0])
         assert np.array_equal(course.objective[: k + 1, i], own.objective[:, 0])
         assert np.all(course.objective[k:, i] == own.objective[-1, 0])
@@ -101,9 +101,9 @@ def test_the_cap_stops_and_is_called_the_cap():
     assert batch.state().status.tolist() == [Status.CONVERGED, Status.CAPPED]
     assert batch.state().reason[1] == "the cap of 12 steps was reached"
     assert course.objective.shape == (13, 2)
-    none, course = run(begin(HALVING, problems(1.0), max_steps=0))
-    assert none.state().status.tolist() == [Status.CAPPED]
-    assert none.steps.tolist() == [0]
+    zero_steps, course = run(begin(HALVING, problems(1.0), max_steps=0))
+    assert zero_steps.state().status.tolist() == [Status.CAPPED]
+    assert zero_steps.steps.tolist() == [0]
     assert course.poses.batch == (1, 1)
 
 
@@ -132,22 +132,22 @@ def test_a_batch_is_never_changed_by_stepping():
     assert first.steps.tolist() == [0, 0]
     assert first.state().objective.tolist() == [1.0, 0.002]
     assert np.array_equal(a.state().objective, b.state().objective)
-    later = advance(advance(a))
+    latest = advance(advance(a))
     assert a.rows.tolist() == [0, 1]
-    assert later.rows.tolist() == [0]
-    done, _ = run(first)
-    assert advance(done) is done
+    assert latest.rows.tolist() == [0]
+    end, _ = run(first)
+    assert advance(end) is end
 
 
 def test_a_callback_sees_every_step_and_may_end_the_run():
-    seen = []
+    calls = []
 
     def watch(k, state):
-        seen.append((k, len(state.objective), float(state.objective[0])))
+        calls.append((k, len(state.objective), float(state.objective[0])))
         return k == 3
 
     batch, course = run(begin(HALVING, problems(1.0, 0.001)), watch)
-    assert seen == [(1, 2, 0.5), (2, 2, 0.25), (3, 2, 0.125)]
+    assert calls == [(1, 2, 0.5), (2, 2, 0.25), (3, 2, 0.125)]
     assert batch.state().status.tolist() == [Status.RUNNING, Status.CONVERGED]
     assert len(course.objective) == 4
 
@@ -159,16 +159,16 @@ def test_taking_rows_and_putting_them_back_changes_nothing_else():
     assert part.problem.target[0, 0, 0] == 3.0
     assert part.offsets[1].tolist() == [3.0, 1.0]
     assert part.options is state.options
-    changed = put(state, np.array([2, 0]), replace(part, objective=np.array([30.0, 10.0])))
-    assert changed.objective.tolist() == [10.0, 2.0, 30.0]
-    assert changed.problem is state.problem
+    result = put(state, np.array([2, 0]), replace(part, objective=np.array([30.0, 10.0])))
+    assert result.objective.tolist() == [10.0, 2.0, 30.0]
+    assert result.problem is state.problem
     assert state.objective.tolist() == [1.0, 2.0, 3.0]
     mask = np.array([False, True, False])
     assert take(state, mask).objective.tolist() == [2.0]
 
 
 @pytest.mark.parametrize(
-    ("change", "named"),
+    ("change", "message"),
     [
         ({"objective": np.zeros(1, dtype=np.float32)}, r"HalvingState\.objective: was float64\[\]"),
         ({"pose": Pose.identity(3, (1,))}, r"HalvingState\.pose\.R"),
@@ -176,11 +176,11 @@ def test_taking_rows_and_putting_them_back_changes_nothing_else():
         ({"nothing": 3}, r"HalvingState\.nothing: was NoneType"),
     ],
 )
-def test_a_field_that_changes_its_kind_is_named(change, named):
+def test_a_field_that_changes_its_kind_is_named(change, message):
     """If a method changes the shape or type of a state field between steps, the error names the field."""
     state = begin(HALVING, problems(1.0, 2.0)).whole
     part = replace(take(state, np.array([1])), **change)
-    with pytest.raises(TypeError, match=named):
+    with pytest.raises(TypeError, match=message):
         put(state, np.array([1]), part)
 
 
@@ -196,7 +196,7 @@ def test_only_what_still_runs_is_marked():
 
 
 @pytest.mark.parametrize(
-    ("change", "named"),
+    ("change", "message"),
     [
         ({"objective": 0.0}, r"method 'halving': objective: expected shape \(2,\), one per problem, got \(\)"),
         ({"pose": Pose.identity()}, r"method 'halving': pose: expected shape \(2,\), one per problem, got \(\)"),
@@ -205,10 +205,10 @@ def test_only_what_still_runs_is_marked():
         ({"nothing": np.zeros(())}, r"method 'halving': nothing: .* got \(\)"),
     ],
 )
-def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, named):
-    with pytest.raises(TypeError, match=named):
+def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, message):
+    with pytest.raises(TypeError, match=message):
         begin(replace(HALVING, start=lambda problem, options: replace(HALVING.start(problem, options), **change)),
               problems(1.0, 2.0))  # fmt: skip
     batch = begin(replace(HALVING, step=lambda state: replace(HALVING.step(state), **change)), problems(1.0, 2.0))
-    with pytest.raises(TypeError, match=named):
+    with pytest.raises(TypeError, match=message):
         advance(batch)

@@ -46,9 +46,9 @@ def test_with_a_fourth_pair_off_the_line_the_fit_takes_one_of_them():
     fit = fit_rigid(source, target)
     np.testing.assert_allclose(fit.pose.matrix, truth.matrix, atol=1e-12)
     poses = poses_about_line(source[:3], target[:3], np.linspace(-np.pi, np.pi, 3601))
-    apart = np.linalg.norm(poses.apply(source[3:])[:, 0] - target[3], axis=-1)
-    assert apart.min() < 0.7 * np.radians(0.1)
-    assert apart.max() == pytest.approx(1.4, abs=1e-5)
+    gaps = np.linalg.norm(poses.apply(source[3:])[:, 0] - target[3], axis=-1)
+    assert gaps.min() < 0.7 * np.radians(0.1)
+    assert gaps.max() == pytest.approx(1.4, abs=1e-5)
 
 
 @pytest.mark.parametrize("v", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-1.0, 1e-9, 0.0), (-1.0, 1e-16, 0.0)])
@@ -64,10 +64,10 @@ def test_the_least_turn_is_the_angle_between_the_lines(v):
 def test_the_turn_is_about_the_line_from_its_first_point_on():
     """A quarter turn is about the line from first to last point; with the rows reversed, it turns the other way."""
     line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 3.0]])
-    aside = np.array([[1.0, 0.0, 0.0]])
+    point = np.array([[1.0, 0.0, 0.0]])
     for rows, to in ((line, 1.0), (line[::-1], -1.0)):
         quarter = poses_about_line(rows, rows, np.pi / 2)
-        np.testing.assert_allclose(quarter.apply(aside), [[0.0, to, 0.0]], atol=1e-12)
+        np.testing.assert_allclose(quarter.apply(point), [[0.0, to, 0.0]], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ def test_what_is_left_stands_for_all(rng, d):
     """It leaves at most the requested number and not far fewer; every point has one of those left within its cell."""
     p = rng.uniform(0.0, [4.0, 3.0, 2.0][:d], (5000, d)) + 5e5
     for most in (1, 7, 300, 4999):
-        left = thinned(p, most)
-        assert most / 4 < len(left) <= most
-        gaps = np.linalg.norm(p[::50, None] - left[None], axis=2).min(axis=1)
+        result = thinned(p, most)
+        assert most / 4 < len(result) <= most
+        gaps = np.linalg.norm(p[::50, None] - result[None], axis=2).min(axis=1)
         volume = np.prod([4.0, 3.0, 2.0][:d])
-        assert gaps.max() <= np.sqrt(d) * 3.5 * (volume / len(left)) ** (1 / d)
-        assert np.array_equal(left, thinned(p, most))
+        assert gaps.max() <= np.sqrt(d) * 3.5 * (volume / len(result)) ** (1 / d)
+        assert np.array_equal(result, thinned(p, most))
     assert np.array_equal(thinned(p, 5000), p)
 
 
@@ -30,9 +30,9 @@ def test_equal_and_collinear_points():
     """A thousand points at one place become one; those on a line are thinned along it."""
     assert thinned(np.full((1000, 2), 7.0), 10).tolist() == [[7.0, 7.0]]
     line = np.stack([np.linspace(0, 1, 1000), np.zeros(1000)], axis=1)
-    left = thinned(line, 100)
-    assert 50 < len(left) <= 100
-    assert (left[:, 1] == 0.0).all()
+    result = thinned(line, 100)
+    assert 50 < len(result) <= 100
+    assert (result[:, 1] == 0.0).all()
 
 
 def test_a_slab_is_closed_and_seen_from_above():
@@ -56,17 +56,17 @@ def test_a_limit_is_a_number(wrong):
 def test_bisection_finds_a_border_that_need_not_be_the_finest():
     """As `thinned` says: on this line 8 cells along the side are few enough, 9 are not, and 13 would be again."""
     x = np.array([0.0, 1.0, 0.61, 0.73, 0.54])
-    occupied = {n: len(np.unique(np.minimum(np.floor(x * n), n - 1))) for n in (8, 9, 13)}
-    assert occupied == {8: 4, 9: 5, 13: 4}
-    left = thinned(np.stack([x, 0.0 * x], axis=1), 4)
-    np.testing.assert_allclose(left[:, 0], [0.0, 0.575, 0.73, 1.0])
+    counts = {n: len(np.unique(np.minimum(np.floor(x * n), n - 1))) for n in (8, 9, 13)}
+    assert counts == {8: 4, 9: 5, 13: 4}
+    result = thinned(np.stack([x, 0.0 * x], axis=1), 4)
+    np.testing.assert_allclose(result[:, 0], [0.0, 0.575, 0.73, 1.0])
 
 
-@pytest.mark.parametrize("reads", [lambda p: slab(p, 0.0, 1.0), lambda p: thinned(p, 2), spacing])
-def test_a_batch_is_refused(reads):
+@pytest.mark.parametrize("function", [lambda p: slab(p, 0.0, 1.0), lambda p: thinned(p, 2), spacing])
+def test_a_batch_is_refused(function):
     """Its leading axes would be mistaken for points."""
     with pytest.raises(ValueError, match=r"^points: expected one cloud of shape \(n, [d3]\), got \(2, 5, 3\)"):
-        reads(np.random.default_rng(3).standard_normal((2, 5, 3)))
+        function(np.random.default_rng(3).standard_normal((2, 5, 3)))
 
 
 def test_cells_of_four_dimensions_are_refused():

@@ -83,9 +83,9 @@ def test_points_that_are_followed_find_what_they_would_find_anew(kind, stride, r
         onto = target[:, rng.integers(0, n, 25)]
         with np.errstate(over="ignore"):
             path = [points + k * way for k in (0.0, 0.1, 0.2, 1.0, 0.9, 0.0)]
-        for now in [*path, middles, middles + 1e-16 * way, onto, np.nextafter(onto, np.inf), points]:
-            rows, squares, known = index.follow(now, known)
-            expected, expected_squares = index.nearest(now)
+        for query in [*path, middles, middles + 1e-16 * way, onto, np.nextafter(onto, np.inf), points]:
+            rows, squares, known = index.follow(query, known)
+            expected, expected_squares = index.nearest(query)
             assert np.array_equal(rows, expected)
             assert np.array_equal(squares, expected_squares)
 
@@ -178,9 +178,9 @@ def test_a_thousand_points_at_one_place_do_not_slow_the_tree(rng):
     assert len(index.trees[0].start) - 1 == 2001
     lowest = int(np.flatnonzero(~target[0].any(axis=1))[0])
     assert np.all(index.nearest(points)[0][0, :500] == lowest)
-    other = nearest.build(target, tree_from=NEVER)
-    assert np.array_equal(index.nearest(points)[0], other.nearest(points)[0])
-    assert np.array_equal(index.nearest_k(points[:, 480:520], 5)[0], other.nearest_k(points[:, 480:520], 5)[0])
+    plain = nearest.build(target, tree_from=NEVER)
+    assert np.array_equal(index.nearest(points)[0], plain.nearest(points)[0])
+    assert np.array_equal(index.nearest_k(points[:, 480:520], 5)[0], plain.nearest_k(points[:, 480:520], 5)[0])
 
 
 @pytest.mark.native
@@ -213,23 +213,23 @@ def test_gate_trim_and_count(rng):
     """The gate keeps what is within it, trimming drops the farthest fraction of that, a count keeps exactly that
     many."""
     squares = np.array([[4.0, 1.0, 0.25, 1.0, 9.0, np.inf], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]])
-    gated = nearest.within(squares, 2.0)
-    assert gated.tolist() == [[True, True, True, True, False, False], [True] * 6]
+    mask = nearest.within(squares, 2.0)
+    assert mask.tolist() == [[True, True, True, True, False, False], [True] * 6]
     assert nearest.within(squares, np.inf).sum(axis=1).tolist() == [5, 6]
     assert nearest.within(squares, np.array([0.5, 0.5])).sum(axis=1).tolist() == [1, 0]
     # Among equal distances, the first are kept.
     assert nearest.smallest(squares, 2)[0].tolist() == [False, True, True, False, False, False]
     assert nearest.smallest(squares, 2)[1].tolist() == [True, True, False, False, False, False]
-    assert nearest.smallest(squares, np.array([3, 5]), gated).sum(axis=1).tolist() == [3, 5]
-    assert np.array_equal(nearest.smallest(squares, 100, gated), gated)
-    assert nearest.trimmed(squares, 0.25, gated).tolist() == [
+    assert nearest.smallest(squares, np.array([3, 5]), mask).sum(axis=1).tolist() == [3, 5]
+    assert np.array_equal(nearest.smallest(squares, 100, mask), mask)
+    assert nearest.trimmed(squares, 0.25, mask).tolist() == [
         [False, True, True, True, False, False],
         [True] * 5 + [False],
     ]
-    assert np.array_equal(nearest.trimmed(squares, 0.0, gated), gated)
+    assert np.array_equal(nearest.trimmed(squares, 0.0, mask), mask)
     ten = rng.random((1, 10))
-    for trim, left in ((0.1, 9), (0.3, 7), (0.7, 3), (0.99, 1)):
-        assert nearest.trimmed(ten, trim, np.ones((1, 10), dtype=bool)).sum() == left
+    for trim, count in ((0.1, 9), (0.3, 7), (0.7, 3), (0.99, 1)):
+        assert nearest.trimmed(ten, trim, np.ones((1, 10), dtype=bool)).sum() == count
 
 
 def test_neighbours_are_right_where_products_lose_their_digits():

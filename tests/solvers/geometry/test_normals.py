@@ -74,10 +74,10 @@ def test_a_neighbourhood_without_a_normal_is_flagged():
 
 def test_normals_do_not_depend_on_units_or_place(rng):
     cloud = room("noise").target
-    one = normals(nearest.build(cloud[None]))
-    other = normals(nearest.build(2.0**40 * cloud[None]))
-    np.testing.assert_array_equal(other.vectors, one.vectors)
-    np.testing.assert_allclose(other.eigenvalues, 2.0**80 * one.eigenvalues, rtol=1e-14)
+    first = normals(nearest.build(cloud[None]))
+    second = normals(nearest.build(2.0**40 * cloud[None]))
+    np.testing.assert_array_equal(second.vectors, first.vectors)
+    np.testing.assert_allclose(second.eigenvalues, 2.0**80 * first.eigenvalues, rtol=1e-14)
     with pytest.raises(ValueError, match="roundness"):
         normals(nearest.build(cloud[None]), 6, 0.0)
 

@@ -69,17 +69,17 @@ def test_no_nearby_pose_fits_better(d, scale, mirrored, rng, random_pose):
             skew = generator - generator.T
             turn = np.linalg.solve(np.eye(d) + skew, np.eye(d) - skew)
             s = np.asarray(best.pose.scale) * (np.exp(size * rng.standard_normal()) if scale else 1.0)
-            other = Pose(turn @ best.pose.R, best.pose.t + size * rng.standard_normal(d), s)
-            assert pair_cost(other, source, target, weights) >= best.cost * (1.0 - 1e-12)
+            pose = Pose(turn @ best.pose.R, best.pose.t + size * rng.standard_normal(d), s)
+            assert pair_cost(pose, source, target, weights) >= best.cost * (1.0 - 1e-12)
 
 
 def test_no_angle_at_all_fits_better_in_the_plane(rng, random_pose):
     """The optimum is at least as good as any of 3600 angles round the circle, each with its own best translation."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, 2, sigma=2.0)
     share = weights / weights.sum()
-    turned = Pose.from_angle(np.linspace(-np.pi, np.pi, 3600))
-    best_shift = share @ target - share @ turned.apply(source)
-    poses = Pose(turned.R, best_shift)
+    rotations = Pose.from_angle(np.linspace(-np.pi, np.pi, 3600))
+    best_shift = share @ target - share @ rotations.apply(source)
+    poses = Pose(rotations.R, best_shift)
     assert pair_cost(poses, source, target, weights).min() >= fit_rigid(source, target, weights).cost * (1 - 1e-12)
 
 
@@ -89,14 +89,14 @@ def test_the_first_order_conditions_hold(d, rng, random_pose):
     source, target, weights, _ = noisy_pairs(rng, random_pose, d)
     for scale in (False, True):
         pose = fit_rigid(source, target, weights, scale=scale).pose
-        left = pose.apply(source) - target
-        assert np.abs(weights @ left).max() < 1e-12
+        residuals = pose.apply(source) - target
+        assert np.abs(weights @ residuals).max() < 1e-12
         share = weights / weights.sum()
         p, q = source - share @ source, target - share @ target
         RH = pose.R @ (p.T @ (weights[:, None] * q))
         assert np.abs(RH - RH.T).max() < 1e-12
         if scale:
-            assert abs(weights @ ((p @ pose.R.T) * left).sum(axis=1)) < 1e-12
+            assert abs(weights @ ((p @ pose.R.T) * residuals).sum(axis=1)) < 1e-12
 
 
 @pytest.mark.parametrize("scale", [False, True])
@@ -164,8 +164,8 @@ def test_the_planar_formula_and_the_singular_values_agree(rng):
         H = p.swapaxes(1, 2) @ q
         size = np.linalg.norm(H, axis=(1, 2))
         sums = np.hypot(H[:, 0, 1] - H[:, 1, 0], H[:, 0, 0] + H[:, 1, 1])
-        both = (a.status == Status.CONVERGED) & (b.status == Status.CONVERGED)
-        assert both.all()
+        valid = (a.status == Status.CONVERGED) & (b.status == Status.CONVERGED)
+        assert valid.all()
         assert np.all(rre(a.pose, b.pose) <= 1e-14 * size / sums)
         assert np.allclose(a.singular_values, b.singular_values, rtol=1e-12, atol=1e-13)
         assert np.array_equal(a.determinant, b.determinant)
@@ -179,14 +179,14 @@ def test_a_mirrored_cloud_is_where_the_determinant_matters(d, rng):
     rotation instead, which must leave some error."""
     source = rng.standard_normal((9, d))
     target = source * np.r_[-1.0, np.ones(d - 1)]
-    free, kept = fit_rigid(source, target, proper=False), fit_rigid(source, target)
-    assert free.determinant == kept.determinant == -1
+    free, proper = fit_rigid(source, target, proper=False), fit_rigid(source, target)
+    assert free.determinant == proper.determinant == -1
     assert np.linalg.det(free.pose.R) == pytest.approx(-1.0)
     assert free.cost < 1e-26
-    assert np.linalg.det(kept.pose.R) == pytest.approx(1.0)
-    assert kept.cost > 1e-3
+    assert np.linalg.det(proper.pose.R) == pytest.approx(1.0)
+    assert proper.cost > 1e-3
     # The extra cost of flipping the smallest singular value's sign is 4 λ_d.
-    assert kept.cost - free.cost == pytest.approx(4.0 * kept.singular_values[-1], rel=1e-12)
+    assert proper.cost - free.cost == pytest.approx(4.0 * proper.singular_values[-1], rel=1e-12)
 
 
 def test_without_a_reflection_the_determinant_changes_nothing(rng, random_pose):
@@ -216,12 +216,12 @@ def test_a_batch_equals_its_problems_one_by_one(d, scale, rng, random_pose):
     """Solving 40 problems at once gives what solving each alone gives, to 10⁻¹² relative."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, d, (8, 5))
     for fit in fits(d):
-        together = fit(source, target, weights, scale=scale)
-        assert together.pose.batch == together.status.shape == together.cost.shape == (8, 5)
+        batch = fit(source, target, weights, scale=scale)
+        assert batch.pose.batch == batch.status.shape == batch.cost.shape == (8, 5)
         for i in np.ndindex(8, 5):
             alone = fit(source[i], target[i], weights[i], scale=scale)
-            assert np.allclose(together.pose[i].matrix, alone.pose.matrix, rtol=1e-12, atol=1e-12)
-            assert together.cost[i] == pytest.approx(alone.cost, rel=1e-12)
+            assert np.allclose(batch.pose[i].matrix, alone.pose.matrix, rtol=1e-12, atol=1e-12)
+            assert batch.cost[i] == pytest.approx(alone.cost, rel=1e-12)
 
 
 def test_the_similarity_scale_is_umeyamas(rng, random_pose):
@@ -233,10 +233,10 @@ def test_the_similarity_scale_is_umeyamas(rng, random_pose):
     mirror = fit_rigid(source, -target, weights, scale=True)
     assert (fit.determinant, mirror.determinant) == (1, -1)
     # −target has the same singular values; D flips the smallest one's sign, which shrinks the scale.
-    turned = mirror.singular_values @ [1.0, 1.0, -1.0]
-    assert mirror.pose.scale == pytest.approx(turned / (weights @ (p**2).sum(axis=1)), rel=1e-12)
-    back = fit_rigid(target, source, weights, scale=True)
-    assert float(fit.pose.scale) * float(back.pose.scale) < 1.0 - 1e-3
+    trace = mirror.singular_values @ [1.0, 1.0, -1.0]
+    assert mirror.pose.scale == pytest.approx(trace / (weights @ (p**2).sum(axis=1)), rel=1e-12)
+    inverse = fit_rigid(target, source, weights, scale=True)
+    assert float(fit.pose.scale) * float(inverse.pose.scale) < 1.0 - 1e-3
     rigid = fit_rigid(source, target, weights)
     assert np.allclose(rigid.pose.R, fit.pose.R, atol=1e-12)
     assert fit.cost < rigid.cost
@@ -246,12 +246,12 @@ def test_a_single_fit_has_a_status_and_a_batch_one_each():
     """As in a result: equal to its name, and true if the pairs determine the pose."""
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     for fit in (fit_rigid, fit_planar):
-        good, lost, both = (fit(p, corner) for p in (corner, np.ones((3, 2)), np.stack([corner, np.ones((3, 2))])))
+        good, failure, batch = (fit(p, corner) for p in (corner, np.ones((3, 2)), np.stack([corner, np.ones((3, 2))])))
         assert good.status is Status.CONVERGED
-        assert lost.status is Status.DEGENERATE
-        assert (good.ended, lost.ended) == (True, False)
-        assert both.status.dtype == np.int8
-        assert both.ended.tolist() == [True, False]
+        assert failure.status is Status.DEGENERATE
+        assert (good.ended, failure.ended) == (True, False)
+        assert batch.status.dtype == np.int8
+        assert batch.ended.tolist() == [True, False]
 
 
 def test_a_residual_is_normal_and_the_optimum_is_not_the_truth(rng, random_pose):
@@ -299,16 +299,16 @@ def test_far_from_the_origin_only_the_coordinates_own_rounding_is_lost(rng, rand
 def test_the_condition_says_how_much_an_error_is_magnified(rng):
     """Changing H a little turns the answer by at most the relative change times the condition, in the plane."""
     source = rng.standard_normal((10, 2))
-    mirrored = source * [1.0, -1.0]
+    image = source * [1.0, -1.0]
     for lean in (1.0, 0.1, 0.01):
-        target = mirrored + lean * source
+        target = image + lean * source
         fit = fit_rigid(source, target)
         nudge = 1e-9 * rng.standard_normal((10, 2))
         p = source - source.mean(0)
         change = np.linalg.norm(p.T @ (nudge - nudge.mean(0)))
         size = np.linalg.norm(fit.singular_values)
-        turned = rre(fit_rigid(source, target + nudge).pose, fit.pose)
-        assert turned <= 1.5 * fit.condition * change / size + 1e-15
+        angle = rre(fit_rigid(source, target + nudge).pose, fit.pose)
+        assert angle <= 1.5 * fit.condition * change / size + 1e-15
 
 
 def test_the_clouds_handed_in_are_not_changed(rng):
@@ -329,8 +329,8 @@ def test_scipy_finds_the_same_rotation(seed, random_pose):
     fit = fit_rigid(source, target, weights)
     share = weights / weights.sum()
     p, q = source - share @ source, target - share @ target
-    other, rssd = transform.Rotation.align_vectors(q, p, weights=weights)
-    assert rre(fit.pose, Pose(other.as_matrix(), np.zeros(3))) < 1e-12
+    rotation, rssd = transform.Rotation.align_vectors(q, p, weights=weights)
+    assert rre(fit.pose, Pose(rotation.as_matrix(), np.zeros(3))) < 1e-12
     assert fit.cost == pytest.approx(rssd**2, rel=1e-9)
 
 

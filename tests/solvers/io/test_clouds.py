@@ -44,8 +44,8 @@ def pcd(p, kind="ascii"):
         return (head + "".join(" ".join(repr(float(v)) for v in row) + " 0 0 1\n" for row in p)).encode()
     if kind == "binary_compressed":  # each field of all points in turn
         body = b"".join(p[:, k].astype("<f8").tobytes() for k in range(d)) + struct.pack("<3f", 0, 0, 1) * len(p)
-        packed = compress(body)
-        return head.encode() + struct.pack("<2I", len(packed), len(body)) + packed
+        payload = compress(body)
+        return head.encode() + struct.pack("<2I", len(payload), len(body)) + payload
     return head.encode() + b"".join(struct.pack(f"<{d}d3f", *row, 0, 0, 1) for row in p)
 
 
@@ -115,7 +115,7 @@ def survives(data):
 
 
 @pytest.mark.parametrize(
-    ("data", "line", "told"),
+    ("data", "line", "message"),
     [
         (b"", 1, "no line with numbers"),
         (b"x,y\n", 2, "no line follows"),
@@ -146,9 +146,9 @@ def survives(data):
         (pcd(np.eye(3), "binary").replace(b"1 3\n", b"1 " + b"0" * 8 + b"1" * 90 + b"\n"), 6, "from 1 to 10000"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(data, line, told):
+def test_what_is_wrong_is_told_with_its_line(data, line, message):
     """The message gives the line as an editor counts it, and what was found there."""
-    with pytest.raises(ValueError, match=f"^line {line}: .*{re.escape(told)}"):
+    with pytest.raises(ValueError, match=f"^line {line}: .*{re.escape(message)}"):
         read(data)
 
 

@@ -25,13 +25,13 @@ def graphs(draw):
     n = draw(st.integers(1, 6))
     nodes = np.array(draw(st.lists(st.tuples(reals, reals, angles), min_size=n, max_size=n)))
     pairs = draw(st.lists(st.tuples(st.integers(0, n - 1), st.integers(1, n - 1)), max_size=6)) if n > 1 else []
-    measured = np.array(draw(st.lists(st.tuples(reals, reals, angles), min_size=len(pairs), max_size=len(pairs))))
-    measured = measured.reshape(-1, 3)
+    readings = np.array(draw(st.lists(st.tuples(reals, reals, angles), min_size=len(pairs), max_size=len(pairs))))
+    readings = readings.reshape(-1, 3)
     roots = np.array(draw(st.lists(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), min_size=len(pairs),
                                    max_size=len(pairs)))).reshape(-1, 3, 3)  # fmt: skip
     information = roots @ roots.swapaxes(1, 2) + 0.1 * np.eye(3)
     i, j = [a for a, _ in pairs], [(a + b) % n for a, b in pairs]
-    edges = Edges(i, j, Pose.from_angle(measured[:, 2], measured[:, :2]), information)
+    edges = Edges(i, j, Pose.from_angle(readings[:, 2], readings[:, :2]), information)
     ids = draw(st.lists(st.integers(0, 2**62 - 1), min_size=n, max_size=n, unique=True))
     fixed = draw(st.sets(st.integers(0, n - 1)))
     return Pose.from_angle(nodes[:, 2], nodes[:, :2]), edges, sorted(fixed), ids

@@ -29,8 +29,8 @@ def test_the_volume_is_that_of_the_cube_that_evenly_spread_points_fill(d, rng, r
     sides = np.array([0.3, 1.0, 40.0])
     cubes = sides[:, None, None] * corners
     np.testing.assert_allclose(spread_volume(cubes), sides**d, rtol=1e-12)
-    even = rng.uniform(0.0, 7.0, (1, 200_000, d))
-    np.testing.assert_allclose(spread_volume(even), 7.0**d, rtol=0.02)
+    fill = rng.uniform(0.0, 7.0, (1, 200_000, d))
+    np.testing.assert_allclose(spread_volume(fill), 7.0**d, rtol=0.02)
     cloud = rng.standard_normal((4, 30, d)) * np.arange(1.0, d + 1.0)
     plain = spread_volume(cloud)
     np.testing.assert_allclose(spread_volume(3.0 * cloud + 11.0), 3.0**d * plain, rtol=1e-9)
@@ -60,8 +60,8 @@ def test_no_stray_decides_the_typical_radius(unit, rng):
     strays, or with most of its points at one place, has its RMS radius, bit for bit."""
     cloud = unit * (rng.standard_normal((3, 40, 2)) + 7.0)
     assert np.array_equal(typical_radius(cloud), rms_radius(cloud))
-    for far in (50.0, 1e6):
-        stray = np.concatenate([cloud, cloud[:, :1] + far * unit], axis=1)
+    for distance in (50.0, 1e6):
+        stray = np.concatenate([cloud, cloud[:, :1] + distance * unit], axis=1)
         np.testing.assert_allclose(typical_radius(stray), rms_radius(cloud), rtol=1e-12)
         assert (rms_radius(stray) > 3.0 * rms_radius(cloud)).all()
     heap = np.where(np.arange(40)[:, None] < 30, cloud[:, :1], cloud)
@@ -74,14 +74,14 @@ def test_a_width_is_that_of_all_pairs_without_strays(d, rng):
     rest of the batch changes it."""
     p, q = rng.standard_normal((1, 20, d)) + 3.0, rng.standard_normal((1, 30, d)) * np.arange(1.0, d + 1.0)
     width = np.sqrt(np.square(p[0][:, None] - q[0]).mean())
-    far = [np.concatenate([cloud, np.full((1, 1, d), 1e3)], axis=1) for cloud in (p, q)]
+    with_strays = [np.concatenate([cloud, np.full((1, 1, d), 1e3)], axis=1) for cloud in (p, q)]
     for unit in (1e-140, 1.0, 1e140):
         np.testing.assert_allclose(pair_width(unit * p, unit * q), unit * width, rtol=1e-12)
-        for moved, fixed in ((far[0], q), (p, far[1]), far):
+        for moved, fixed in ((with_strays[0], q), (p, with_strays[1]), with_strays):
             np.testing.assert_allclose(pair_width(unit * moved, unit * fixed), unit * width, rtol=1e-12)
-    np.testing.assert_allclose(spread_volume(far[1]), spread_volume(q), rtol=1e-12)
-    both = np.concatenate([far[1], np.concatenate([q, q[:, :1]], axis=1)])
-    assert pair_width(both[:, ::-1], both)[1] == pair_width(both[1:, ::-1], both[1:])[0]
+    np.testing.assert_allclose(spread_volume(with_strays[1]), spread_volume(q), rtol=1e-12)
+    batch = np.concatenate([with_strays[1], np.concatenate([q, q[:, :1]], axis=1)])
+    assert pair_width(batch[:, ::-1], batch)[1] == pair_width(batch[1:, ::-1], batch[1:])[0]
 
 
 def test_weighted_sizes_are_the_weighted_means(rng):
@@ -103,19 +103,19 @@ def test_weighted_sizes_are_the_weighted_means(rng):
     assert np.array_equal(rms_motion(steps, w)[:2], rms_motion(steps)[:2])
 
 
-@pytest.mark.parametrize("far", [1e3, 1e9, np.inf])
-def test_a_row_counts_as_little_as_its_weight(far, rng):
+@pytest.mark.parametrize("distance", [1e3, 1e9, np.inf])
+def test_a_row_counts_as_little_as_its_weight(distance, rng):
     """A row with zero weight may be anywhere; with a weight of 1e-30 it has no visible effect."""
     points = rng.standard_normal((1, 20, 2))
-    padded = np.concatenate([points, np.full((1, 1, 2), far)], axis=1)
-    for weight in (0.0, 1e-30) if np.isfinite(far) else (0.0,):
+    cloud = np.concatenate([points, np.full((1, 1, 2), distance)], axis=1)
+    for weight in (0.0, 1e-30) if np.isfinite(distance) else (0.0,):
         w = np.r_[np.ones(20), weight][None]
-        np.testing.assert_allclose(weighted_centroid(padded, w), points.mean(axis=1), rtol=1e-9)
-        np.testing.assert_allclose(weighted_radius(padded, w), rms_radius(points), rtol=1e-9)
-        np.testing.assert_allclose(rms_motion(padded, w), rms_motion(points), rtol=1e-9)
+        np.testing.assert_allclose(weighted_centroid(cloud, w), points.mean(axis=1), rtol=1e-9)
+        np.testing.assert_allclose(weighted_radius(cloud, w), rms_radius(points), rtol=1e-9)
+        np.testing.assert_allclose(rms_motion(cloud, w), rms_motion(points), rtol=1e-9)
     nothing = np.zeros((1, 21))
-    assert weighted_radius(padded, nothing).tolist() == [1.0]
-    assert rms_motion(padded, nothing).tolist() == [0.0]
+    assert weighted_radius(cloud, nothing).tolist() == [1.0]
+    assert rms_motion(cloud, nothing).tolist() == [0.0]
 
 
 @pytest.mark.parametrize("d", [2, 3])

@@ -59,8 +59,8 @@ def test_shares_are_the_sums_of_the_whole_matrix(rng):
     np.testing.assert_allclose(result.scatter, (P * squares).sum(axis=(1, 2)), rtol=1e-12)
     np.testing.assert_allclose(result.log_sum, np.log(whole).sum(axis=1), rtol=1e-12)
     for i in range(3):
-        one = gaussians.share_matrix(rows[i], columns[i], float(sigma[i]), float(c[i]))
-        np.testing.assert_allclose(one, P[i], rtol=1e-12, atol=1e-300)
+        matrix = gaussians.share_matrix(rows[i], columns[i], float(sigma[i]), float(c[i]))
+        np.testing.assert_allclose(matrix, P[i], rtol=1e-12, atol=1e-300)
 
 
 def test_memory_is_that_of_a_block():
@@ -76,12 +76,12 @@ def test_memory_is_that_of_a_block():
 
 def test_blocks_cover_everything_once_within_the_limit():
     for b, rows, columns, limit in ((3, 5, 7, 20), (3, 5, 7, 40), (4, 5, 7, 80), (1, 1, 100, 10), (2, 9, 3, 10**6)):
-        seen = np.zeros((b, rows), dtype=int)
-        for some, part in gaussians.blocks(b, rows, columns, limit):
-            seen[some, part] += 1
-            held = (some.stop - some.start) * (part.stop - part.start) * columns
-            assert held <= max(limit, columns)
-        assert (seen == 1).all()
+        counts = np.zeros((b, rows), dtype=int)
+        for problems, part in gaussians.blocks(b, rows, columns, limit):
+            counts[problems, part] += 1
+            entries = (problems.stop - problems.start) * (part.stop - part.start) * columns
+            assert entries <= max(limit, columns)
+        assert (counts == 1).all()
 
 
 def test_rows_beyond_the_range_of_exponents_go_to_the_nearest():

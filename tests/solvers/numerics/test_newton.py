@@ -36,11 +36,11 @@ def test_capping_the_parts_of_a_step_separately_can_climb():
     assert (g * step).sum() < 0.0
     sizes = (np.array([3.0 / 0.5]), np.array([1.7 / 0.2]))
     shift, turn = (newton.capped(step, (size,)) for size in sizes)
-    apart = np.column_stack([shift[:, :2], turn[:, 2:]])
-    assert (g * apart).sum() > 0.0
-    one = newton.capped(step, sizes)
-    assert (g * one).sum() < 0.0
-    np.testing.assert_allclose(one, step / 8.5)
+    parts = np.column_stack([shift[:, :2], turn[:, 2:]])
+    assert (g * parts).sum() > 0.0
+    common = newton.capped(step, sizes)
+    assert (g * common).sum() < 0.0
+    np.testing.assert_allclose(common, step / 8.5)
 
 
 def test_a_common_factor_keeps_every_descent(rng):

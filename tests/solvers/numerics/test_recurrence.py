@@ -12,14 +12,14 @@ from solvers.numerics.recurrence import anchor
 def test_a_round_is_found_once_gone_round(way, length):
     """Places are distinct throughout the lead-in, then `length` of them repeat. The first to equal the anchor comes
     after the lead-in and one round, and no later than twice the longer of the two plus one round."""
-    places = np.arange(float(way + length))[:, None, None] * np.ones((1, 4, 2))
+    positions = np.arange(float(way + length))[:, None, None] * np.ones((1, 4, 2))
 
-    def place(step):
-        return places[step if step < way else way + (step - way) % length][None]
+    def position(step):
+        return positions[step if step < way else way + (step - way) % length][None]
 
-    before = place(0)
+    before = position(0)
     for step in range(1, 200):
-        if rms_motion(place(step) - before)[0] == 0.0:
+        if rms_motion(position(step) - before)[0] == 0.0:
             break
-        before = anchor(np.array([step]), place(step), before)
+        before = anchor(np.array([step]), position(step), before)
     assert way + length <= step <= 2 * max(way, length) + length

@@ -61,14 +61,14 @@ def test_a_threshold_far_above_the_distances_gives_the_plain_squares(kernel):
 def test_what_each_kernel_does_far_away():
     """Huber's influence w r is bounded, but its loss is not; Tukey's weight is zero beyond k; the other weights only
     approach zero, and the losses of all three are bounded."""
-    far = np.array([1e3, 1e6])
-    assert np.allclose(robust.weights("huber", far, 2.0) * far, 2.0)
-    assert robust.loss("huber", far, 2.0)[1] > 1e6
-    assert robust.weights("tukey", far, 2.0).tolist() == [0.0, 0.0]
-    assert np.allclose(robust.loss("tukey", far, 2.0), 4.0 / 6.0)
-    assert np.allclose(robust.loss("welsch", far, 2.0), 4.0)
-    assert robust.weights("geman-mcclure", far, 2.0)[0] > 0.0
-    assert np.allclose(robust.loss("geman-mcclure", far, 2.0), 2.0, rtol=1e-4)
+    residuals = np.array([1e3, 1e6])
+    assert np.allclose(robust.weights("huber", residuals, 2.0) * residuals, 2.0)
+    assert robust.loss("huber", residuals, 2.0)[1] > 1e6
+    assert robust.weights("tukey", residuals, 2.0).tolist() == [0.0, 0.0]
+    assert np.allclose(robust.loss("tukey", residuals, 2.0), 4.0 / 6.0)
+    assert np.allclose(robust.loss("welsch", residuals, 2.0), 4.0)
+    assert robust.weights("geman-mcclure", residuals, 2.0)[0] > 0.0
+    assert np.allclose(robust.loss("geman-mcclure", residuals, 2.0), 2.0, rtol=1e-4)
     for kernel in ROBUST:
         assert robust.weights(kernel, np.array([0.0, np.inf]), 1e-3).tolist() == [1.0, 0.0]
     for kernel, most in (("tukey", 4.0 / 6.0), ("welsch", 4.0), ("geman-mcclure", 2.0)):
@@ -139,8 +139,8 @@ def test_reweighting_finds_the_loss_minimum_of_a_line(rng):
             last = total
             w = robust.weights(kernel, r, 0.3)
             mu = (w * x).sum() / w.sum()
-        near = mu + np.array([-1e-4, 1e-4])
-        assert np.all(robust.loss(kernel, np.abs(x - near[:, None]), 0.3).sum(axis=1) >= last)
+        neighbours = mu + np.array([-1e-4, 1e-4])
+        assert np.all(robust.loss(kernel, np.abs(x - neighbours[:, None]), 0.3).sum(axis=1) >= last)
         if kernel != "huber":
             assert abs(mu - 2.0) < 0.05
 
@@ -178,12 +178,12 @@ def test_a_threshold_is_positive(kernel, wrong):
 
 
 @pytest.mark.parametrize(
-    "given", [{"scale": -1.0}, {"scale": np.array([0.0])}, {"scale": np.nan}, {"tuning": 0.0}, {"tuning": "a"}]
+    "arguments", [{"scale": -1.0}, {"scale": np.array([0.0])}, {"scale": np.nan}, {"tuning": 0.0}, {"tuning": "a"}]
 )
-def test_a_threshold_is_made_of_positive_numbers(given):
-    (name,) = given
+def test_a_threshold_is_made_of_positive_numbers(arguments):
+    (name,) = arguments
     with pytest.raises(ValueError, match=f"^{name}: expected a "):
-        robust.threshold("tukey", np.array([[0.1, 0.2]]), **given)
+        robust.threshold("tukey", np.array([[0.1, 0.2]]), **arguments)
 
 
 def test_distances_may_be_a_list():

@@ -15,13 +15,13 @@ from solvers.scenes.drive import Drive
 
 
 @cache
-def simulated() -> tuple[Drive, Pose, Scans, Chain]:
+def simulation() -> tuple[Drive, Pose, Scans, Chain]:
     drive, truth = simulated_drive()
     scans = prepare(drive)
     return drive, truth, scans, scan_to_scan(scans, drive.motion)
 
 
-def muted(drive: Drive, *silent: int, left: int = 0) -> Drive:
+def without_echoes(drive: Drive, *silent: int, left: int = 0) -> Drive:
     """The drive with only the first `left` echoes of these scans kept."""
     ranges = np.array(drive.ranges)
     for k in silent:
@@ -29,15 +29,15 @@ def muted(drive: Drive, *silent: int, left: int = 0) -> Drive:
     return replace(drive, ranges=ranges)
 
 
-def claimed(pairs: list[tuple[int, int]]) -> Matches:
+def matches_of(pairs: list[tuple[int, int]]) -> Matches:
     """Loops verified from poses that put the first scan of each pair, with three on either side, where the second
     is."""
-    _, _, scans, chain = simulated()
+    _, _, scans, chain = simulation()
     parts = []
     for later, earlier in pairs:
         R, t = np.array(chain.poses.R), np.array(chain.poses.t)
-        near = slice(later - 3, later + 4)
-        there = chain.poses[earlier].compose(chain.poses[later].inverse()).compose(chain.poses[near])
-        R[near], t[near] = there.R, there.t
+        rows = slice(later - 3, later + 4)
+        poses = chain.poses[earlier].compose(chain.poses[later].inverse()).compose(chain.poses[rows])
+        R[rows], t[rows] = poses.R, poses.t
         parts.append(verified(scans, Pose(R, t), [later], [earlier]))
     return together(parts)

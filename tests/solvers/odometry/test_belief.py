@@ -11,7 +11,7 @@ from solvers import Pose
 from solvers.drives import simulated_drive
 from solvers.odometry import LoopOptions, MatchOptions, candidates, prepare, scan_to_map, scan_to_scan, verified
 from solvers.scenes.drive import Drive
-from tests.solvers.odometry.drives import muted, simulated
+from tests.solvers.odometry.drives import simulation, without_echoes
 
 BEARINGS = np.linspace(-np.pi, np.pi, 360, endpoint=False) + 1e-3
 
@@ -45,8 +45,8 @@ def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
     assert not result.believed[1:].any()
     assert chain(prepare(closed), closed.motion).believed.all()
     for least, believed in ((0.0, True), (0.3, False)):
-        one = chain(prepare(nearly), nearly.motion, MatchOptions(least_weakest=least))
-        assert (one.believed[1:] == believed).all()
+        links = chain(prepare(nearly), nearly.motion, MatchOptions(least_weakest=least))
+        assert (links.believed[1:] == believed).all()
 
 
 @pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
@@ -74,8 +74,8 @@ def test_a_degenerate_match_is_not_believed_whatever_is_asked_of_it(chain):
     drive = drive_along(0.2, count=2, ends=(6.0, 6.0))
     ranges = np.array(drive.ranges)
     ranges[1] *= 8.0
-    far = Drive(drive.seconds, drive.motion, ranges, drive.bearings, drive.mount)
-    result = chain(prepare(far), far.motion, MatchOptions(gate=0.01, least_weakest=0.0, least_share=0.0))
+    far_drive = Drive(drive.seconds, drive.motion, ranges, drive.bearings, drive.mount)
+    result = chain(prepare(far_drive), far_drive.motion, MatchOptions(gate=0.01, least_weakest=0.0, least_share=0.0))
     assert not result.believed[1]
 
 
@@ -91,8 +91,8 @@ def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed
 
 def test_after_a_gap_a_new_map_begins():
     """Twenty scans without an echo, 13 m on: nothing there is near the old map, but the scans fit one another."""
-    drive, truth, _, _ = simulated()
-    chain = scan_to_map(prepare(muted(drive, *range(30, 50))), drive.motion)
+    drive, truth, _, _ = simulation()
+    chain = scan_to_map(prepare(without_echoes(drive, *range(30, 50))), drive.motion)
     assert np.flatnonzero(~chain.believed).tolist() == list(range(30, 51))
     since = chain.poses[50].inverse().compose(chain.poses[51:])
     expected = truth[50].inverse().compose(truth[51:])
@@ -104,17 +104,17 @@ def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():
     between."""
     x = np.append(np.arange(0.0, 20.5, 0.5), np.arange(19.5, -0.5, -0.5))
     y = np.append(np.zeros(41), np.full(40, 0.7))
-    out_and_back = np.stack([x, y], axis=1)
-    turned = Pose.from_angle(np.append(np.zeros(41), np.full(40, np.pi)), out_and_back)
-    assert candidates(turned)[0].size == 0
-    assert candidates(turned, LoopOptions(turn=np.pi))[0].size > 0
-    kept = Pose.from_angle(np.zeros(81), out_and_back)
-    later, earlier = candidates(kept, LoopOptions(most=1))
+    path = np.stack([x, y], axis=1)
+    poses = Pose.from_angle(np.append(np.zeros(41), np.full(40, np.pi)), path)
+    assert candidates(poses)[0].size == 0
+    assert candidates(poses, LoopOptions(turn=np.pi))[0].size > 0
+    straight = Pose.from_angle(np.zeros(81), path)
+    later, earlier = candidates(straight, LoopOptions(most=1))
     assert later.size > 5
-    driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(out_and_back, axis=0), axis=1)))
+    travel = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     for b, a in zip(later, earlier, strict=True):
-        gaps = np.linalg.norm(out_and_back - out_and_back[b], axis=1)
-        assert gaps[a] == gaps[driven[b] - driven >= 15.0].min()
+        gaps = np.linalg.norm(path - path[b], axis=1)
+        assert gaps[a] == gaps[travel[b] - travel >= 15.0].min()
 
 
 def test_a_scan_is_no_candidate_of_itself():

@@ -64,10 +64,10 @@ def box(bearings: np.ndarray) -> str:
     return " ".join(map(repr, (3.0 / np.maximum(np.abs(np.cos(bearings)), np.abs(np.sin(bearings)))).tolist()))
 
 
-@pytest.mark.parametrize(("beams", "apart"), [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)])
-def test_the_beams_of_a_log_are_a_degree_or_half_of_one_apart(beams: int, apart: float) -> None:
+@pytest.mark.parametrize(("beams", "spacing"), [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)])
+def test_the_beams_of_a_log_are_a_degree_or_half_of_one_apart(beams: int, spacing: float) -> None:
     """A SICK laser sends these over half a circle; CARMEN's logs often lack its last beam."""
-    ranges = box(np.radians(-90.0 + apart * np.arange(beams)))
+    ranges = box(np.radians(-90.0 + spacing * np.arange(beams)))
     log = "".join(laser(ranges, time=time, count=beams) for time in (1.0, 2.0)).encode()
     assert np.abs(read_drive(log).points(1)).max(axis=1) == pytest.approx(np.full(beams, 3.0), abs=1e-9)
     assert np.degrees(read_drive(log, view=90.0).bearings[[0, -1]]) == pytest.approx([-45.0, 45.0])
@@ -81,7 +81,7 @@ def test_the_beams_of_a_table_span_the_field_of_view() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "line 1: no line was found"),
         ("hello\n", "line 1: neither columns that begin with seconds,dx_m nor a line with FLASER"),
@@ -108,8 +108,8 @@ def test_the_beams_of_a_table_span_the_field_of_view() -> None:
         (GOOD + "11,0,0,0,5,-inf,5\n", "line 4: a number is not finite"),
     ],
 )
-def test_what_cannot_be_read_is_told_by_its_line(text: str, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
+def test_what_cannot_be_read_is_told_by_its_line(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         read_drive(text.encode())
 
 

@@ -23,11 +23,11 @@ from solvers.odometry import (
     straightened,
     verified,
 )
-from tests.solvers.odometry.drives import claimed, simulated
+from tests.solvers.odometry.drives import matches_of, simulation
 
 
 def test_what_cannot_be_matched_is_refused() -> None:
-    drive, _, scans, _ = simulated()
+    drive, _, scans, _ = simulation()
     with pytest.raises(ValueError, match="expected one of each per pair"):
         match(scans, [1, 2], [0], drive.motion[:1])
     with pytest.raises(ValueError, match="source: entry 0 names scan 90, but the scans go from 0 to 89"):
@@ -58,12 +58,12 @@ def test_what_cannot_be_matched_is_refused() -> None:
 
 
 def test_a_motion_is_rigid_and_in_the_plane() -> None:
-    drive, _, scans, chain = simulated()
+    drive, _, scans, chain = simulation()
     motion = drive.motion
     calls = {
         "motion": lambda poses: (scan_to_scan(scans, poses), scan_to_map(scans, poses)),
         "start": lambda poses: match(scans, [1], [0], poses),
-        "poses": lambda poses: (verified(scans, poses, [1], [0]), missed(poses, claimed([(50, 10)]))),
+        "poses": lambda poses: (verified(scans, poses, [1], [0]), missed(poses, matches_of([(50, 10)]))),
     }
     for name, call in calls.items():
         for text, wrong in (
@@ -77,14 +77,14 @@ def test_a_motion_is_rigid_and_in_the_plane() -> None:
     with pytest.raises(ValueError, match=r"^poses: expected one per scan, shape \(90,\), got \(5,\)"):
         verified(scans, chain.poses[:5], [1], [0])
     with pytest.raises(ValueError, match=r"^loops\.source: entry 0 names scan 50, but the scans go from 0 to 19"):
-        missed(chain.poses[:20], claimed([(50, 10)]))
+        missed(chain.poses[:20], matches_of([(50, 10)]))
 
 
 def test_what_is_of_another_kind_is_refused() -> None:
-    drive, _, scans, chain = simulated()
-    motion, poses, loops = drive.motion, chain.poses, claimed([(50, 10)])
+    drive, _, scans, chain = simulation()
+    motion, poses, loops = drive.motion, chain.poses, matches_of([(50, 10)])
     message = "scans: expected Scans, got Drive; solvers.odometry.prepare makes them of a drive"
-    where = "poses: expected a Pose, got Chain; pass chain.poses"
+    reason = "poses: expected a Pose, got Chain; pass chain.poses"
     matching, looking = MatchOptions(), LoopOptions()
     calls: list[tuple[str, Callable[[], object]]] = [
         ("drive: expected a Drive, got str", lambda: prepare("x")),
@@ -96,10 +96,10 @@ def test_what_is_of_another_kind_is_refused() -> None:
         (message, lambda: scan_to_map(drive, motion)),
         (message, lambda: verified(drive, poses, [50], [10])),
         ("motion: expected a Pose, got Drive; pass drive.motion", lambda: scan_to_scan(scans, drive)),
-        (where, lambda: verified(scans, chain, [50], [10])),
-        (where, lambda: keyframes(chain)),
-        (where, lambda: candidates(chain)),
-        (where, lambda: missed(chain, loops)),
+        (reason, lambda: verified(scans, chain, [50], [10])),
+        (reason, lambda: keyframes(chain)),
+        (reason, lambda: candidates(chain)),
+        (reason, lambda: missed(chain, loops)),
         ("options: expected MatchOptions, got LoopOptions", lambda: match(scans, [1], [0], motion[:1], looking)),
         ("options: expected MatchOptions, got LoopOptions", lambda: scan_to_scan(scans, motion, looking)),
         ("options: expected MatchOptions, got int", lambda: scan_to_map(scans, motion, 0)),
@@ -130,7 +130,7 @@ def test_what_is_of_another_kind_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "said"),
+    ("rows", "message"),
     [
         ([1.9], "expected integers of shape"),
         ([True], "expected integers of shape"),
@@ -140,8 +140,8 @@ def test_what_is_of_another_kind_is_refused() -> None:
         ([[1], [2, 3]], "rows of unequal length"),
     ],
 )
-def test_a_scan_is_called_by_its_number(rows: object, said: str) -> None:
-    drive, _, scans, chain = simulated()
+def test_a_scan_is_called_by_its_number(rows: object, message: str) -> None:
+    drive, _, scans, chain = simulation()
     start = drive.motion[:1]
     for name, call in {
         "source": lambda: match(scans, rows, [0], start),
@@ -149,19 +149,19 @@ def test_a_scan_is_called_by_its_number(rows: object, said: str) -> None:
         "later": lambda: verified(scans, chain.poses, rows, [0]),
         "earlier": lambda: verified(scans, chain.poses, [0], rows),
     }.items():
-        with pytest.raises(ValueError, match=f"^{name}: {said}"):
+        with pytest.raises(ValueError, match=f"^{name}: {message}"):
             call()
 
 
 def test_loops_are_paired_and_chosen_one_by_one() -> None:
-    _, _, scans, chain = simulated()
+    _, _, scans, chain = simulation()
     with pytest.raises(ValueError, match=r"^later, earlier: expected one of each per candidate, got 2 and 1"):
         verified(scans, chain.poses, [50, 51], [10])
-    loops = claimed([(50, 10), (60, 20), (70, 30)])
+    loops = matches_of([(50, 10), (60, 20), (70, 30)])
     for used in ([0, 2], [True, False], [1, 0, 1], True):
         for call in (edges_of, close):
             with pytest.raises(ValueError, match=r"^used: expected one bool a loop, shape \(3,\)"):
                 call(chain, loops, used)
     edges, robust = edges_of(chain, loops, [True, False, True])
     assert edges.i[robust].tolist() == [10, 30]
-    assert len(edges_of(chain, claimed([]), [])[0]) == 89
+    assert len(edges_of(chain, matches_of([]), [])[0]) == 89

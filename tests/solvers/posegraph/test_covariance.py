@@ -47,8 +47,8 @@ def test_where_every_node_is_fixed_all_covariances_are_zero(sparse: bool):
 
 def test_a_chain_spreads_as_it_is_simulated():
     """The ends of 4,000 noisy chains of five steps with a turn, with angles small enough for the first-order theory."""
-    places = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]
-    truth = Pose.from_angle([0.0, 0.0, 0.5, 1.0, 1.5, 1.5], places)
+    positions = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]
+    truth = Pose.from_angle([0.0, 0.0, 0.5, 1.0, 1.5, 1.5], positions)
     spread = np.array([0.05, 0.02, 0.01])
     nodes = np.arange(5)
     edges = Edges.between(truth, nodes, nodes + 1, np.diag(spread**-2.0))
@@ -57,9 +57,9 @@ def test_a_chain_spreads_as_it_is_simulated():
     end = truth[0]
     for k in range(5):
         end = end.compose(edges.relative[k]).compose(Pose.from_angle(noise[k, :, 2], noise[k, :, :2]).inverse())
-    seen = np.cov(np.column_stack([end.t, end.angle]).T)
+    sample = np.cov(np.column_stack([end.t, end.angle]).T)
     size = np.sqrt(np.diagonal(expected))
-    np.testing.assert_allclose(seen / np.outer(size, size), expected / np.outer(size, size), atol=0.08)
+    np.testing.assert_allclose(sample / np.outer(size, size), expected / np.outer(size, size), atol=0.08)
 
 
 def test_a_loop_halves_what_is_not_known_of_its_middle():
@@ -78,8 +78,8 @@ def test_information_that_numbers_cannot_tell_apart_is_refused():
     edges = Edges.between(poses, [0, 1], [1, 2], np.array([1e-30 * np.eye(3), 1e100 * np.eye(3)]))
     with pytest.raises(ValueError, match="information differs beyond double precision"):
         marginals(poses, edges, [2])
-    pulled = Pose(poses.R, poses.t + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.0]]))
-    result = optimise(pulled, edges)
+    start = Pose(poses.R, poses.t + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.0]]))
+    result = optimise(start, edges)
     assert np.isfinite(result.poses.t).all()
     assert result.total < result.history.objective[0]
 
@@ -112,10 +112,10 @@ def test_scipy_gives_what_elimination_gives():
     pytest.importorskip("scipy")
     _, start, edges, loops = noisy_streets()
     for kernel in ("none", "cauchy"):
-        one, two = (optimise(start, edges, kernel=kernel, robust=loops, sparse=sparse) for sparse in (False, True))
-        np.testing.assert_allclose(one.poses.matrix, two.poses.matrix, atol=1e-8)
-        np.testing.assert_allclose(one.chi2, two.chi2, atol=1e-6)
-        assert one.steps == two.steps
+        first, second = (optimise(start, edges, kernel=kernel, robust=loops, sparse=sparse) for sparse in (False, True))
+        np.testing.assert_allclose(first.poses.matrix, second.poses.matrix, atol=1e-8)
+        np.testing.assert_allclose(first.chi2, second.chi2, atol=1e-6)
+        assert first.steps == second.steps
     nodes = [1, 30, 59]
     np.testing.assert_allclose(
         marginals(start, edges, nodes, sparse=False), marginals(start, edges, nodes, sparse=True), rtol=1e-7
@@ -137,13 +137,13 @@ def test_least_squares_of_scipy_ends_at_the_same_poses(seed):
 
     def errors(x: np.ndarray) -> np.ndarray:
         t, turn = np.r_[start.t[0] @ [1, 1j], x[:28:2] + 1j * x[1:28:2]], np.exp(1j * np.r_[start.angle[0], x[28:]])
-        measured = np.exp(1j * edges.relative.angle)
-        off = ((t[edges.j] - t[edges.i]) / turn[edges.i] - z) / measured
-        angle = np.angle(turn[edges.j] / turn[edges.i] / measured)
-        return np.einsum("eab,eb->ea", root, np.stack([off.real, off.imag, angle], axis=1)).ravel()
+        rotation = np.exp(1j * edges.relative.angle)
+        shift = ((t[edges.j] - t[edges.i]) / turn[edges.i] - z) / rotation
+        angle = np.angle(turn[edges.j] / turn[edges.i] / rotation)
+        return np.einsum("eab,eb->ea", root, np.stack([shift.real, shift.imag, angle], axis=1)).ravel()
 
-    unknown = np.r_[start.t[1:].ravel(), start.angle[1:]]
-    outcome = optimize.least_squares(errors, unknown, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    parameters = np.r_[start.t[1:].ravel(), start.angle[1:]]
+    outcome = optimize.least_squares(errors, parameters, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     result = optimise(start, edges)
     assert result.total == pytest.approx(2.0 * outcome.cost, rel=1e-9)
     np.testing.assert_allclose(result.poses.t[1:].ravel(), outcome.x[:28], atol=1e-6)
@@ -187,9 +187,9 @@ def test_nodes_asked_for_together_have_the_covariances_of_each_alone():
     poses = Pose.from_angle(np.arange(n) * turn, np.zeros((n, 2)))
     steps = Pose.from_angle(turn, (1.0, 0.0))
     ring = Edges(np.arange(n), np.roll(np.arange(n), -1), steps, np.diag([100.0, 100.0, 400.0]))
-    together = marginals(poses, ring, np.arange(n))
+    batch = marginals(poses, ring, np.arange(n))
     for k in (0, 1, 63, 64, 65, 128, 149):
-        np.testing.assert_allclose(together[k], marginals(poses, ring, [k])[0], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(batch[k], marginals(poses, ring, [k])[0], rtol=1e-9, atol=1e-15)
 
 
 def test_whether_scipy_solves_is_yes_or_no(monkeypatch):

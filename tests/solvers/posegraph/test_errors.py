@@ -19,7 +19,7 @@ lengths = st.floats(-10.0, 10.0)
 motions = st.lists(st.tuples(lengths, lengths, angles), min_size=3, max_size=3).map(np.array)
 
 
-def posed(values: np.ndarray) -> Pose:
+def poses_of(values: np.ndarray) -> Pose:
     return Pose.from_angle(values[:, 2], values[:, :2])
 
 
@@ -27,39 +27,39 @@ def posed(values: np.ndarray) -> Pose:
 @given(motions)
 def test_the_residual_is_the_motion_left_over(values):
     """E = Z⁻¹ Tᵢ⁻¹ Tⱼ, computed by composing poses."""
-    poses = posed(values)
+    poses = poses_of(values)
     edges = Edges([0], [1], poses[2:], np.eye(3))
-    left = edges.relative.inverse().compose(poses[:1].inverse().compose(poses[1:2]))
+    error = edges.relative.inverse().compose(poses[:1].inverse().compose(poses[1:2]))
     result = residuals(poses, edges)
-    np.testing.assert_allclose(result[:, :2], left.t, atol=1e-12)
-    np.testing.assert_allclose(np.exp(1j * result[:, 2]), np.exp(1j * left.angle), atol=1e-12)
+    np.testing.assert_allclose(result[:, :2], error.t, atol=1e-12)
+    np.testing.assert_allclose(np.exp(1j * result[:, 2]), np.exp(1j * error.angle), atol=1e-12)
     assert (np.abs(result[:, 2]) <= np.pi).all()
 
 
 @settings(deadline=None)
 @given(motions)
 def test_the_derivatives_are_those_of_differences(values):
-    poses = posed(values)
+    poses = poses_of(values)
     edges = Edges([0], [1], poses[2:], np.eye(3))
     h = 1e-6
     for node, J in enumerate(jacobians(poses, edges)):
         for axis in range(3):
             step = np.zeros((3, 3))
             step[node, axis] = h
-            off = residuals(moved(poses, step), edges) - residuals(moved(poses, -step), edges)
-            off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi  # across the seam of the angle
-            np.testing.assert_allclose(off[0] / (2 * h), J[0, :, axis], atol=2e-7 * (1.0 + np.abs(J).max()))
+            difference = residuals(moved(poses, step), edges) - residuals(moved(poses, -step), edges)
+            difference[:, 2] = (difference[:, 2] + np.pi) % (2 * np.pi) - np.pi  # across the seam of the angle
+            np.testing.assert_allclose(difference[0] / (2 * h), J[0, :, axis], atol=2e-7 * (1.0 + np.abs(J).max()))
 
 
 @settings(deadline=None)
 @given(motions, st.tuples(lengths, lengths, angles))
 def test_moving_all_changes_no_residual(values, whole):
-    poses = posed(values)
+    poses = poses_of(values)
     edges = Edges([0, 1], [1, 2], poses[1:], np.eye(3))
-    there = posed(np.array([whole])).compose(poses)
-    here, after = residuals(poses, edges), residuals(there, edges)
-    np.testing.assert_allclose(after[:, :2], here[:, :2], atol=1e-11)
-    np.testing.assert_allclose(np.exp(1j * after[:, 2]), np.exp(1j * here[:, 2]), atol=1e-11)
+    copies = poses_of(np.array([whole])).compose(poses)
+    before, after = residuals(poses, edges), residuals(copies, edges)
+    np.testing.assert_allclose(after[:, :2], before[:, :2], atol=1e-11)
+    np.testing.assert_allclose(np.exp(1j * after[:, 2]), np.exp(1j * before[:, 2]), atol=1e-11)
 
 
 def test_two_radians_by_information_and_length():
@@ -72,7 +72,7 @@ def test_two_radians_by_information_and_length():
 def test_what_is_no_graph_has_no_errors(call):
     poses = Pose.identity(batch=(3,))
     edges = Edges.between(poses, [0, 1], [1, 2], np.eye(3))
-    for words, nodes, joined in (
+    for words, nodes, links in (
         ("edges.j: entry 1 names node 2, but the nodes go from 0 to 1", poses[:2], edges),
         ("poses: expected shape (n,), got ()", Pose.identity(), edges),
         ("poses: moves points in 3 dimensions", Pose.identity(3, (3,)), edges),
@@ -81,7 +81,7 @@ def test_what_is_no_graph_has_no_errors(call):
         ("edges: expected Edges, got NoneType", poses, None),
     ):
         with pytest.raises(ValueError, match=f"^{re.escape(words)}"):
-            call(nodes, joined)
+            call(nodes, links)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)

@@ -103,8 +103,8 @@ def test_without_other_errors_the_odometry_turns_by_a_tenth_of_the_slip_for_each
     """On average over seeds, as documented."""
     _, truth = simulated_drive(seed=0)
     step = truth[:-1].inverse().compose(truth[1:])
-    off = [simulated_drive(seed=seed, slip=0.1, beams=3)[0].motion.angle[1:] - step.angle for seed in range(100)]
-    assert np.mean(off) / np.linalg.norm(step.t, axis=1).mean() == pytest.approx(0.1 * 0.1, rel=0.1)
+    errors = [simulated_drive(seed=seed, slip=0.1, beams=3)[0].motion.angle[1:] - step.angle for seed in range(100)]
+    assert np.mean(errors) / np.linalg.norm(step.t, axis=1).mean() == pytest.approx(0.1 * 0.1, rel=0.1)
 
 
 def test_a_scan_that_is_not_there_is_refused() -> None:
@@ -115,14 +115,14 @@ def test_a_scan_that_is_not_there_is_refused() -> None:
         for wrong in (-1, 1.5, None):
             with pytest.raises(ValueError, match=r"^k: "):
                 tell(wrong)  # type: ignore[arg-type]
-        for far in (float("nan"), "a", None):
+        for distance in (float("nan"), "a", None):
             with pytest.raises(ValueError, match=r"^farthest: expected a"):
-                tell(0, far)  # type: ignore[arg-type]
+                tell(0, distance)  # type: ignore[arg-type]
         assert len(tell(np.int64(2)))
 
 
 @pytest.mark.parametrize(
-    ("motion", "says"),
+    ("motion", "message"),
     [
         (None, "expected a Pose, got NoneType"),
         (simulated_drive(scans=3)[0], r"expected a Pose, got Drive; pass drive\.motion"),
@@ -130,8 +130,8 @@ def test_a_scan_that_is_not_there_is_refused() -> None:
         (Pose.identity(2, (2, 3)), r"expected motions of shape \(n,\), got \(2, 3\)"),
     ],
 )
-def test_what_is_no_chain_of_motions_is_refused(motion: Pose, says: str) -> None:
-    with pytest.raises(ValueError, match=f"^motion: {says}"):
+def test_what_is_no_chain_of_motions_is_refused(motion: Pose, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^motion: {message}"):
         chained(motion)
 
 
@@ -178,13 +178,13 @@ def test_a_drive_is_made_of_lists_and_of_matrices() -> None:
 def test_a_drive_begins_at_the_identity() -> None:
     """Whatever the first motion given, it becomes the identity; the others are kept."""
     motion = Pose.from_angle([0.3, 0.2], [(1.0, 2.0), (0.5, 0.1)])
-    kept = Drive(**{**PARTS, "motion": motion}).motion  # type: ignore[arg-type]
-    assert np.array_equal(kept[0].matrix, np.eye(3))
-    assert np.array_equal(kept[1].matrix, motion[1].matrix)
+    result = Drive(**{**PARTS, "motion": motion}).motion  # type: ignore[arg-type]
+    assert np.array_equal(result[0].matrix, np.eye(3))
+    assert np.array_equal(result[1].matrix, motion[1].matrix)
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "says"),
+    ("name", "value", "message"),
     [
         ("seconds", [0.0, 0.5, 1.0], r": expected shape \(2,\), one per scan, got \(3,\)"),
         ("seconds", [0.0, np.nan], ": 1 of 2 numbers is not finite"),
@@ -212,6 +212,6 @@ def test_a_drive_begins_at_the_identity() -> None:
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("error")
-def test_what_is_no_drive_is_refused_by_name(name: str, value: object, says: str) -> None:
-    with pytest.raises(ValueError, match=f"^{name}{says}"):
+def test_what_is_no_drive_is_refused_by_name(name: str, value: object, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{name}{message}"):
         Drive(**{**PARTS, name: value})  # type: ignore[arg-type]

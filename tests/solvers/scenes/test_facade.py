@@ -13,9 +13,9 @@ def test_a_seed_is_a_scene_and_noise_stretches_it(name):
     a, b, c = facade_scene(name, seed=7), facade_scene(name, seed=7), facade_scene(name, seed=8)
     assert np.array_equal(a.target, b.target)
     assert not np.array_equal(a.target, c.target)
-    still, some, twice = (facade_scene(name, noise=s) for s in (0.0, 0.1, 0.2))
-    assert np.allclose(twice.target - still.target, 2.0 * (some.target - still.target), atol=1e-14)
-    assert np.array_equal(still.target_outlier, twice.target_outlier)
+    clean, noisy, double = (facade_scene(name, noise=s) for s in (0.0, 0.1, 0.2))
+    assert np.allclose(double.target - clean.target, 2.0 * (noisy.target - clean.target), atol=1e-14)
+    assert np.array_equal(clean.target_outlier, double.target_outlier)
 
 
 @pytest.mark.parametrize("name", MATCH_SCENES)
@@ -26,9 +26,9 @@ def test_one_wrong_pair_more_leaves_the_others(name):
         assert fewer.target_outlier.sum() == k
         assert np.all(more.target_outlier[fewer.target_outlier])
         assert np.any(fewer.target != more.target, axis=1).sum() == 1
-        off = np.linalg.norm(FACADE_TRUTH.apply(FACADE) - more.target, axis=1)
-        assert np.array_equal(off > 0.1, more.target_outlier)
-        assert np.allclose(off[~more.target_outlier], 0.0)
+        errors = np.linalg.norm(FACADE_TRUTH.apply(FACADE) - more.target, axis=1)
+        assert np.array_equal(errors > 0.1, more.target_outlier)
+        assert np.allclose(errors[~more.target_outlier], 0.0)
 
 
 def test_repeated_pairs_agree_on_a_pose_one_window_off():

@@ -13,7 +13,7 @@ def upright(scene):
     return scene.truth.apply(scene.source), scene.target
 
 
-def off(points):
+def distances(points):
     """Each point's distance to the nearest of wall, floor and handle, in u."""
     x, y, z = points.T
     reach = np.hypot(x, y)
@@ -31,7 +31,7 @@ def test_without_noise_every_point_lies_on_the_mug(handle, overlap):
     """Both clouds lie within 0.002 u of it: the handle's centre line is a polyline."""
     for cloud in upright(mug(noise=0.0, handle=handle, overlap=overlap)):
         assert len(cloud) > 100
-        assert off(cloud).max() < 2e-3
+        assert distances(cloud).max() < 2e-3
         assert (np.abs(cloud[:, 0]).max() > RADIUS + 0.5) == handle
 
 
@@ -56,20 +56,20 @@ def test_no_point_of_one_cloud_is_one_of_the_other():
 @pytest.mark.parametrize("overlap", [0.0, 0.25, 0.5, 0.75, 1.0])
 def test_the_overlap_is_the_share_of_the_turn_that_both_see(overlap):
     """On a fine sampling, both clouds see this share of the directions from the axis that either one sees."""
-    seen = []
+    masks = []
     for cloud in upright(mug(points=6000, noise=0.0, overlap=overlap, handle=False)):
         wall = cloud[np.hypot(cloud[:, 0], cloud[:, 1]) > RADIUS - 1e-9]
-        seen.append(np.histogram(np.arctan2(wall[:, 1], wall[:, 0]), 240, (-np.pi, np.pi))[0] > 0)
-    one, other = seen
-    assert (one | other).all()
-    assert (one & other).sum() / one.sum() == pytest.approx(overlap, abs=0.03)
-    assert overlap == 0.0 or (one & other)[118:122].all(), "the handle's side"
+        masks.append(np.histogram(np.arctan2(wall[:, 1], wall[:, 0]), 240, (-np.pi, np.pi))[0] > 0)
+    first, second = masks
+    assert (first | second).all()
+    assert (first & second).sum() / first.sum() == pytest.approx(overlap, abs=0.03)
+    assert overlap == 0.0 or (first & second)[118:122].all(), "the handle's side"
 
 
 def test_noise_stretches_one_draw_and_overlap_only_takes_points_away():
-    clean, one, two = (np.concatenate(upright(mug(noise=s))) for s in (0.0, 0.05, 0.1))
-    np.testing.assert_allclose(two - clean, 2.0 * (one - clean), atol=1e-12)
-    assert (one - clean).std() == pytest.approx(0.05, rel=0.1)
+    clean, single, double = (np.concatenate(upright(mug(noise=s))) for s in (0.0, 0.05, 0.1))
+    np.testing.assert_allclose(double - clean, 2.0 * (single - clean), atol=1e-12)
+    assert (single - clean).std() == pytest.approx(0.05, rel=0.1)
     whole, half = mug(), mug(overlap=0.5)
     for more, less in ((whole.source, half.source), (whole.target, half.target)):
         assert len(less) < 0.8 * len(more)
@@ -80,13 +80,13 @@ def test_noise_stretches_one_draw_and_overlap_only_takes_points_away():
 def test_the_truth_takes_the_outline_onto_the_mug():
     for line in mug().outline:
         places = TRUTH.apply(line)
-        assert off(places).max() < TUBE + 1e-6  # the handle's centre line is a tube's radius below its surface
+        assert distances(places).max() < TUBE + 1e-6  # the handle's centre line is a tube's radius below its surface
     assert len(mug(handle=False).outline) == 2
 
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_pairs_are_places_of_the_mug_with_their_partners(name):
-    assert off(PAIRS[name]).max() < 1e-9
+    assert distances(PAIRS[name]).max() < 1e-9
     pairs = mug_pairs(name)
     np.testing.assert_allclose(TRUTH.apply(pairs.source), pairs.target, atol=1e-12)
     spread = np.linalg.svd(PAIRS[name] - PAIRS[name].mean(axis=0), compute_uv=False)

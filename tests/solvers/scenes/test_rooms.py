@@ -23,13 +23,13 @@ def test_a_seed_is_a_scene(make):
 @pytest.mark.parametrize("name", KABSCH_SCENES)
 def test_the_noise_slider_stretches_one_draw(name):
     """Doubling σ doubles every displacement of the target: the noise is not redrawn."""
-    still, some, twice = (kabsch_scene(name, noise=s) for s in (0.0, 0.1, 0.2))
-    kept = ~some.target_outlier
-    assert np.allclose(still.target[kept], some.truth.apply(some.source)[kept], atol=1e-15)
-    assert np.allclose(twice.target - still.target, 2.0 * (some.target - still.target), atol=1e-14)
-    assert np.array_equal(some.source, twice.source)
+    clean, noisy, double = (kabsch_scene(name, noise=s) for s in (0.0, 0.1, 0.2))
+    kept = ~noisy.target_outlier
+    assert np.allclose(clean.target[kept], noisy.truth.apply(noisy.source)[kept], atol=1e-15)
+    assert np.allclose(double.target - clean.target, 2.0 * (noisy.target - clean.target), atol=1e-14)
+    assert np.array_equal(noisy.source, double.source)
     if name != "would-reflect":
-        unit = (some.target - still.target)[kept] / 0.1
+        unit = (noisy.target - clean.target)[kept] / 0.1
         assert 0.5 < unit.std() < 1.5
 
 
@@ -55,8 +55,8 @@ def test_the_clean_scene_gives_back_its_truth():
 def test_three_of_thirteen_pairs_are_wrong_in_the_outlier_scene():
     scene = kabsch_scene("outliers")
     assert scene.target_outlier.sum() == scene.source_outlier.sum() == 3
-    off = np.linalg.norm(scene.truth.apply(scene.source) - scene.target, axis=1)
-    assert np.array_equal(off > 1e-12, scene.target_outlier)
+    errors = np.linalg.norm(scene.truth.apply(scene.source) - scene.target, axis=1)
+    assert np.array_equal(errors > 1e-12, scene.target_outlier)
 
 
 def test_the_bird_is_not_its_own_mirror_image_nor_its_own_rotation():
@@ -75,12 +75,12 @@ def test_the_thin_scene_asks_for_a_reflection():
     """In 'would-reflect' the best orthogonal matrix is a reflection, although the truth is a rotation: at the preset
     seed, and at 22 or more of the 25 seeds 40 + 13k. The corrected fit stays near the truth."""
     scene = kabsch_scene("would-reflect")
-    free, kept = (fit_rigid(scene.source, scene.target, proper=p) for p in (False, True))
+    free, proper = (fit_rigid(scene.source, scene.target, proper=p) for p in (False, True))
     assert np.linalg.det(free.pose.R) == pytest.approx(-1.0)
-    assert np.linalg.det(kept.pose.R) == pytest.approx(1.0)
+    assert np.linalg.det(proper.pose.R) == pytest.approx(1.0)
     assert np.linalg.det(scene.truth.R) == pytest.approx(1.0)
-    assert free.cost < kept.cost < 1.05 * free.cost
-    assert abs(np.degrees(kept.pose.angle) - 50.0) < 5.0
+    assert free.cost < proper.cost < 1.05 * free.cost
+    assert abs(np.degrees(proper.pose.angle) - 50.0) < 5.0
     scenes = [kabsch_scene("would-reflect", seed=seed) for seed in SEEDS]
     assert sum(fit_rigid(s.source, s.target).determinant == -1 for s in scenes) >= 22
 
@@ -109,9 +109,9 @@ def test_the_room_is_seen_twice_from_the_truth(setting):
     for cloud, wrong in ((scene.source, scene.source_outlier), (scene.target, scene.target_outlier)):
         rel = cloud[:, None] - ends[:, 0]
         f = np.clip((rel * along).sum(-1) / (along**2).sum(-1), 0.0, 1.0)
-        off = np.linalg.norm(rel - f[..., None] * along, axis=2).min(axis=1)
+        distances = np.linalg.norm(rel - f[..., None] * along, axis=2).min(axis=1)
         sigma = 0.11 if setting in ("noise", "combo") else 0.02
-        assert np.sqrt((off[~wrong] ** 2).mean()) == pytest.approx(sigma, rel=0.35)
+        assert np.sqrt((distances[~wrong] ** 2).mean()) == pytest.approx(sigma, rel=0.35)
         assert wrong.sum() == (round(0.2 * len(cloud)) if setting in ("outliers", "combo") else 0)
         assert np.all(np.abs(cloud[wrong]) <= [5.0, 3.2])
     # Only the target sees the two ends of the outline.
@@ -123,17 +123,17 @@ def test_the_room_is_seen_twice_from_the_truth(setting):
 def test_the_rooms_spacings_are_as_described():
     """Without noise: 0.15 and 0.16 u; growing along the outline for 'gradient'; two alternating for 'striped'."""
 
-    def steps(setting, which):
-        cloud = getattr(room(setting, noise=0.0), which)
+    def steps(setting, side):
+        cloud = getattr(room(setting, noise=0.0), side)
         gaps = np.linalg.norm(np.diff(cloud, axis=0), axis=1)
         # Around a corner the straight distance is shorter than along the outline.
         return gaps[np.isclose(np.abs(np.diff(cloud, axis=0)).min(axis=1), 0.0)]
 
     assert np.allclose(steps("clean", "target"), 0.15)
     assert np.allclose(steps("clean", "source"), 0.16)
-    for which in ("source", "target"):
-        assert np.all(np.diff(steps("gradient", which)) > 0.0)
-        assert np.allclose(np.unique(np.round(steps("striped", which), 6)), [0.08, 0.42])
+    for side in ("source", "target"):
+        assert np.all(np.diff(steps("gradient", side)) > 0.0)
+        assert np.allclose(np.unique(np.round(steps("striped", side), 6)), [0.08, 0.42])
     # Along the first wall the arc length is the distance from its corner.
     total = np.linalg.norm(np.diff(ROOM, axis=0), axis=1).sum()
     cloud = room("gradient", noise=0.0).target
@@ -144,8 +144,8 @@ def test_the_rooms_spacings_are_as_described():
 
 def test_the_rooms_noise_and_junk_are_one_draw():
     """In the room too, σ scales a single draw, and a larger junk fraction keeps the junk already there."""
-    still, some, twice = (room("clean", noise=s) for s in (0.0, 0.1, 0.2))
-    assert np.allclose(twice.source - still.source, 2.0 * (some.source - still.source), atol=1e-14)
+    clean, noisy, double = (room("clean", noise=s) for s in (0.0, 0.1, 0.2))
+    assert np.allclose(double.source - clean.source, 2.0 * (noisy.source - clean.source), atol=1e-14)
     few, many = room("combo", outliers=0.1), room("combo", outliers=0.3)
     assert np.all(many.target_outlier[few.target_outlier])
     assert np.array_equal(few.target[few.target_outlier], many.target[few.target_outlier])

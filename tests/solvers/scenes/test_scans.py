@@ -40,25 +40,25 @@ def test_the_robot_sees_no_farther_than_the_first_wall():
 def test_each_pose_sees_what_the_other_does_not():
     """The pillars hide parts of the room: at the truth, some source points are far from every target point."""
     scans = two_scans(noise=0.0)
-    apart = np.linalg.norm(scans.truth.apply(scans.source)[:, None] - scans.target, axis=2).min(axis=1)
-    assert np.median(apart) < 0.1
-    assert apart.max() > 0.4
+    distances = np.linalg.norm(scans.truth.apply(scans.source)[:, None] - scans.target, axis=2).min(axis=1)
+    assert np.median(distances) < 0.1
+    assert distances.max() > 0.4
 
 
 def test_noise_stretches_one_draw_along_the_rays():
     """Twice the noise moves each point twice as far, towards or away from the robot."""
-    clean, one, two = (two_scans(noise=s).source for s in (0.0, 0.1, 0.2))
-    np.testing.assert_allclose(two - clean, 2.0 * (one - clean), atol=1e-12)
-    cross = clean[:, 0] * one[:, 1] - clean[:, 1] * one[:, 0]
+    clean, single, double = (two_scans(noise=s).source for s in (0.0, 0.1, 0.2))
+    np.testing.assert_allclose(double - clean, 2.0 * (single - clean), atol=1e-12)
+    cross = clean[:, 0] * single[:, 1] - clean[:, 1] * single[:, 0]
     np.testing.assert_allclose(cross, 0.0, atol=1e-12)
 
 
 def test_turning_the_robot_does_not_move_it():
     """With another turn, only the heading of the second pose differs."""
-    one, other = two_scans(turn=0.0), two_scans(turn=-120.0)
-    np.testing.assert_array_equal(one.source, other.source)
-    np.testing.assert_array_equal(one.target_pose.t, other.target_pose.t)
-    assert np.degrees(Pose(other.target_pose.R @ one.target_pose.R.T, np.zeros(2)).angle) == pytest.approx(120.0)
+    first, second = two_scans(turn=0.0), two_scans(turn=-120.0)
+    np.testing.assert_array_equal(first.source, second.source)
+    np.testing.assert_array_equal(first.target_pose.t, second.target_pose.t)
+    assert np.degrees(Pose(second.target_pose.R @ first.target_pose.R.T, np.zeros(2)).angle) == pytest.approx(120.0)
 
 
 @pytest.mark.parametrize(

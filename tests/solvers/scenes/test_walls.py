@@ -10,7 +10,7 @@ from solvers.scenes.walls import CORRIDOR, NDT_ROOM, PILLAR, WALL, corridor, hal
 ALL = pytest.mark.parametrize("scene", [single_wall, corridor, ndt_room, hall])
 
 
-def off(points, outlines):
+def distances(points, outlines):
     """Each point's distance to the nearest of the polylines."""
     a = np.concatenate([o[:-1] for o in outlines])
     e = np.concatenate([np.diff(o, axis=0) for o in outlines])
@@ -20,9 +20,9 @@ def off(points, outlines):
 
 @ALL
 def test_without_noise_every_point_lies_on_an_outline(scene):
-    drawn = scene(noise=0.0)
-    for cloud in (drawn.source, drawn.target):
-        assert off(cloud, drawn.outline).max() < 1e-12
+    clean = scene(noise=0.0)
+    for cloud in (clean.source, clean.target):
+        assert distances(cloud, clean.outline).max() < 1e-12
 
 
 def test_a_polyline_is_sampled_by_its_length():
@@ -42,8 +42,8 @@ def test_the_rooms_are_as_large_as_they_are_said_to_be():
 
 @ALL
 def test_noise_stretches_one_draw_and_outliers_add_to_each_other(scene):
-    clean, one, two = (scene(noise=s).source for s in (0.0, 0.1, 0.2))
-    np.testing.assert_allclose(two - clean, 2.0 * (one - clean), atol=1e-12)
+    clean, single, double = (scene(noise=s).source for s in (0.0, 0.1, 0.2))
+    np.testing.assert_allclose(double - clean, 2.0 * (single - clean), atol=1e-12)
     few, many = scene(outliers=0.1), scene(outliers=0.3)
     assert (few.source_outlier <= many.source_outlier).all()
     assert many.target_outlier.sum() == round(0.3 * len(many.target))
@@ -62,7 +62,7 @@ def test_one_wall_does_not_fix_the_slide(seed):
     along = (WALL[1] - WALL[0]) / np.linalg.norm(WALL[1] - WALL[0])
     weak = result.states[0].system.directions[0, :2, 0]
     assert abs(weak @ along) > 0.99 * np.linalg.norm(weak)
-    assert off(result.transform(scene.source), scene.outline).mean() < 0.05
+    assert distances(result.transform(scene.source), scene.outline).mean() < 0.05
     assert rte(result.pose, Pose.identity()) > 0.3
 
 

@@ -19,7 +19,7 @@ from solvers.uncertainty_study import (
 )
 
 
-def apart(points, walls):
+def distances(points, walls):
     """Each point's distance to the nearest wall."""
     a, b = (np.concatenate(ends) for ends in ([w[:-1] for w in walls], [w[1:] for w in walls]))
     along = b - a
@@ -31,13 +31,13 @@ def apart(points, walls):
 def test_without_noise_every_echo_lies_on_a_wall_and_the_truth_joins_the_scans(place):
     scans = redrawn(place, 2, noise=0.0)
     echo = scans.weights[1] > 0.0
-    seen = scans.source[1][echo]
-    assert apart(STANDS[place][0].apply(seen), scans.walls).max() < 1e-9
-    assert apart(STANDS[place][1].apply(scans.truth.apply(seen)), scans.walls).max() < 1e-9
-    assert np.linalg.norm(seen, axis=1).max() < REACH
+    points = scans.source[1][echo]
+    assert distances(STANDS[place][0].apply(points), scans.walls).max() < 1e-9
+    assert distances(STANDS[place][1].apply(scans.truth.apply(points)), scans.walls).max() < 1e-9
+    assert np.linalg.norm(points, axis=1).max() < REACH
     assert (scans.source[1][~echo] == 0.0).all()
     far = np.abs(scans.target[1]).max(axis=1) == NO_ECHO
-    assert apart(STANDS[place][1].apply(scans.target[1][~far]), scans.walls).max() < 1e-9
+    assert distances(STANDS[place][1].apply(scans.target[1][~far]), scans.walls).max() < 1e-9
 
 
 def test_the_ends_are_seen_in_the_room_and_not_in_the_corridor():
@@ -59,22 +59,22 @@ def test_more_draws_leave_the_first_and_noise_stretches_them():
 def test_starts_spread_as_they_are_told_and_about_the_truth():
     truth = Pose.from_angle(1.0, (2.0, 0.0))
     result = starts(truth, 4000, heading=10.0, shift=0.3)
-    apart = truth.inverse().compose(result)
-    assert np.degrees(apart.angle).std() == pytest.approx(10.0, rel=0.05)
-    np.testing.assert_allclose(apart.t.std(axis=0), 0.3, rtol=0.05)
+    difference = truth.inverse().compose(result)
+    assert np.degrees(difference.angle).std() == pytest.approx(10.0, rel=0.05)
+    np.testing.assert_allclose(difference.t.std(axis=0), 0.3, rtol=0.05)
     np.testing.assert_array_equal(starts(truth, 3, heading=0.0, shift=0.0).matrix, np.tile(truth.matrix, (3, 1, 1)))
 
 
 @pytest.mark.parametrize(
-    ("truth", "says"),
+    ("truth", "message"),
     [
         (None, "expected a Pose, got NoneType"),
         (Pose.identity(3), "moves points in 3 dimensions, the starts are of the plane"),
         (Pose.identity(2, (4,)), r"expected a single pose, got a batch of shape \(4,\)"),
     ],
 )
-def test_starts_spread_about_a_single_pose_of_the_plane(truth, says):
-    with pytest.raises(ValueError, match=f"^truth: {says}"):
+def test_starts_spread_about_a_single_pose_of_the_plane(truth, message):
+    with pytest.raises(ValueError, match=f"^truth: {message}"):
         starts(truth, 4)
 
 
@@ -84,18 +84,18 @@ def test_a_spread_is_one_number():
 
 
 def test_a_line_counts_what_its_regions_hold():
-    made = runs("room", count=60)
+    trials = runs("room", count=60)
     (line,) = coverage("room", ways=("censi",), count=60)
-    inside = regions(made, "censi").covers(made.scans.truth)
+    inside = regions(trials, "censi").covers(trials.scans.truth)
     assert (line.covered, line.count) == (int(inside.sum()), 60)
 
 
 def test_a_sampled_region_is_the_same_about_every_pose():
-    made = runs("room", count=40)
-    outcome = regions(made, "sampled")
-    whole = ends_of(made).whole
+    trials = runs("room", count=40)
+    outcome = regions(trials, "sampled")
+    whole = ends_of(trials).whole
     np.testing.assert_array_equal(outcome.deviations, np.tile(whole.deviations, (40, 1)))
-    assert outcome[3].distance(made.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
+    assert outcome[3].distance(trials.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_is_no_set_of_runs_is_refused():
@@ -109,8 +109,8 @@ def test_what_is_no_set_of_runs_is_refused():
 
 
 def test_starts_carried_through_add_to_the_closed_form():
-    made = runs("room", "icp", 5)
-    more, closed = regions(made, "starts"), regions(made, "censi")
+    trials = runs("room", "icp", 5)
+    more, closed = regions(trials, "starts"), regions(trials, "censi")
     assert (more.deviations[:, 0] > closed.deviations[:, 0]).all()
 
 

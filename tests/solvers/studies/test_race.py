@@ -42,12 +42,12 @@ def test_batched_as_one_by_one(contestant, setting):
     """
     controls, seeds = Controls(setting=setting), SEEDS[:4]
     problem, _ = race_problem(controls, seeds)
-    together = _run(contestant, problem)
+    batch = _run(contestant, problem)
     for i, seed in enumerate(seeds):
         alone = _run(contestant, race_problem(controls, [seed])[0])
-        assert np.abs(alone.pose().matrix[0] - together.pose().matrix[i]).max() < 1e-9
-        assert alone.steps[0] == together.steps[i]
-        assert alone.state().status[0] == together.state().status[i]
+        assert np.abs(alone.pose().matrix[0] - batch.pose().matrix[i]).max() < 1e-9
+        assert alone.steps[0] == batch.steps[i]
+        assert alone.state().status[0] == batch.state().status[i]
 
 
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
@@ -99,9 +99,9 @@ def test_a_line_is_what_its_run_was():
     assert result.median_steps == np.median(batch.steps)
     assert sum(result.stops.values()) == 6
     assert result.seconds == 0.5
-    again = benchmark(controls, seeds=SEEDS[:6], contestants=[contestant])[0]
-    assert np.array_equal(again.pose.matrix, pose.matrix)
-    assert again.seconds > 0.0
+    second = benchmark(controls, seeds=SEEDS[:6], contestants=[contestant])[0]
+    assert np.array_equal(second.pose.matrix, pose.matrix)
+    assert second.seconds > 0.0
 
 
 def test_an_unfinished_run_has_a_line_too():
@@ -132,14 +132,14 @@ def test_an_entry_is_the_table_s():
 
 
 def test_progress_can_end_the_benchmark():
-    seen = []
+    methods = []
 
     def stop_at_third(contestant):
-        seen.append(contestant.method)
-        return len(seen) == 3
+        methods.append(contestant.method)
+        return len(methods) == 3
 
     lines = benchmark(Controls(), seeds=[40], progress=stop_at_third, max_steps=2)
-    assert seen == NAMES[:3]
+    assert methods == NAMES[:3]
     assert [x.contestant.method for x in lines] == NAMES[:2]
     assert max(x.steps.max() for x in lines) <= 2
 
@@ -209,7 +209,7 @@ def test_contestants_are_named_as_methods_are():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"controls": 5}, "controls: expected Controls, got int"),
         ({"seeds": 5}, "seeds: expected a sequence of integers, got 5"),
@@ -225,8 +225,8 @@ def test_contestants_are_named_as_methods_are():
         ({"progress": 3}, "progress: expected a function, got 3"),
     ],
 )
-def test_what_is_no_benchmark_is_refused_before_anything_runs(wrong, said):
-    with pytest.raises(ValueError, match=f"^{said}"):
+def test_what_is_no_benchmark_is_refused_before_anything_runs(wrong, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
         benchmark(**{"seeds": SEEDS[:1], **wrong})
 
 

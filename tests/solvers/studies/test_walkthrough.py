@@ -18,15 +18,15 @@ def test_an_unknown_name_is_refused_with_the_known_ones(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("scenes", "starts", "says"),
+    ("scenes", "starts", "message"),
     [
         ([fish(), fish()], [fish_start()], "^starts: expected one for each scene, and a scene, got 1 for 2"),
         ([], [], "^starts: expected one for each scene, and a scene, got 0 for 0"),
         ([fish(), bird()], [fish_start()] * 2, "^scenes: expected equally many points in each"),
     ],
 )
-def test_scenes_that_are_no_batch_are_refused_by_name(scenes: list[Scene], starts: list[Pose], says: str) -> None:
-    with pytest.raises(ValueError, match=says):
+def test_scenes_that_are_no_batch_are_refused_by_name(scenes: list[Scene], starts: list[Pose], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         begin_walk("cpd", scenes, starts)
 
 

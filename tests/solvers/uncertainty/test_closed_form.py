@@ -13,7 +13,7 @@ from solvers.uncertainty import CENSI, HESSIAN, covariance, from_matrix, log, ra
 SIGMA = 0.05
 
 
-def drawn(count, weights=None, seed=1):
+def redraw(count, weights=None, seed=1):
     """Known pairs with the target redrawn with noise of σ/√w, registered as one batch."""
     rng = np.random.default_rng(seed)
     w = np.ones(len(BIRD)) if weights is None else weights
@@ -25,24 +25,24 @@ def drawn(count, weights=None, seed=1):
 def test_for_known_pairs_it_is_the_spread_of_redrawn_noise(weights):
     """The whitened sample covariance of 4,000 draws is the identity to within five of its standard errors."""
     count = 4000
-    result = drawn(count, weights)
+    result = redraw(count, weights)
     w = np.ones(len(BIRD)) if weights is None else weights
     clean = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch", weights=w), sigma=SIGMA)
     z = clean.along(result.pose) / clean.deviations
-    apart = z.T @ z / count - np.eye(3)
-    assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / count)
+    excess = z.T @ z / count - np.eye(3)
+    assert np.abs(excess).max() < 5.0 * np.sqrt(2.0 / count)
 
 
 def test_its_region_for_known_pairs_holds_the_truth_as_often_as_it_says():
     """It does so in 95 % of 4,000 draws, to within four standard errors, with σ known."""
-    result = drawn(4000)
+    result = redraw(4000)
     share = covariance(result, sigma=SIGMA).covers(KABSCH_TRUTH).mean()
     assert share == pytest.approx(0.95, abs=4.0 * np.sqrt(0.95 * 0.05 / 4000))
 
 
 def test_the_noise_is_estimated_from_the_residuals_without_bias():
     """With σ estimated from 23 spare residuals, the RMS ratio of deviations to those with σ known is 1, to 2 %."""
-    result = drawn(2000)
+    result = redraw(2000)
     ratio = covariance(result).deviations / covariance(result, sigma=SIGMA).deviations
     assert np.sqrt(np.square(ratio).mean()) == pytest.approx(1.0, abs=0.02)
 
@@ -51,8 +51,8 @@ def test_censi_and_the_hessian_agree_on_known_pairs_of_small_noise():
     """If residuals are small, H is JᵀJ and both are σ² (JᵀJ)⁻¹."""
     scene = kabsch_scene("noisy", noise=0.01)
     result = register(scene.source, scene.target, "kabsch")
-    one, other = covariance(result, sigma=0.01), covariance(result, "censi", target_noise=0.01)
-    np.testing.assert_allclose(other.matrix, one.matrix, rtol=0.05, atol=1e-9)
+    first, second = covariance(result, sigma=0.01), covariance(result, "censi", target_noise=0.01)
+    np.testing.assert_allclose(second.matrix, first.matrix, rtol=0.05, atol=1e-9)
 
 
 def differences(source, target, method, start, **options):
@@ -80,10 +80,10 @@ def test_censi_is_what_finite_differences_of_the_minimiser_say(method):
     S = np.zeros((D.shape[1], D.shape[1]))
     for i, block in enumerate(np.concatenate(noise)):
         S[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
-    made = covariance(result, "censi", source_noise=noise[0], target_noise=noise[1])
+    estimate = covariance(result, "censi", source_noise=noise[0], target_noise=noise[1])
     centre = result.pose.apply(source).mean(axis=0)
     shift = np.array([[1.0, 0.0, 0.0], [-centre[1], 1.0, 0.0], [centre[0], 0.0, 1.0]])
-    np.testing.assert_allclose(shift @ made.matrix @ shift.T, D @ S @ D.T, rtol=2e-4, atol=1e-9)
+    np.testing.assert_allclose(shift @ estimate.matrix @ shift.T, D @ S @ D.T, rtol=2e-4, atol=1e-9)
 
 
 def test_a_partner_of_several_points_counts_as_one_measurement():
@@ -92,41 +92,41 @@ def test_a_partner_of_several_points_counts_as_one_measurement():
     target = scene.target
     once = register(scene.source, target, "icp", gate=0.5)
     often = register(np.tile(scene.source, (4, 1)), target, "icp", gate=0.5)
-    for how, ratio in (("hessian", 0.5), ("censi", 1.0)):
-        more = {"sigma": 0.02} if how == "hessian" else {"target_noise": 0.02}
-        one, other = covariance(once, how, **more), covariance(often, how, **more)
-        np.testing.assert_allclose(other.deviations, ratio * one.deviations, rtol=1e-3)
+    for form, ratio in (("hessian", 0.5), ("censi", 1.0)):
+        more = {"sigma": 0.02} if form == "hessian" else {"target_noise": 0.02}
+        first, second = covariance(once, form, **more), covariance(often, form, **more)
+        np.testing.assert_allclose(second.deviations, ratio * first.deviations, rtol=1e-3)
 
 
-@pytest.mark.parametrize("how", ["hessian", "censi"])
+@pytest.mark.parametrize("form", ["hessian", "censi"])
 @pytest.mark.parametrize("method", ["icp", "point-to-plane"])
-def test_units_and_origin_change_lengths_alone(how, method):
-    scene, far = room("noise"), Pose.from_angle(1.0, (40.0, -30.0))
-    made = []
-    for size, move in ((1.0, Pose.identity()), (1e3, far)):
+def test_units_and_origin_change_lengths_alone(form, method):
+    scene, motion = room("noise"), Pose.from_angle(1.0, (40.0, -30.0))
+    estimates = []
+    for size, move in ((1.0, Pose.identity()), (1e3, motion)):
         p, q = size * scene.source, size * move.apply(scene.target)
         start = Pose(move.R, size * move.t)
         result = register(p, q, method, start=start, gate=0.5 * size)
-        more = {} if how == "hessian" else {"source_noise": 0.11 * size, "target_noise": 0.11 * size}
-        made.append(covariance(result, how, **more))
-    np.testing.assert_allclose(made[1].deviations, 1e3 * made[0].deviations, rtol=1e-4)
+        more = {} if form == "hessian" else {"source_noise": 0.11 * size, "target_noise": 0.11 * size}
+        estimates.append(covariance(result, form, **more))
+    np.testing.assert_allclose(estimates[1].deviations, 1e3 * estimates[0].deviations, rtol=1e-4)
 
 
 def test_a_corridor_without_noise_is_free_and_the_room_is_not():
     for scene, count in ((corridor(noise=0.0), 1), (ndt_room(noise=0.0), 0)):
         result = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
-        for how, more in (("hessian", {"sigma": 0.02}), ("censi", {"source_noise": 0.02})):
-            made = covariance(result, how, **more)
-            assert made.free.sum() == count
-            assert not np.isnan(made.matrix).any()
+        for form, more in (("hessian", {"sigma": 0.02}), ("censi", {"source_noise": 0.02})):
+            estimate = covariance(result, form, **more)
+            assert estimate.free.sum() == count
+            assert not np.isnan(estimate.matrix).any()
             if count:
-                assert made.words() == "the slide along (0.94, 0.33) is free"
+                assert estimate.words() == "the slide along (0.94, 0.33) is free"
 
 
 def test_one_place_leaves_the_turn_about_it_free():
     result = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
-    made = covariance(result, sigma=0.1)
-    assert made.words() == "the turn about (2.00, 3.00) is free"
+    estimate = covariance(result, sigma=0.1)
+    assert estimate.words() == "the turn about (2.00, 3.00) is free"
 
 
 def test_a_turn_is_told_in_degrees_and_none_as_none():
@@ -140,8 +140,8 @@ def test_a_turn_is_told_in_degrees_and_none_as_none():
 
 def test_one_place_leaves_the_deviations_of_its_four_points():
     result = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
-    made = covariance(result, sigma=0.1)
-    np.testing.assert_allclose(made.deviations[1:], 0.1 / 2.0)
+    estimate = covariance(result, sigma=0.1)
+    np.testing.assert_allclose(estimate.deviations[1:], 0.1 / 2.0)
 
 
 def test_as_many_unknowns_as_residuals_say_nothing_of_the_noise():
@@ -154,10 +154,10 @@ def test_a_range_and_a_bearing_are_noise_along_and_across_the_ray():
     rng = np.random.default_rng(2)
     point, origin = np.array([3.0, 2.0]), np.array([0.5, -1.0])
     ray = point - origin
-    far, angle = np.hypot(*ray), np.arctan2(ray[1], ray[0])
-    r, a = far + 0.05 * rng.standard_normal(40_000), angle + 0.01 * rng.standard_normal(40_000)
-    seen = np.cov(np.stack([r * np.cos(a), r * np.sin(a)]))
-    np.testing.assert_allclose(range_bearing([point], 0.05, 0.01, origin)[0], seen, atol=6e-5)
+    distance, angle = np.hypot(*ray), np.arctan2(ray[1], ray[0])
+    r, a = distance + 0.05 * rng.standard_normal(40_000), angle + 0.01 * rng.standard_normal(40_000)
+    sample = np.cov(np.stack([r * np.cos(a), r * np.sin(a)]))
+    np.testing.assert_allclose(range_bearing([point], 0.05, 0.01, origin)[0], sample, atol=6e-5)
     assert np.isfinite(range_bearing([[0.0, 0.0]], 0.1, 0.1)).all()
 
 
@@ -207,7 +207,7 @@ def test_what_has_none_says_so():
 
 
 @pytest.mark.parametrize(
-    ("how", "given", "told"),
+    ("form", "arguments", "message"),
     [
         ("hessian", {"source_noise": 0.1}, "source_noise: 'hessian' takes sigma instead; how='censi' takes the"),
         ("hessian", {"sigma": 0.1, "target_noise": 0.1}, "target_noise: 'hessian' takes sigma instead"),
@@ -215,11 +215,11 @@ def test_what_has_none_says_so():
         ("censi", {}, "source_noise: 'censi' needs it, or target_noise, or both"),
     ],
 )
-def test_a_noise_that_the_form_would_pass_over_is_refused(how, given, told):
+def test_a_noise_that_the_form_would_pass_over_is_refused(form, arguments, message):
     """So is a form that would claim certainty because no noise was given."""
     scene = room("clean")
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}"):
-        covariance(register(scene.source, scene.target, "point-to-plane", gate=0.5), how, **given)
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
+        covariance(register(scene.source, scene.target, "point-to-plane", gate=0.5), form, **arguments)
 
 
 def test_a_large_noise_hides_no_wrong_one_beside_it():
@@ -235,16 +235,16 @@ def test_a_large_noise_hides_no_wrong_one_beside_it():
 def test_the_noisier_the_normals_the_less_the_hessian_holds():
     """Of 100 draws of each room, started at the truth: with σ = 0.02 u, more than 90 of its regions and of Censi's hold
     the truth; with 0.11 u, fewer than 50 of its own do, but more than 85 of Censi's."""
-    held = {}
+    counts = {}
     for setting, noise in (("clean", 0.02), ("noise", 0.11)):
         scenes = [room(setting, seed=seed) for seed in range(100)]
         clouds = [np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target")]
         result = register(*clouds, "point-to-plane", gate=0.5)
-        made = covariance(result), covariance(result, "censi", source_noise=noise, target_noise=noise)
-        held[setting] = [int(each.covers(scenes[0].truth).sum()) for each in made]
-    assert min(held["clean"]) > 90
-    assert held["noise"][0] < 50
-    assert held["noise"][1] > 85
+        estimates = covariance(result), covariance(result, "censi", source_noise=noise, target_noise=noise)
+        counts[setting] = [int(estimate.covers(scenes[0].truth).sum()) for estimate in estimates]
+    assert min(counts["clean"]) > 90
+    assert counts["noise"][0] < 50
+    assert counts["noise"][1] > 85
 
 
 @pytest.mark.native
@@ -253,8 +253,8 @@ def test_importing_the_solvers_does_not_import_it():
     import sys
 
     code = "import sys, solvers; print('solvers.uncertainty' in sys.modules)"
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.strip() == "False"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == "False"
 
 
 @pytest.mark.parametrize("shift", [0.05, 0.1, 0.3])
@@ -276,6 +276,6 @@ def test_weights_next_to_nothing_leave_all_free():
 
 def test_of_a_list_of_one_cloud_a_noise_is_an_entry_for_it():
     scene = kabsch_scene("noisy")
-    listed = covariance(register([scene.source], [scene.target], "icp"), "censi", source_noise=[0.1])
+    batch = covariance(register([scene.source], [scene.target], "icp"), "censi", source_noise=[0.1])
     alone = covariance(register(scene.source, scene.target, "icp"), "censi", source_noise=0.1)
-    np.testing.assert_allclose(listed.deviations, alone.deviations[None])
+    np.testing.assert_allclose(batch.deviations, alone.deviations[None])

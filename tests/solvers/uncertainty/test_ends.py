@@ -15,27 +15,27 @@ START = from_matrix(np.diag([0.03, 0.2, 0.2]) ** 2, Pose.identity())
 
 def test_poses_drawn_from_a_covariance_give_it_back():
     half = np.random.default_rng(1).standard_normal((3, 3)) * 0.05
-    given = from_matrix(half @ half.T, Pose.from_angle(2.0, (3.0, 1.0)), centre=(2.0, 0.0), radius=2.0)
-    middle = given.mean.inverse().apply([[2.0, 0.0]])[0]
-    estimate = spread_of(given.sample(20_000, seed=3)[:3000], centre=middle, radius=2.0, apart=10.0).whole
-    np.testing.assert_allclose(estimate.deviations, given.deviations, rtol=0.06)
-    assert given.distance(estimate.mean) < quantile(0.9999) / 3000
+    truth = from_matrix(half @ half.T, Pose.from_angle(2.0, (3.0, 1.0)), centre=(2.0, 0.0), radius=2.0)
+    middle = truth.mean.inverse().apply([[2.0, 0.0]])[0]
+    estimate = spread_of(truth.sample(20_000, seed=3)[:3000], centre=middle, radius=2.0, apart=10.0).whole
+    np.testing.assert_allclose(estimate.deviations, truth.deviations, rtol=0.06)
+    assert truth.distance(estimate.mean) < quantile(0.9999) / 3000
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-20.0, 20.0))
 def test_where_the_target_lies_changes_no_deviation(turn, shift):
     poses = START.sample(20, seed=1)
-    one = spread_of(poses, centre=(1.0, 0.0), radius=2.0)
-    other = spread_of(Pose.from_angle(turn, (shift, 1.0)).compose(poses), centre=(1.0, 0.0), radius=2.0)
-    np.testing.assert_allclose(other.whole.deviations, one.whole.deviations, rtol=1e-5)
-    np.testing.assert_array_equal(other.mode, one.mode)
+    first = spread_of(poses, centre=(1.0, 0.0), radius=2.0)
+    second = spread_of(Pose.from_angle(turn, (shift, 1.0)).compose(poses), centre=(1.0, 0.0), radius=2.0)
+    np.testing.assert_allclose(second.whole.deviations, first.whole.deviations, rtol=1e-5)
+    np.testing.assert_array_equal(second.mode, first.mode)
 
 
 def test_modes_are_what_chains_of_near_poses_connect():
     chain = Pose.from_angle(0.0, np.column_stack([np.linspace(0.0, 3.0, 31), np.zeros(31)]))
-    far = Pose.from_angle(np.pi, np.column_stack([np.linspace(0.0, 0.3, 4), np.zeros(4)]))
+    cluster = Pose.from_angle(np.pi, np.column_stack([np.linspace(0.0, 0.3, 4), np.zeros(4)]))
     order = np.random.default_rng(2).permutation(35)
-    poses = Pose(np.concatenate([far.R, chain.R])[order], np.concatenate([far.t, chain.t])[order])
+    poses = Pose(np.concatenate([cluster.R, chain.R])[order], np.concatenate([cluster.t, chain.t])[order])
     estimate = spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=0.15)
     np.testing.assert_array_equal(estimate.mode, (order < 4).astype(int))
     np.testing.assert_allclose(estimate.shares, [31 / 35, 4 / 35])
@@ -64,8 +64,8 @@ def test_redrawn_noise_of_known_pairs_gives_the_closed_form():
     result = monte_carlo(BIRD, target, "kabsch").whole
     closed = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch"), sigma=0.05)
     z = result.directions * result.deviations
-    apart = (z @ z.T) / closed.deviations[0] ** 2 - np.eye(3)  # isotropic about the centre
-    assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / 3000)
+    excess = (z @ z.T) / closed.deviations[0] ** 2 - np.eye(3)  # isotropic about the centre
+    assert np.abs(excess).max() < 5.0 * np.sqrt(2.0 / 3000)
 
 
 def test_the_hall_has_two_modes_and_the_wrong_one_is_half_a_turn_off():
@@ -84,8 +84,8 @@ def test_a_corridor_passes_the_spread_of_the_start_on_and_across_it_does_not():
     assert result.deviations[1] < 0.02
     assert result.made_by == "starts"
     for draws in (50,):
-        drawn = from_starts(scene.source, scene.target, "icp", start=START, draws=draws, gate=0.8)
-        assert drawn.deviations[0] == pytest.approx(result.deviations[0], rel=0.4)
+        sample = from_starts(scene.source, scene.target, "icp", start=START, draws=draws, gate=0.8)
+        assert sample.deviations[0] == pytest.approx(result.deviations[0], rel=0.4)
 
 
 def test_no_spread_of_the_start_leaves_the_noise_alone():
@@ -146,8 +146,8 @@ def test_what_is_refused():
     two = from_matrix(np.stack([1e-4 * np.eye(3)] * 2), Pose.identity(batch=(2,)))
     with pytest.raises(ValueError, match=r"^noise: expected one covariance, got a batch of shape \(2,\)"):
         from_starts(scene.source, scene.target, start=START, noise=two)
-    for centre, why in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
-        with pytest.raises(ValueError, match=f"^centre: {why}"):
+    for centre, text in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
+        with pytest.raises(ValueError, match=f"^centre: {text}"):
             spread_of(Pose.identity(batch=(3,)), centre=centre, radius=1.0)
 
 
@@ -180,12 +180,12 @@ def test_the_mean_of_all_does_not_depend_on_their_order():
     """Two clusters half a turn apart."""
     angle = np.concatenate([np.linspace(-0.3, 0.3, 12), np.pi + np.linspace(-0.3, 0.3, 5)])
     t = np.column_stack([np.linspace(0.0, 0.3, 17), np.zeros(17)])
-    one, other = (
+    first, second = (
         spread_of(Pose.from_angle(angle[order], t[order]), centre=(1.0, 0.0), radius=3.0)
         for order in (np.arange(17), np.arange(17)[::-1])
     )
-    assert len(one.modes) == 2
-    np.testing.assert_allclose(one.whole.mean.matrix, other.whole.mean.matrix, atol=1e-6)
+    assert len(first.modes) == 2
+    np.testing.assert_allclose(first.whole.mean.matrix, second.whole.mean.matrix, atol=1e-6)
 
 
 def test_a_point_without_weight_moves_no_centre():
@@ -193,11 +193,11 @@ def test_a_point_without_weight_moves_no_centre():
     rng = np.random.default_rng(4)
     source = rng.standard_normal((30, 2))
     target = source + 0.01 * rng.standard_normal((40, 30, 2))
-    weights, far = np.ones(30), source.copy()
-    weights[0], far[0] = 0.0, (500.0, 300.0)
-    one, other = (monte_carlo(cloud, target, "kabsch", weights=weights) for cloud in (source, far))
-    np.testing.assert_allclose(other.whole.centre, one.whole.centre, atol=1e-9)
-    assert other.whole.radius == pytest.approx(float(one.whole.radius))
+    weights, stray = np.ones(30), source.copy()
+    weights[0], stray[0] = 0.0, (500.0, 300.0)
+    first, second = (monte_carlo(cloud, target, "kabsch", weights=weights) for cloud in (source, stray))
+    np.testing.assert_allclose(second.whole.centre, first.whole.centre, atol=1e-9)
+    assert second.whole.radius == pytest.approx(float(first.whole.radius))
 
 
 def test_a_spread_takes_two_draws_and_the_message_says_of_what():

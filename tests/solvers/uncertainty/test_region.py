@@ -12,7 +12,7 @@ from solvers.scenes.walls import single_wall
 from solvers.uncertainty import Covariance, adjoint, covariance, exp, from_matrix, quantile, spread_of
 
 
-def some(seed: int, mean: Pose | None = None, **more) -> Covariance:
+def random_covariance(seed: int, mean: Pose | None = None, **more) -> Covariance:
     half = np.random.default_rng(seed).standard_normal((3, 3)) * 0.1
     mean = Pose.from_angle(0.8, (3.0, -1.0)) if mean is None else mean
     return from_matrix(half @ half.T, mean, centre=(0.5, 2.0), radius=2.5, **more)
@@ -37,55 +37,55 @@ def test_a_quantile_holds_its_share_of_normal_draws():
 def test_the_matrix_comes_back(seed):
     half = np.random.default_rng(seed).standard_normal((3, 3))
     S = half @ half.T
-    made = from_matrix(S, Pose.from_angle(1.0, (2.0, 3.0)), centre=(4.0, -5.0), radius=1.7)
-    np.testing.assert_allclose(made.matrix, S, atol=1e-9 * np.abs(S).max() * 50)
-    assert (np.diff(made.deviations) <= 0.0).all()
+    spread = from_matrix(S, Pose.from_angle(1.0, (2.0, 3.0)), centre=(4.0, -5.0), radius=1.7)
+    np.testing.assert_allclose(spread.matrix, S, atol=1e-9 * np.abs(S).max() * 50)
+    assert (np.diff(spread.deviations) <= 0.0).all()
 
 
 @given(st.integers(0, 2**31 - 1))
 def test_the_frame_changes_by_the_adjoint_and_the_regions_stay(seed):
     """For random covariances and poses: the matrix becomes Ad Σ Adᵀ and converts back; distances of poses are
     unchanged."""
-    one = some(seed)
-    other = one.to("source")
-    A = adjoint(one.mean.inverse())
-    np.testing.assert_allclose(other.matrix, A @ one.matrix @ A.T, rtol=1e-7, atol=1e-10)
-    np.testing.assert_allclose(other.to("target").matrix, one.matrix, rtol=1e-9, atol=1e-12)
-    pose = one.sample(1, seed=seed % 1000)[0]
-    assert other.distance(pose) == pytest.approx(one.distance(pose), rel=1e-6)
+    spread = random_covariance(seed)
+    in_source = spread.to("source")
+    A = adjoint(spread.mean.inverse())
+    np.testing.assert_allclose(in_source.matrix, A @ spread.matrix @ A.T, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(in_source.to("target").matrix, spread.matrix, rtol=1e-9, atol=1e-12)
+    pose = spread.sample(1, seed=seed % 1000)[0]
+    assert in_source.distance(pose) == pytest.approx(spread.distance(pose), rel=1e-6)
 
 
 def test_information_is_the_inverse():
-    one = some(4)
-    np.testing.assert_allclose(one.information @ one.matrix, np.eye(3), atol=1e-8)
+    spread = random_covariance(4)
+    np.testing.assert_allclose(spread.information @ spread.matrix, np.eye(3), atol=1e-8)
 
 
 def test_other_units_change_lengths_and_nothing_else():
     half = np.random.default_rng(5).standard_normal((3, 3)) * 0.01
     S, km = half @ half.T, np.diag([1.0, 1e3, 1e3])
-    one = from_matrix(S, Pose.from_angle(0.3, (1.0, 2.0)), centre=(1.0, 1.0), radius=2.0)
-    far = from_matrix(km @ S @ km, Pose.from_angle(0.3, (1e3, 2e3)), centre=(1e3, 1e3), radius=2e3)
-    np.testing.assert_allclose(far.deviations, 1e3 * one.deviations, rtol=1e-6)
-    moved = exp([0.01, 0.02, 0.0]).compose(one.mean)
-    assert far.distance(Pose(moved.R, 1e3 * moved.t)) == pytest.approx(one.distance(moved), rel=1e-6)
+    spread = from_matrix(S, Pose.from_angle(0.3, (1.0, 2.0)), centre=(1.0, 1.0), radius=2.0)
+    in_metres = from_matrix(km @ S @ km, Pose.from_angle(0.3, (1e3, 2e3)), centre=(1e3, 1e3), radius=2e3)
+    np.testing.assert_allclose(in_metres.deviations, 1e3 * spread.deviations, rtol=1e-6)
+    moved = exp([0.01, 0.02, 0.0]).compose(spread.mean)
+    assert in_metres.distance(Pose(moved.R, 1e3 * moved.t)) == pytest.approx(spread.distance(moved), rel=1e-6)
 
 
 def test_draws_lie_in_the_region_as_often_as_it_says():
-    one = some(6)
-    for made in (one, one.to("source")):
-        inside = made.covers(made.sample(20_000, seed=1), 0.8)
+    spread = random_covariance(6)
+    for region in (spread, spread.to("source")):
+        inside = region.covers(region.sample(20_000, seed=1), 0.8)
         assert inside.mean() == pytest.approx(0.8, abs=4.0 * np.sqrt(0.16 / 20_000))
 
 
 def test_the_ellipse_holds_the_share_of_the_places_where_a_point_lands():
-    one = from_matrix(np.diag([0.02, 0.05, 0.01]) ** 2, Pose.from_angle(0.4, (1.0, 0.5)), centre=(0.0, 1.0), radius=2.0)
-    landed = one.sample(20_000, seed=2).apply([[2.0, 0.0]])[:, 0]
-    curve = one.ellipse(0.7, (2.0, 0.0))
+    cov = from_matrix(np.diag([0.02, 0.05, 0.01]) ** 2, Pose.from_angle(0.4, (1.0, 0.5)), centre=(0.0, 1.0), radius=2.0)
+    landings = cov.sample(20_000, seed=2).apply([[2.0, 0.0]])[:, 0]
+    curve = cov.ellipse(0.7, (2.0, 0.0))
     assert np.allclose(curve[0], curve[-1])
-    inside = np.array([_within(curve, p) for p in landed[:4000]])
+    inside = np.array([_within(curve, p) for p in landings[:4000]])
     assert inside.mean() == pytest.approx(0.7, abs=0.03)
-    centre = one.mean.apply([[2.0, 0.0]])[0]
-    root = np.linalg.cholesky(one.point_covariance((2.0, 0.0)))
+    centre = cov.mean.apply([[2.0, 0.0]])[0]
+    root = np.linalg.cholesky(cov.point_covariance((2.0, 0.0)))
     radii = np.linalg.norm(np.linalg.solve(root, (curve - centre).T), axis=0)
     np.testing.assert_allclose(radii, np.sqrt(quantile(0.7, 2)), rtol=0.05)
 
@@ -96,8 +96,8 @@ def _within(curve, p):
 
 
 def test_a_spread_of_angles_bends_the_ellipse():
-    one = from_matrix(np.diag([0.5, 1e-4, 1e-4]) ** 2, Pose.from_angle(0.0, (4.0, 0.0)), radius=3.0)
-    curve = one.ellipse()
+    spread = from_matrix(np.diag([0.5, 1e-4, 1e-4]) ** 2, Pose.from_angle(0.0, (4.0, 0.0)), radius=3.0)
+    curve = spread.ellipse()
     np.testing.assert_allclose(np.linalg.norm(curve, axis=1), 4.0, atol=0.01)  # an arc about the origin
     assert np.ptp(np.arctan2(curve[:, 1], curve[:, 0])) > 2.0
 
@@ -109,38 +109,38 @@ def slid() -> Covariance:
 
 
 def test_a_free_direction_is_infinite_and_named_and_never_nan():
-    made = slid()
-    assert made.free.tolist() == [True, False, False]
-    assert np.isinf(made.deviations[0])
-    assert made.words() == "the slide along (0.94, 0.33) is free"
-    for array in (made.matrix, made.information, made.directions, made.deviations[1:]):
+    spread = slid()
+    assert spread.free.tolist() == [True, False, False]
+    assert np.isinf(spread.deviations[0])
+    assert spread.words() == "the slide along (0.94, 0.33) is free"
+    for array in (spread.matrix, spread.information, spread.directions, spread.deviations[1:]):
         assert np.isfinite(array).all()
     along = np.array([0.0, 8.0, 2.8])
-    assert along @ made.information @ along == pytest.approx(0.0, abs=1e-6)
-    far = exp(along).compose(made.mean)
-    assert made.distance(far) == pytest.approx(0.0, abs=1e-6)
-    assert made.covers(far)
-    assert not made.covers(exp([0.0, -0.28, 0.8]).compose(made.mean))
+    assert along @ spread.information @ along == pytest.approx(0.0, abs=1e-6)
+    pose = exp(along).compose(spread.mean)
+    assert spread.distance(pose) == pytest.approx(0.0, abs=1e-6)
+    assert spread.covers(pose)
+    assert not spread.covers(exp([0.0, -0.28, 0.8]).compose(spread.mean))
 
 
 def test_an_infinite_region_is_drawn_only_as_far_as_is_said():
-    made = slid()
+    spread = slid()
     with pytest.raises(ValueError, match=r"reach.*the slide along \(0.94, 0.33\) is free"):
-        made.ellipse()
+        spread.ellipse()
     with pytest.raises(ValueError, match="reach"):
-        made.sample(3)
-    curve = made.ellipse(reach=1.0)
+        spread.sample(3)
+    curve = spread.ellipse(reach=1.0)
     assert np.isfinite(curve).all()
     longest = np.linalg.norm(curve - curve.mean(axis=0), axis=1).max()
     assert longest == pytest.approx(np.sqrt(quantile(0.95, 2)), rel=0.05)
 
 
 def test_certainty_has_no_information_matrix():
-    made = from_matrix(np.zeros((3, 3)), Pose.identity())
-    assert made.covers(Pose.identity())
-    assert not made.covers(Pose.from_angle(1e-6))
+    spread = from_matrix(np.zeros((3, 3)), Pose.identity())
+    assert spread.covers(Pose.identity())
+    assert not spread.covers(Pose.from_angle(1e-6))
     with pytest.raises(ValueError, match="information"):
-        _ = made.information
+        _ = spread.information
 
 
 @pytest.mark.parametrize(("matrix", "words"), [
@@ -161,11 +161,11 @@ def test_a_large_covariance_hides_no_wrong_one_beside_it():
 
 
 def test_what_else_is_refused():
-    one = some(7)
+    spread = random_covariance(7)
     for wrong in (0.0, 1.0, -1.0, float("nan")):
         with pytest.raises(ValueError, match="level"):
-            one.covers(one.mean, wrong)
-    for call in (one.distance, one.along, one.covers):
+            spread.covers(spread.mean, wrong)
+    for call in (spread.distance, spread.along, spread.covers):
         with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
             call(np.eye(3))
         with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions"):
@@ -177,7 +177,7 @@ def test_what_else_is_refused():
     with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
         spread_of(np.eye(3)[None], centre=(0.0, 0.0), radius=1.0)
     with pytest.raises(ValueError, match="frame"):
-        one.to("world")
+        spread.to("world")
     with pytest.raises(ValueError, match="freedom"):
         quantile(0.5, 4)
     with pytest.raises(ValueError, match="rigid"):
@@ -189,17 +189,17 @@ def test_what_else_is_refused():
         with pytest.raises(ValueError, match=f"^{name}: "):
             from_matrix(np.eye(3), Pose.identity(), **{name: wrong})
     for wrong in ((0.0, np.nan), (0.0, 0.0, 0.0), "here"):
-        for tell in (one.ellipse, one.point_covariance):
+        for tell in (spread.ellipse, spread.point_covariance):
             with pytest.raises(ValueError, match=r"^point: "):
                 tell(point=wrong)
     for wrong in (3.5, 0, -1, True):
         with pytest.raises(ValueError, match=r"^count: "):
-            one.ellipse(count=wrong)
+            spread.ellipse(count=wrong)
     for wrong in ("a", [[1.0, 2.0]], [1.0, 2.0, 3.0], [[1.0, 2.0, np.nan]]):
         with pytest.raises(ValueError, match=r"^along: "):
-            one.poses(wrong)
+            spread.poses(wrong)
     with pytest.raises(ValueError, match=r"^pose.scale: "):
-        one.covers(Pose.from_angle(0.0, scale=5.0))
+        spread.covers(Pose.from_angle(0.0, scale=5.0))
 
 
 def test_a_batch_is_its_single_covariances():
@@ -209,9 +209,9 @@ def test_a_batch_is_its_single_covariances():
     estimate = covariance(register(p, q, "kabsch"))
     pose = Pose.identity(batch=(4,))
     for i in range(4):
-        one = covariance(register(p[i], q[i], "kabsch"))
-        np.testing.assert_allclose(estimate[i].matrix, one.matrix, rtol=1e-9)
-        assert estimate.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
+        single = covariance(register(p[i], q[i], "kabsch"))
+        np.testing.assert_allclose(estimate[i].matrix, single.matrix, rtol=1e-9)
+        assert estimate.distance(pose)[i] == pytest.approx(single.distance(pose[i]), rel=1e-9)
     with pytest.raises(ValueError, match="ellipse"):
         estimate.ellipse()
 
@@ -221,9 +221,9 @@ def test_an_index_reaches_into_the_batch_alone():
     matrices = np.stack([np.diag([9.0, 4.0, 1.0]) * k for k in (1.0, 100.0, 10000.0)])
     batch = from_matrix(matrices, Pose.identity(batch=(3,)))
     for k in range(3):
-        for one in (batch[..., k], batch[k, ...], batch[(k,)]):
-            assert np.array_equal(one.matrix, batch[k].matrix)
-            assert one.mean.batch == one.radius.shape == ()
+        for entry in (batch[..., k], batch[k, ...], batch[(k,)]):
+            assert np.array_equal(entry.matrix, batch[k].matrix)
+            assert entry.mean.batch == entry.radius.shape == ()
     assert np.array_equal(batch[...].matrix, batch.matrix)
     assert batch[..., None].matrix.shape == (3, 1, 3, 3)
     with pytest.raises(IndexError):
@@ -237,20 +237,20 @@ def test_an_edge_s_information_is_that_of_its_residual(frame):
     half = 1e-3 * np.random.default_rng(9).standard_normal((3, 3))
     spread = from_matrix(half @ half.T, Pose.from_angle(1.9, (4.0, -2.0)), centre=(1.0, 2.0), radius=2.5, frame=frame)
     count = 20_000
-    drawn = spread.sample(count, seed=1)
-    nodes = Pose.trusted(np.concatenate([np.eye(2)[None], drawn.R]), np.concatenate([np.zeros((1, 2)), drawn.t]))
-    measured = Pose.trusted(np.tile(spread.mean.R, (count, 1, 1)), np.tile(spread.mean.t, (count, 1)))
-    edges = Edges(np.zeros(count, dtype=int), np.arange(1, count + 1), measured, spread.edge_information())
+    poses = spread.sample(count, seed=1)
+    nodes = Pose.trusted(np.concatenate([np.eye(2)[None], poses.R]), np.concatenate([np.zeros((1, 2)), poses.t]))
+    relative = Pose.trusted(np.tile(spread.mean.R, (count, 1, 1)), np.tile(spread.mean.t, (count, 1)))
+    edges = Edges(np.zeros(count, dtype=int), np.arange(1, count + 1), relative, spread.edge_information())
     errors = residuals(nodes, edges)
-    whitened = np.linalg.cholesky(spread.edge_information()).T @ errors.T
-    np.testing.assert_allclose(whitened @ whitened.T / count, np.eye(3), atol=0.05)
+    white = np.linalg.cholesky(spread.edge_information()).T @ errors.T
+    np.testing.assert_allclose(white @ white.T / count, np.eye(3), atol=0.05)
     assert chi_squared(nodes, edges).mean() == pytest.approx(3.0, abs=0.1)
 
 
 def test_an_edge_s_information_of_a_batch_is_that_of_its_poses():
-    both = from_matrix(np.stack([np.diag([0.01, 0.04, 0.02]) ** 2] * 2), Pose.from_angle([0.3, 2.0], [[1, 0], [0, 5]]))
+    batch = from_matrix(np.stack([np.diag([0.01, 0.04, 0.02]) ** 2] * 2), Pose.from_angle([0.3, 2.0], [[1, 0], [0, 5]]))
     for i in (0, 1):
-        np.testing.assert_allclose(both.edge_information()[i], both[i].edge_information(), rtol=1e-9)
+        np.testing.assert_allclose(batch.edge_information()[i], batch[i].edge_information(), rtol=1e-9)
     with pytest.raises(ValueError, match="information: the matrix of edge 0 is not positive definite"):
         Edges([0], [1], Pose.identity(batch=(1,)), slid().edge_information())
 

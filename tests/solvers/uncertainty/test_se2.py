@@ -53,10 +53,10 @@ def test_half_a_turn_has_a_twist():
 
 def test_batches_are_their_single_twists():
     twists = np.random.default_rng(1).uniform(-2.0, 2.0, (4, 5, 3))
-    all_of_them = exp(twists)
-    assert all_of_them.batch == (4, 5)
-    close(all_of_them[2, 3], exp(twists[2, 3]))
-    np.testing.assert_array_equal(log(all_of_them)[1, 1], log(all_of_them[1, 1]))
+    poses = exp(twists)
+    assert poses.batch == (4, 5)
+    close(poses[2, 3], exp(twists[2, 3]))
+    np.testing.assert_array_equal(log(poses)[1, 1], log(poses[1, 1]))
 
 
 def test_what_is_no_twist_and_no_rigid_motion_of_the_plane_is_refused():
@@ -68,26 +68,26 @@ def test_what_is_no_twist_and_no_rigid_motion_of_the_plane_is_refused():
         "pose: moves .*, a twist is planar": Pose.identity(3),
         "pose: exp": np.eye(3),
     }
-    for says, pose in wrong.items():
+    for message, pose in wrong.items():
         for tell in (log, adjoint):
-            with pytest.raises(ValueError, match=f"^{says}"):
+            with pytest.raises(ValueError, match=f"^{message}"):
                 tell(pose)
 
 
 def test_poses_of_float32_are_rigid_motions_here_as_elsewhere():
     """Such a matrix's scale differs from 1 by rounding, which `register` and pose graphs take as 1."""
     exact = Pose.from_angle([0.5, 0.52, 0.51], [[1.0, 2.0], [1.1, 2.0], [1.0, 2.1]])
-    rounded = Pose.from_matrix(exact.matrix.astype(np.float32))
-    assert (np.asarray(rounded.scale) != 1.0).any()
-    np.testing.assert_allclose(log(rounded), log(exact), atol=1e-6)
-    np.testing.assert_allclose(adjoint(rounded), adjoint(exact), atol=1e-6)
-    spread = from_matrix(np.diag([0.01, 0.04, 0.01]), rounded[0])
+    coarse = Pose.from_matrix(exact.matrix.astype(np.float32))
+    assert (np.asarray(coarse.scale) != 1.0).any()
+    np.testing.assert_allclose(log(coarse), log(exact), atol=1e-6)
+    np.testing.assert_allclose(adjoint(coarse), adjoint(exact), atol=1e-6)
+    spread = from_matrix(np.diag([0.01, 0.04, 0.01]), coarse[0])
     assert spread.mean.scale == 1.0
-    np.testing.assert_allclose(spread.along(rounded), spread.along(exact), atol=1e-6)
-    ends = [spread_of(poses, centre=(0.0, 0.0), radius=1.0).whole for poses in (rounded, exact)]
+    np.testing.assert_allclose(spread.along(coarse), spread.along(exact), atol=1e-6)
+    ends = [spread_of(poses, centre=(0.0, 0.0), radius=1.0).whole for poses in (coarse, exact)]
     np.testing.assert_allclose(ends[0].deviations, ends[1].deviations, atol=1e-6)
-    for doubled in (Pose.from_angle(0.5, scale=2.0), Pose.from_angle(0.5, scale=1.00001)):
+    for pose in (Pose.from_angle(0.5, scale=2.0), Pose.from_angle(0.5, scale=1.00001)):
         with pytest.raises(ValueError, match="of scale 1, not"):
-            log(doubled)
+            log(pose)
         with pytest.raises(ValueError, match=r"^mean.scale: .*of scale 1, not"):
-            from_matrix(np.eye(3), doubled)
+            from_matrix(np.eye(3), pose)

@@ -16,5 +16,5 @@ def test_rows_without_weight_leave_the_hessian_s_region_as_it_is(method):
     rows = np.vstack([p, p[:60] + 0.3])
     weights = np.append(np.ones(len(p)), np.zeros(60))
     plain = covariance(register(p, q, method, weights=np.ones(len(p))))
-    padded = covariance(register(rows, q, method, weights=weights))
-    np.testing.assert_allclose(padded.deviations, plain.deviations, rtol=1e-9)
+    estimate = covariance(register(rows, q, method, weights=weights))
+    np.testing.assert_allclose(estimate.deviations, plain.deviations, rtol=1e-9)

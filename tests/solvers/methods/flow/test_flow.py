@@ -31,7 +31,7 @@ def problem(scenes=SCENES, start=None):
     return Problem(scenes.source, scenes.target, weights, start or Pose.identity(2, (b,)), seed)
 
 
-def turned(points, angle):
+def rotate(points, angle):
     return Pose.from_angle(angle).apply(points)
 
 
@@ -46,11 +46,11 @@ def test_a_scene_is_one_shape_seen_twice():
 
 def test_scenes_keep_to_their_kind():
     """Angles are in the kind's range, in both directions, and a smaller source is smaller."""
-    far = draw(HELD_OUT[2], 200, 10, 1)
-    assert np.degrees(np.abs(far.angle)).min() >= 135
-    assert 0.3 < (far.angle > 0).mean() < 0.7
-    same, small = (draw(type(TRAINING)("s", scale=s), 20, 30, 2).source for s in (1.0, 0.85))
-    spread = [cloud.std(axis=1).sum(axis=-1) for cloud in (same, small)]
+    scenes = draw(HELD_OUT[2], 200, 10, 1)
+    assert np.degrees(np.abs(scenes.angle)).min() >= 135
+    assert 0.3 < (scenes.angle > 0).mean() < 0.7
+    full, small = (draw(type(TRAINING)("s", scale=s), 20, 30, 2).source for s in (1.0, 0.85))
+    spread = [cloud.std(axis=1).sum(axis=-1) for cloud in (full, small)]
     assert spread[1] / spread[0] == pytest.approx(0.85)
 
 
@@ -58,7 +58,7 @@ def test_what_describes_a_point_does_not_turn_with_the_cloud():
     """Turning a cloud leaves its invariants unchanged; mirroring it changes them."""
     points = SCENES.source - SCENES.source.mean(axis=1, keepdims=True)
     before = network.invariants(points)
-    assert network.invariants(turned(points, 2.1)) == pytest.approx(before, abs=1e-12)
+    assert network.invariants(rotate(points, 2.1)) == pytest.approx(before, abs=1e-12)
     assert np.abs(network.invariants(points * [-1.0, 1.0]) - before).max() > 0.1
 
 
@@ -70,9 +70,9 @@ def test_the_order_of_the_points_does_not_matter(name):
     x = np.concatenate([x, q])
     first = network.endpoint(params(name), network.encode(params(name), p, q), x, 0.3)
     x = np.concatenate([x[:9][order], q])
-    other = network.endpoint(params(name), network.encode(params(name), p[order], q), x, 0.3)
-    assert other[:9] == pytest.approx(first[:9][order], abs=1e-10)
-    assert other[9:] == pytest.approx(first[9:], abs=1e-10)
+    second = network.endpoint(params(name), network.encode(params(name), p[order], q), x, 0.3)
+    assert second[:9] == pytest.approx(first[:9][order], abs=1e-10)
+    assert second[9:] == pytest.approx(first[9:], abs=1e-10)
 
 
 def test_attention_is_the_weighted_mean_that_its_formula_says():
@@ -81,19 +81,19 @@ def test_attention_is_the_weighted_mean_that_its_formula_says():
     h = np.random.default_rng(1).normal(size=(6, network.WIDTH))
     size = network.WIDTH // network.HEADS
     q, k, v = np.split(h @ w["layer0.qkv"], 3, axis=-1)
-    mixed = np.zeros_like(h)
+    mixture = np.zeros_like(h)
     for head in range(network.HEADS):
         part = slice(head * size, (head + 1) * size)
         for i in range(6):
             weight = np.exp([q[i, part] @ k[j, part] / np.sqrt(size) for j in range(6)])
-            mixed[i, part] = sum(weight[j] * v[j, part] for j in range(6)) / weight.sum()
-    assert network._attention(w, "layer0.", h, np) == pytest.approx(mixed @ w["layer0.out"], abs=1e-12)
+            mixture[i, part] = sum(weight[j] * v[j, part] for j in range(6)) / weight.sum()
+    assert network._attention(w, "layer0.", h, np) == pytest.approx(mixture @ w["layer0.out"], abs=1e-12)
 
 
-def near(one, other, off):
-    """Whether arrays have the same shape and all entries within `off`: fast for large ones, which pytest.approx
+def is_near(a, b, tolerance):
+    """Whether arrays have the same shape and all entries within `tolerance`: fast for large ones, which pytest.approx
     compares one by one."""
-    return one.shape == other.shape and np.abs(one - other).max() <= off
+    return a.shape == b.shape and np.abs(a - b).max() <= tolerance
 
 
 @pytest.mark.parametrize("method", [FLOW, FLOW_FROM_SOURCE])
@@ -106,13 +106,13 @@ def test_a_step_predicts_makes_rigid_and_noises_again_by_the_same_draw(method):
         state = batch.state()
         t = k / 10
         assert state.time == pytest.approx(t)
-        assert near(state.present, (1 - t) * state.noise + t * state.projected, 1e-12)
+        assert is_near(state.present, (1 - t) * state.noise + t * state.projected, 1e-12)
         for part in (slice(0, m), slice(m, None)):
-            made, given = state.projected[..., part, :], state.given[:, None, part]
-            apart = [np.linalg.norm(c[..., :, None, :] - c[..., None, :, :], axis=-1) for c in (made, given)]
-            assert near(apart[0], np.broadcast_to(apart[1], apart[0].shape), 1e-9)
-        off = ((state.predicted - state.projected) ** 2).sum(-1).mean(-1)
-        assert near(state.rigidity, off, 1e-12)
+            result, points = state.projected[..., part, :], state.given[:, None, part]
+            distances = [np.linalg.norm(c[..., :, None, :] - c[..., None, :, :], axis=-1) for c in (result, points)]
+            assert is_near(distances[0], np.broadcast_to(distances[1], distances[0].shape), 1e-9)
+        error = ((state.predicted - state.projected) ** 2).sum(-1).mean(-1)
+        assert is_near(state.rigidity, error, 1e-12)
         assert (state.rigidity[range(5), state.chosen] == state.rigidity.min(axis=1)).all()
     assert batch.done
     assert (batch.state().status == Status.FINISHED).all()
@@ -130,9 +130,9 @@ def test_the_pose_is_read_out_from_both_views():
     state = advance(begin(FLOW, problem())).state()
     m = SCENES.source.shape[1]
     for i in range(5):
-        made = state.projected[i, state.chosen[i], :m]
-        back = state.views[1][i, state.chosen[i]].inverse().apply(made)
-        world = state.middle[i] + state.radius[i] * back
+        points = state.projected[i, state.chosen[i], :m]
+        local = state.views[1][i, state.chosen[i]].inverse().apply(points)
+        world = state.middle[i] + state.radius[i] * local
         assert state.pose[i].apply(SCENES.source[i]) == pytest.approx(world, abs=1e-9)
 
 
@@ -148,9 +148,9 @@ def test_the_flow_from_the_source_leaves_the_target_alone():
 def test_place_and_unit_of_the_world_do_not_matter(name):
     """With both clouds shifted by different amounts and in other units, the motion is the same in those units."""
     p, q = SCENES.source[0], SCENES.target[0]
-    one = register(p, q, method=name, seed=7)
-    other = register(100 * p + [30, -7], 100 * q + [-5, 900], method=name, seed=7)
-    assert other.transform(100 * p + [30, -7]) == pytest.approx(100 * one.transform(p) + [-5, 900], abs=1e-6)
+    first = register(p, q, method=name, seed=7)
+    second = register(100 * p + [30, -7], 100 * q + [-5, 900], method=name, seed=7)
+    assert second.transform(100 * p + [30, -7]) == pytest.approx(100 * first.transform(p) + [-5, 900], abs=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -158,9 +158,9 @@ def test_a_start_is_another_way_to_hand_over_the_source(name):
     """The network sees the source as placed by the start."""
     p, q = SCENES.source[1], SCENES.target[1]
     start = Pose.from_angle(0.4, (0.2, -0.3))
-    given = register(p, q, method=name, start=start, seed=3)
+    result = register(p, q, method=name, start=start, seed=3)
     moved = register(start.apply(p), q, method=name, seed=3)
-    assert given.transform(p) == pytest.approx(moved.transform(start.apply(p)), abs=1e-9)
+    assert result.transform(p) == pytest.approx(moved.transform(start.apply(p)), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -199,10 +199,10 @@ def test_the_study_of_the_log_is_what_the_weights_give():
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     lines = {(line["variant"], line["kind"]): StudyLine(**line) for line in log["held_out"]}
     for line in study(HELD_OUT[:3], ["flow-from-source"]):
-        logged = lines[line.variant, line.kind]
-        assert abs(line.turned - logged.turned) <= 1
-        assert abs(line.placed - logged.placed) <= 1
-        assert line.degrees == pytest.approx(logged.degrees, rel=0.01)
+        entry = lines[line.variant, line.kind]
+        assert abs(line.turned - entry.turned) <= 1
+        assert abs(line.placed - entry.placed) <= 1
+        assert line.degrees == pytest.approx(entry.degrees, rel=0.01)
 
 
 @pytest.mark.native
@@ -230,13 +230,13 @@ def test_the_study_is_of_other_scenes_than_the_training():
     ranges. Drawn in batches of the same size, since equal seeds would then give equal scenes, its scenes do not occur
     in a sample of the training's."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
-    studied = inspect.signature(study).parameters["seed"].default
+    study_seed = inspect.signature(study).parameters["seed"].default
     for first in (log["seed"], log["again"]["seed"]):
-        assert studied not in range(first, first + log["steps"] + 1)
-    held_out = draw(TRAINING, log["batch"], POINTS, studied).target
+        assert study_seed not in range(first, first + log["steps"] + 1)
+    held_out = draw(TRAINING, log["batch"], POINTS, study_seed).target
     for seed in range(log["seed"], log["seed"] + log["steps"], 97):
-        drawn = draw(TRAINING, log["batch"], POINTS, seed).target
-        assert np.abs(held_out[:, None] - drawn[None]).max(axis=(2, 3)).min() > 0.1
+        target = draw(TRAINING, log["batch"], POINTS, seed).target
+        assert np.abs(held_out[:, None] - target[None]).max(axis=(2, 3)).min() > 0.1
 
 
 @pytest.mark.parametrize("method", ["flow", "flow-from-source"])
@@ -245,10 +245,10 @@ def test_the_unit_changes_nothing(method, unit):
     """Units scaled by powers of ten, even so that squares of coordinates under- or overflow, give the same motion."""
     scene = room("clean", seed=40)
     source, target = scene.source[::8], scene.target[::8]
-    plain, other = (register(source * k, target * k, method, steps=3, samples=1) for k in (1.0, unit))
-    assert other.status == Status.FINISHED
-    assert other.pose.angle == pytest.approx(plain.pose.angle, abs=1e-6)
-    np.testing.assert_allclose(other.pose.t / unit, plain.pose.t, atol=1e-6)
+    plain, result = (register(source * k, target * k, method, steps=3, samples=1) for k in (1.0, unit))
+    assert result.status == Status.FINISHED
+    assert result.pose.angle == pytest.approx(plain.pose.angle, abs=1e-6)
+    np.testing.assert_allclose(result.pose.t / unit, plain.pose.t, atol=1e-6)
 
 
 @pytest.mark.parametrize("method", ["flow", "flow-from-source"])

@@ -24,25 +24,25 @@ def test_coordinates_of_poses_go_there_and_back(rng, random_pose):
     exact."""
     for d in (2, 3):
         origin = random_pose(rng, d, (50,))
-        near = Pose(random_pose(rng, d, (50,)).R, origin.t + rng.standard_normal((50, d)))
+        poses = Pose(random_pose(rng, d, (50,)).R, origin.t + rng.standard_normal((50, d)))
         radius, centre = rng.uniform(0.1, 9.0, 50), rng.standard_normal((50, d))
-        back = _posed(_coordinates(near, origin, radius, centre), origin, radius, centre)
-        assert np.allclose(back.matrix, near.matrix, atol=1e-12)
+        result = _posed(_coordinates(poses, origin, radius, centre), origin, radius, centre)
+        assert np.allclose(result.matrix, poses.matrix, atol=1e-12)
 
 
 def test_extrapolated_steps_are_kept_only_where_the_energy_falls_and_save_steps():
     """Over 25 rooms the accelerated run takes fewer steps; its first step has nothing to extrapolate from."""
     source, target, start = rooms("combo", 15.0)
-    kept = []
+    history = []
     fast = register(
         source, target, "fast-robust-icp", start=start, max_steps=200,
-        callback=lambda k, state: kept.append(state.accelerated.copy()),
+        callback=lambda k, state: history.append(state.accelerated.copy()),
     )  # fmt: skip
     plain = register(source, target, "fast-robust-icp", start=start, max_steps=200, history=0)
     assert np.median(fast.steps) < 0.8 * np.median(plain.steps)
-    kept = np.stack(kept)
-    assert kept[1:10].mean() > 0.3
-    assert not kept[0].any()
+    history = np.stack(history)
+    assert history[1:10].mean() > 0.3
+    assert not history[0].any()
     assert np.all(fast.status == Status.CONVERGED)
     assert np.all(fast.detail("nu") == fast.detail("last"))
 
@@ -52,18 +52,18 @@ def test_a_refused_extrapolation_empties_the_history_or_leaves_it(forget):
     """The history grows by one a step up to its cap. After a refusal it is either emptied or, as in the authors' code,
     kept at its length, with the poses that the run was at; then only a new stage empties it."""
     source, target, start = rooms("combo", 30.0)
-    seen = []
+    states = []
     register(
         source, target, "fast-robust-icp", start=start, max_steps=40, forget=forget,
-        callback=lambda k, state: seen.append(state),
+        callback=lambda k, state: states.append(state),
     )  # fmt: skip
     refusals = 0
-    for old, new in pairwise(seen):
+    for old, new in pairwise(states):
         same = (old.status == Status.RUNNING) & (new.nu == old.nu)
         refused = same & (old.depth > 0) & ~new.accelerated
         refusals += refused.sum()
-        wanted = np.where(refused & forget, 0, np.minimum(old.depth + 1, 6))
-        assert np.array_equal(new.depth[same], wanted[same])
+        expected = np.where(refused & forget, 0, np.minimum(old.depth + 1, 6))
+        assert np.array_equal(new.depth[same], expected[same])
         assert np.array_equal(new.past_x.t[same, 0], old.pose.t[same])
         assert np.array_equal(new.past_x.t[same, 1:], old.past_x.t[same, :-1])
         assert np.all(new.depth[new.nu != old.nu] == 0)

@@ -134,12 +134,12 @@ def test_a_large_motion_comes_out_the_right_way_round(method, d, rng, random_pos
 def test_a_batch_gives_what_each_problem_gives_alone(method):
     """Poses, statuses and steps of 25 rooms, batched and one by one, agree to 1e-12."""
     source, target, start = rooms("combo", 30.0)
-    together = register(source, target, method, start=start)
+    batch = register(source, target, method, start=start)
     for i in range(0, 25, 4):
         alone = register(source[i], target[i], method, start=start)
-        assert alone.steps == together.steps[i]
-        assert alone.status == together.status[i]
-        assert np.allclose(alone.matrix, together.matrix[i], rtol=1e-12, atol=1e-12)
+        assert alone.steps == batch.steps[i]
+        assert alone.status == batch.status[i]
+        assert np.allclose(alone.matrix, batch.matrix[i], rtol=1e-12, atol=1e-12)
 
 
 def test_from_near_the_room_is_found_and_from_far_a_stop_is_no_success():
@@ -171,9 +171,9 @@ def test_scans_that_overlap_in_part_need_a_gate():
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
 def test_units_do_not_matter(method, d, rng, random_pose):
     """Metres and millimetres give the same steps and the same pose in those units."""
-    cloud, other = shape(rng, d), shape(rng, d, 70)
-    plain = register(cloud, other, method, start=Pose(np.eye(d), np.full(d, 0.2)))
-    scaled = register(1e3 * cloud, 1e3 * other, method, start=Pose(np.eye(d), np.full(d, 200.0)))
+    cloud, target = shape(rng, d), shape(rng, d, 70)
+    plain = register(cloud, target, method, start=Pose(np.eye(d), np.full(d, 0.2)))
+    scaled = register(1e3 * cloud, 1e3 * target, method, start=Pose(np.eye(d), np.full(d, 200.0)))
     assert scaled.steps == plain.steps
     assert np.allclose(scaled.pose.R, plain.pose.R, atol=1e-9)
     assert np.allclose(scaled.pose.t, 1e3 * plain.pose.t, atol=1e-6)
@@ -206,13 +206,13 @@ def test_the_two_ways_to_come_to_rest_are_told_apart(rng):
     exact = register(cloud, cloud, start=Pose.from_angle(0.02))
     assert exact.reason == "the pose has come to rest"
     source, target, start = rooms("combo", 45.0)
-    early = register(source, target, start=start, rms_tolerance=0.05)
-    late = register(source, target, start=start, rms_tolerance=0.0, max_steps=300)
-    assert np.all(early.reason == "the RMS has come to rest")
-    assert np.all(late.reason == "the pose has come to rest")
-    assert np.all(early.steps < late.steps)
+    by_rms = register(source, target, start=start, rms_tolerance=0.05)
+    by_pose = register(source, target, start=start, rms_tolerance=0.0, max_steps=300)
+    assert np.all(by_rms.reason == "the RMS has come to rest")
+    assert np.all(by_pose.reason == "the pose has come to rest")
+    assert np.all(by_rms.steps < by_pose.steps)
     # A small change of RMS only triggers a stop: most of the motion may still be ahead.
-    assert np.median(np.linalg.norm(early.pose.t - late.pose.t, axis=1)) > 0.1
+    assert np.median(np.linalg.norm(by_rms.pose.t - by_pose.pose.t, axis=1)) > 0.1
 
 
 def test_a_robust_weight_resists_what_a_plain_fit_does_not(rng):
@@ -248,14 +248,14 @@ def test_coincident_points_leave_the_rotation_open(method):
     """If all source or all target points are equal, the centroids meet, the rotation stays, and the reason says why."""
     spread = np.random.default_rng(1).standard_normal((8, 2))
     start = Pose.from_angle(0.3)
-    one = register(np.full((8, 2), 0.7), spread, method, start=start)
-    assert one.status is Status.DEGENERATE
-    assert "source points" in one.reason
+    first = register(np.full((8, 2), 0.7), spread, method, start=start)
+    assert first.status is Status.DEGENERATE
+    assert "source points" in first.reason
     options = {"cap": 10.0} if method == "capped-icp" else {}
-    other = register(spread, np.full((8, 2), 0.7), method, start=start, **options)
-    assert other.status is Status.DEGENERATE
-    assert "target points" in other.reason
-    assert np.allclose(other.pose.R, start.R)
+    second = register(spread, np.full((8, 2), 0.7), method, start=start, **options)
+    assert second.status is Status.DEGENERATE
+    assert "target points" in second.reason
+    assert np.allclose(second.pose.R, start.R)
 
 
 @pytest.mark.parametrize("method", FAMILY)
@@ -291,18 +291,18 @@ def test_no_overlap_within_the_gate_is_degenerate_and_stays_put(rng):
         assert np.array_equal(result.matrix, np.eye(3))
     source, target, start = rooms("clean", 15.0, seeds=SEEDS[:3])
     source[1] += 1000.0
-    mixed = register(source, target, start=start, gate=2.6)
-    assert mixed.status.tolist() == [Status.CONVERGED, Status.DEGENERATE, Status.CONVERGED]
+    batch = register(source, target, start=start, gate=2.6)
+    assert batch.status.tolist() == [Status.CONVERGED, Status.DEGENERATE, Status.CONVERGED]
     alone = register(source[2], target[2], start=start, gate=2.6)
-    assert np.allclose(mixed.matrix[2], alone.matrix, atol=1e-12)
+    assert np.allclose(batch.matrix[2], alone.matrix, atol=1e-12)
 
 
 def test_one_wall_leaves_the_slide_to_the_sampling(rng):
     """Along a straight wall only its ends and the sampling reveal the position: ICP stops with wall on wall and a wrong
     slide, and reports convergence."""
     wall = np.stack([np.arange(0.0, 10.0, 0.1), np.zeros(100)], axis=1)
-    seen = wall[20:60]
-    result = register(seen, wall, start=Pose.from_angle(0.02, (1.03, 0.2)))
+    piece = wall[20:60]
+    result = register(piece, wall, start=Pose.from_angle(0.02, (1.03, 0.2)))
     assert result.status is Status.CONVERGED
     assert abs(result.pose.angle) < 1e-6
     assert abs(result.pose.t[1]) < 1e-6
@@ -331,8 +331,8 @@ def test_no_weight_at_all_is_degenerate(rng):
         result = register(cloud, cloud, method, weights=np.zeros(90))
         assert result.status is Status.DEGENERATE
         assert "weight" in result.reason
-    rejected = register(cloud, cloud + 50.0, weight="tukey", scale=0.1)
-    assert rejected.status is Status.DEGENERATE
+    weightless = register(cloud, cloud + 50.0, weight="tukey", scale=0.1)
+    assert weightless.status is Status.DEGENERATE
 
 
 @pytest.mark.native
@@ -350,8 +350,8 @@ def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
     without = make()
     assert np.array_equal(with_tree.history.poses.matrix, without.history.poses.matrix)
     assert len(with_tree.history.objective) > 3
-    for result, again in zip((rows, squares), nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02), strict=True):
-        assert np.array_equal(result, again)
+    for a, b in zip((rows, squares), nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02), strict=True):
+        assert np.array_equal(a, b)
 
 
 # Ideas of single variants.
@@ -362,8 +362,8 @@ def test_the_kiss_threshold_follows_the_stated_deviation(rng):
     source = rng.standard_normal((1, 30, 3))
     problem = Problem(source, source, np.ones((1, 30)), Pose.identity(3, (1,)), np.zeros(1, dtype=np.int64))
     assert sigma(problem, KissOptions(initial=0.7)).tolist() == [0.7]
-    far = np.linalg.norm(source[0], axis=1).max()
-    delta = 2.0 * far * np.sin(0.2) + 0.5
+    reach = np.linalg.norm(source[0], axis=1).max()
+    delta = 2.0 * reach * np.sin(0.2) + 0.5
     assert sigma(problem, KissOptions(angle=0.4, shift=0.5, initial=0.7))[0] == pytest.approx(
         np.sqrt((0.7**2 + delta**2) / 2.0)
     )

@@ -23,7 +23,7 @@ def clouds(count: int = 25, m: int = 60) -> tuple[np.ndarray, np.ndarray]:
     return corner + 0.05 * rng.normal(size=corner.shape), corner + 0.05 * rng.normal(size=corner.shape)
 
 
-def posed(source: np.ndarray, target: np.ndarray, start: Pose) -> Problem:
+def problem_of(source: np.ndarray, target: np.ndarray, start: Pose) -> Problem:
     b = len(source)
     starts = Pose.trusted(np.broadcast_to(start.R, (b, 2, 2)), np.broadcast_to(start.t, (b, 2)), np.ones(b))
     return Problem(source, target, np.ones(source.shape[:2]), starts, np.zeros(b, dtype=np.int64))
@@ -33,16 +33,16 @@ def posed(source: np.ndarray, target: np.ndarray, start: Pose) -> Problem:
 def test_an_rms_has_come_to_rest_only_over_as_many_pairs(method: str) -> None:
     """While a gate adds and drops pairs, an equal RMS belongs to other pairs."""
     source, target = clouds()
-    problem = posed(source, target, START)
+    problem = problem_of(source, target, START)
     options = METHODS[method].options(gate=0.5, rms_tolerance=0.2)
     batch = begin(METHODS[method], problem, options)
     counts = [batch.state().pairing.count]
     while not batch.done:
         batch = advance(batch)
         counts.append(batch.state().pairing.count)
-    ended = np.flatnonzero(batch.state().reason == "the RMS has come to rest")
-    assert len(ended) > 10
-    for i in ended:
+    rows = np.flatnonzero(batch.state().reason == "the RMS has come to rest")
+    assert len(rows) > 10
+    for i in rows:
         k = int(batch.steps[i])
         assert counts[k][i] == counts[k - 1][i]
 
@@ -59,7 +59,7 @@ def test_a_fit_without_a_rotation_does_not_come_to_rest_by_its_rms() -> None:
 
 def test_the_smallest_share_kept_is_one_pair() -> None:
     source, target = (cloud[0] for cloud in clouds(1))
-    problem = posed(source[None], target[None], Pose.identity())
+    problem = problem_of(source[None], target[None], Pose.identity())
     state = begin(METHODS["trimmed-icp"], problem, METHODS["trimmed-icp"].options(keep=0.001)).state()
     assert state.pairing.count.tolist() == [1]
 

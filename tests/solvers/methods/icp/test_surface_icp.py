@@ -47,8 +47,8 @@ def by_stacked_rows(moved, partners, roots, weights, centre, radius):
             columns.append((go(1e-5) - go(-1e-5)) / 2e-5)
         J = np.stack(columns, axis=-1)
         L = np.sqrt(weights[i])[:, None, None] * roots[i]
-        rows, left = (L @ J).reshape(-1, J.shape[-1]), (L @ (moved[i] - partners[i])[..., None]).ravel()
-        steps.append(-np.linalg.lstsq(rows, left, rcond=None)[0])
+        rows, residual = (L @ J).reshape(-1, J.shape[-1]), (L @ (moved[i] - partners[i])[..., None]).ravel()
+        steps.append(-np.linalg.lstsq(rows, residual, rcond=None)[0])
     return np.array(steps)
 
 
@@ -66,9 +66,9 @@ def test_equal_isotropic_covariances_give_the_point_to_point_step(rng, d, random
     np.testing.assert_allclose(result, expected, rtol=1e-8, atol=1e-8)
     # The least-squares pose is a fixed point: after the closed form the step is zero.
     fit = fit_rigid(moved, partners, weights).pose
-    again = fit.apply(moved)
+    points = fit.apply(moved)
     w = weights / weights.sum(axis=1, keepdims=True)
-    system = gauss_newton.system(again, partners, M, weights, (w[..., None] * again).sum(axis=1), radius)
+    system = gauss_newton.system(points, partners, M, weights, (w[..., None] * points).sum(axis=1), radius)
     np.testing.assert_allclose(gauss_newton.solve(system), 0.0, atol=1e-13)
 
 
@@ -82,14 +82,14 @@ def test_a_sharp_target_covariance_tends_to_point_to_plane(rng, d):
     np.testing.assert_allclose(
         plane, by_stacked_rows(moved, partners, n[..., None, :], weights, centre, radius), rtol=1e-8, atol=1e-8
     )
-    off = []
+    errors = []
     for tau in (1e2, 1e4, 1e6):
         cov = 0.01 * nn + tau * (np.eye(d) - nn)
         M = surface_icp.precisions(np.zeros_like(cov), cov, np.broadcast_to(np.eye(d), (3, d, d)))
         step = gauss_newton.solve(gauss_newton.system(moved, partners, M, weights, centre, radius))
-        off.append(np.abs(step - plane).max())
-    assert off[0] > 50.0 * off[1] > 2000.0 * off[2]
-    assert off[2] < 1e-6
+        errors.append(np.abs(step - plane).max())
+    assert errors[0] > 50.0 * errors[1] > 2000.0 * errors[2]
+    assert errors[2] < 1e-6
 
 
 def test_canonical_covariances_do_not_tend_to_point_to_plane(rng):
@@ -112,11 +112,11 @@ def test_the_gradient_is_that_of_the_cost(rng, d):
     root = rng.standard_normal((*moved.shape, d))
     M = root @ root.swapaxes(-1, -2)
     system = gauss_newton.system(moved, partners, M, weights, centre, radius)
-    still = Pose.identity(d, (3,))
+    identity = Pose.identity(d, (3,))
     p = system.gradient.shape[1]
 
     def cost(xi):
-        e = gauss_newton.apply(xi, system, still).apply(moved) - partners
+        e = gauss_newton.apply(xi, system, identity).apply(moved) - partners
         return (weights * np.einsum("bmi,bmij,bmj->bm", e, M, e)).sum(axis=1)
 
     h = 1e-6
@@ -133,9 +133,9 @@ def test_the_condition_depends_neither_on_units_nor_on_the_origin(rng):
         for s, at in ((1.0, 0.0), (1.0, 100.0), (0.001, 0.0))
     ]
     assert 1.0 < results[0].condition[0] < 100.0
-    for other in results[1:]:
-        np.testing.assert_allclose(other.condition, results[0].condition, rtol=1e-9)
-        np.testing.assert_allclose(other.directions[0], results[0].directions[0], atol=1e-9)
+    for result in results[1:]:
+        np.testing.assert_allclose(result.condition, results[0].condition, rtol=1e-9)
+        np.testing.assert_allclose(result.directions[0], results[0].directions[0], atol=1e-9)
 
 
 def test_one_common_factor_caps_a_step():
@@ -190,8 +190,8 @@ def test_rows_without_weight_count_for_nothing():
     extra = np.vstack([scene.source, [[1e140, -3.0], [2.0, 9.0]]])
     w = np.r_[np.ones(len(scene.source)), 0.0, 0.0]
     # The radius and the centre are the cloud's; the steps they scale are the same.
-    near = np.vstack([scene.source, [[1.0, -3.0], [2.0, 9.0]]])
-    a = register(near, scene.target, "point-to-plane", weights=w, tolerance=1e-10, rms_tolerance=0.0)
+    source = np.vstack([scene.source, [[1.0, -3.0], [2.0, 9.0]]])
+    a = register(source, scene.target, "point-to-plane", weights=w, tolerance=1e-10, rms_tolerance=0.0)
     b = register(scene.source, scene.target, "point-to-plane", tolerance=1e-10, rms_tolerance=0.0)
     np.testing.assert_allclose(a.pose.matrix, b.pose.matrix, atol=1e-8)
     assert np.isfinite(register(extra, scene.target, "point-to-plane", weights=w).pose.matrix).all()
@@ -202,13 +202,13 @@ def test_a_batch_is_its_single_runs(method):
     scenes = [room("combo", seed=40 + 13 * k) for k in range(4)]
     source, target = (np.stack([getattr(s, x) for s in scenes]) for x in ("source", "target"))
     options = {"start": room_start(), "gate": 2.6, "max_shift": 1.5, "weight": "huber"}
-    together = register(source, target, method, **options)
+    batch = register(source, target, method, **options)
     for i in range(4):
         alone = register(source[i], target[i], method, **options)
-        assert alone.steps == together.steps[i]
-        assert alone.status == together.status[i]
-        np.testing.assert_allclose(alone.pose.matrix, together.pose.matrix[i], rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(alone.objective, together.objective[i], rtol=1e-11)
+        assert alone.steps == batch.steps[i]
+        assert alone.status == batch.status[i]
+        np.testing.assert_allclose(alone.pose.matrix, batch.pose.matrix[i], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(alone.objective, batch.objective[i], rtol=1e-11)
 
 
 @BOTH
@@ -269,9 +269,9 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
     scenes = [room("striped", seed=40 + 13 * k) for k in range(25)]
     options = {"gate": 2.6, "max_shift": 1.5}
     many = [register(s.source, s.target, "point-to-plane", start=room_start(), **options) for s in scenes]
-    round_again = [(s, r) for s, r in zip(scenes, many, strict=True) if r.status is Status.STALLED]
-    assert len(round_again) > 0
-    for scene, result in round_again:
+    stalls = [(s, r) for s, r in zip(scenes, many, strict=True) if r.status is Status.STALLED]
+    assert len(stalls) > 0
+    for scene, result in stalls:
         poses = []
         on = register(
             scene.source, scene.target, "point-to-plane", start=result.pose, max_steps=40, rms_tolerance=0.0,
@@ -286,8 +286,8 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
 def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
     """Tukey's weight with a scale far below every distance rejects all pairs: this is reported, and the pose stays."""
     scene = room("clean")
-    far = Pose.from_angle(0.3, (30.0, 0.0))
-    result = register(scene.source, scene.target, method, start=far, weight="tukey", scale=0.1)
+    start = Pose.from_angle(0.3, (30.0, 0.0))
+    result = register(scene.source, scene.target, method, start=start, weight="tukey", scale=0.1)
     assert result.status is Status.DEGENERATE
     assert "no pair can be used" in result.reason
     np.testing.assert_allclose(result.pose.t, (30.0, 0.0))

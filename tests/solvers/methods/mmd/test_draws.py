@@ -12,14 +12,14 @@ LENGTHS = (2.4, 1.2, 0.6)
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
-def watched(scene, **options):
+def states_of(scene, **options):
     """The states of a run over LENGTHS, including the start."""
-    seen = []
+    states = []
     register(
         scene.source, scene.target, "mmd", start=room_start(), seed=scene.seed, lengths=LENGTHS,
-        callback=lambda k, state: seen.append(state), **options,
+        callback=lambda k, state: states.append(state), **options,
     )  # fmt: skip
-    return seen
+    return states
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -59,9 +59,9 @@ def test_every_stage_draws_anew_where_it_is_told_to():
     scene = room("combo", seed=53)
     for kernel in ("gaussian", "laplace", "cauchy"):
         for redraw in (False, True):
-            seen = watched(scene, redraw=redraw, kernel=kernel)
-            assert [float(s.length[0]) for s in seen] == sorted((float(s.length[0]) for s in seen), reverse=True)
-            stages = {int(s.stage[0]): s for s in seen}
+            states = states_of(scene, redraw=redraw, kernel=kernel)
+            assert [float(s.length[0]) for s in states] == sorted((float(s.length[0]) for s in states), reverse=True)
+            stages = {int(s.stage[0]): s for s in states}
             assert sorted(stages) == [0, 1, 2]
             for k, state in stages.items():
                 z = unit_frequencies(np.array([scene.seed]), 32, 2, kernel, k if redraw else 0)
@@ -75,9 +75,9 @@ def test_every_stage_draws_anew_where_it_is_told_to():
 def test_a_stage_has_as_many_frequencies_as_it_is_told(redraw):
     """Counts 8, 32, 16: each stage's features, objective and steps are those of a run with just that many."""
     scene, counts = room("combo", seed=66), (8, 32, 16)
-    seen = watched(scene, redraw=redraw, count=counts)
+    states = states_of(scene, redraw=redraw, count=counts)
     for k, count in enumerate(counts):
-        of_stage = [s for s in seen if s.stage[0] == k]
+        of_stage = [s for s in states if s.stage[0] == k]
         z = unit_frequencies(np.array([scene.seed]), 32, 2, draw=k if redraw else 0)[:, :count]
         for state in of_stage:
             assert np.array_equal(state.frequencies[:, :count], z)
@@ -88,17 +88,17 @@ def test_a_stage_has_as_many_frequencies_as_it_is_told(redraw):
             assert np.allclose(state.residual.reshape(2, 32)[:, :count].ravel(), gap[0], atol=1e-12)
             assert not state.residual.reshape(2, 32)[:, count:].any()
             assert not state.jacobian.reshape(2, 32, 3)[:, count:].any()
-    alone = watched(scene, count=8)
-    first = [s for s in seen if s.stage[0] == 0]
-    for state, same in zip(first, alone, strict=False):
-        assert np.allclose(state.pose.matrix, same.pose.matrix, atol=1e-10)
-        assert state.objective[0] == pytest.approx(same.objective[0], rel=1e-9)
+    alone = states_of(scene, count=8)
+    first = [s for s in states if s.stage[0] == 0]
+    for state, expected in zip(first, alone, strict=False):
+        assert np.allclose(state.pose.matrix, expected.pose.matrix, atol=1e-10)
+        assert state.objective[0] == pytest.approx(expected.objective[0], rel=1e-9)
 
 
 def test_alike_counts_are_one_count(rng):
     """(32, 32, 32) equals 32, bit for bit; the default draws the same frequencies as ever."""
     scene = room("noise", seed=40)
-    plain, several = (watched(scene, count=c)[-1] for c in (32, (32, 32, 32)))
+    plain, several = (states_of(scene, count=c)[-1] for c in (32, (32, 32, 32)))
     assert np.array_equal(plain.pose.matrix, several.pose.matrix)
     assert np.array_equal(plain.frequencies[0], np.random.default_rng(40).standard_normal((32, 2)))
 
@@ -117,13 +117,13 @@ def test_the_options_register_a_cloud_with_itself(degrees, shift, options, rng):
     their shortest wavelength."""
     for d in (2, 3):
         target = rng.standard_normal((2, 80, d)) * ([3.0, 1.0, 2.0][:d])
-        off = np.eye(d)
-        off[:2, :2] = Pose.from_angle(np.radians(degrees)).R
-        how = dict(start=Pose(off, np.full(d, shift)), lengths=LENGTHS, seed=1, **options)
-        result = register(target, target, "mmd", **how)
+        rotation = np.eye(d)
+        rotation[:2, :2] = Pose.from_angle(np.radians(degrees)).R
+        arguments = dict(start=Pose(rotation, np.full(d, shift)), lengths=LENGTHS, seed=1, **options)
+        result = register(target, target, "mmd", **arguments)
         assert all(s in (Status.CONVERGED, Status.STALLED) for s in result.status)
         assert np.abs(result.pose.apply(target) - target).max() < 1e-3
-        alone = register(target[1], target[1], "mmd", **how)
+        alone = register(target[1], target[1], "mmd", **arguments)
         assert np.abs(alone.pose.matrix - result.pose.matrix[1]).max() < 1e-9
 
 

@@ -42,8 +42,8 @@ def test_the_mmd_map_is_the_objective_at_every_node(rng):
     start = register(
         turned, SCENE.target, "mmd", start=Pose.from_angle(0.0, (1.0, -1.0)), lengths=(0.8,), count=20, max_steps=0
     )
-    same = mmd_field(turned, SCENE.target, start.detail("frequencies") / 0.8)
-    assert same.values([1.0, -1.0]) == pytest.approx(start.objective, rel=1e-12)
+    second = mmd_field(turned, SCENE.target, start.detail("frequencies") / 0.8)
+    assert second.values([1.0, -1.0]) == pytest.approx(start.objective, rel=1e-12)
 
 
 @pytest.mark.parametrize("squares", [1, 500, 2**13])
@@ -127,10 +127,10 @@ def test_a_path_says_how_it_ended():
     """With too few steps a path is capped; with nothing within the cap it is degenerate and stays where it was."""
     field = capped_field(SCENE.source, SCENE.target, 1.0)
     assert field.path([1.0, 1.0], max_steps=2).status == Status.CAPPED
-    far = field.path([[500.0, 0.0], [0.1, 0.0]])
-    assert far.status.tolist() == [Status.DEGENERATE, Status.CONVERGED]
-    assert far.points[-1, 0].tolist() == [500.0, 0.0]
-    assert far.objective[-1, 0] == 1.0
+    path = field.path([[500.0, 0.0], [0.1, 0.0]])
+    assert path.status.tolist() == [Status.DEGENERATE, Status.CONVERGED]
+    assert path.points[-1, 0].tolist() == [500.0, 0.0]
+    assert path.objective[-1, 0] == 1.0
     w = np.ones((3, 2))
     assert mmd_field(SCENE.source, SCENE.target, w).path([1.0, 1.0], max_steps=1).status == Status.CAPPED
 
@@ -142,10 +142,10 @@ def test_a_map_of_sixty_by_sixty_takes_well_under_a_second():
     w = np.random.default_rng(0).standard_normal((48, 2))
     best = np.inf
     for _ in range(3):
-        begun = time.process_time()
+        start = time.process_time()
         mmd_field(SCENE.source, SCENE.target, w).grid(ticks, ticks)
         capped_field(SCENE.source, SCENE.target, 2.6).grid(ticks, ticks)
-        best = min(best, time.process_time() - begun)
+        best = min(best, time.process_time() - start)
     assert best < 0.5
 
 

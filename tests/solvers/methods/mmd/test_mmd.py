@@ -70,10 +70,10 @@ def test_the_exact_value_against_its_definition(rng):
     for result, a, b, e in zip(exact_squared_mmd(x, y, ell), x, y, ell, strict=True):
         assert result == pytest.approx(kernel(a, a, e) - 2.0 * kernel(a, b, e) + kernel(b, b, e), rel=1e-12)
     assert exact_squared_mmd(x, x, 1.0) == pytest.approx([0.0, 0.0], abs=1e-15)
-    one = np.zeros((1, 2))
-    assert exact_squared_mmd(one, one + 1e6, 1.0) == pytest.approx(2.0)
+    point = np.zeros((1, 2))
+    assert exact_squared_mmd(point, point + 1e6, 1.0) == pytest.approx(2.0)
     with pytest.raises(ValueError, match="length"):
-        exact_squared_mmd(one, one, 0.0)
+        exact_squared_mmd(point, point, 0.0)
 
 
 @pytest.mark.parametrize("count", [1, 32])
@@ -113,10 +113,10 @@ def test_a_large_motion_is_found_to_the_last_digits(rng, random_pose, d):
     truth = random_pose(rng, d)
     source = truth.inverse().apply(target)
     angle = np.radians(20.0)
-    off = np.eye(d)
-    off[:2, :2] = Pose.from_angle(angle).R
+    rotation = np.eye(d)
+    rotation[:2, :2] = Pose.from_angle(angle).R
     centre = target.mean(axis=0)
-    start = Pose(off, centre - off @ centre + 0.3).compose(truth)
+    start = Pose(rotation, centre - rotation @ centre + 0.3).compose(truth)
     result = register(source, target, "mmd", start=start, seed=1)
     assert np.abs(result.pose.apply(source) - target).max() < 1e-4
     assert rre(result.pose, truth) < 1e-4
@@ -132,39 +132,39 @@ def test_the_objective_falls_within_a_stage_and_jumps_between():
 def test_steps_that_would_raise_the_objective_are_not_taken():
     """Eight waves, from 90°, five draws: in more than ten steps the damping grows, so a first attempt raised ‖r‖², but
     no accepted step does. From 45° with 32 waves no attempt is rejected."""
-    refused = {}
+    refusals = {}
     for degrees, count in ((90.0, 8), (45.0, 32)):
         pairs = [pair for seed in (40, 53, 66, 79, 92) for pair in _within_stages(seed, degrees, count)]
         assert all(b.objective[0] <= a.objective[0] for a, b in pairs)
-        refused[degrees] = sum(b.damping[0] > a.damping[0] for a, b in pairs)
-    assert refused[90.0] > 10
-    assert refused[45.0] == 0
+        refusals[degrees] = sum(b.damping[0] > a.damping[0] for a, b in pairs)
+    assert refusals[90.0] > 10
+    assert refusals[45.0] == 0
 
 
 def _within_stages(seed, degrees, count):
     """Consecutive pairs of a run's states that share a length scale."""
-    scene, seen = room("combo", seed=seed), []
+    scene, states = room("combo", seed=seed), []
     register(
         scene.source, scene.target, "mmd", start=room_start(degrees), seed=seed, lengths=(1.2, 0.6, 0.3), count=count,
-        callback=lambda k, s: seen.append(s) or False,
+        callback=lambda k, s: states.append(s) or False,
     )  # fmt: skip
-    return [(a, b) for a, b in pairwise(seen) if a.length == b.length]
+    return [(a, b) for a, b in pairwise(states) if a.length == b.length]
 
 
 def _falls_within_a_stage(scene):
-    seen = []
+    states = []
     register(
         scene.source, scene.target, "mmd", start=room_start(), seed=scene.seed,
-        callback=lambda k, s: seen.append(s) or False, **RACE,
+        callback=lambda k, s: states.append(s) or False, **RACE,
     )  # fmt: skip
-    lengths = [float(s.length[0]) for s in seen]
+    lengths = [float(s.length[0]) for s in states]
     assert sorted(set(lengths), reverse=True) == list(RACE["lengths"])
     assert lengths == sorted(lengths, reverse=True)
-    falls = [b.objective[0] < a.objective[0] for a, b in pairwise(seen) if a.length == b.length]
+    falls = [b.objective[0] < a.objective[0] for a, b in pairwise(states) if a.length == b.length]
     assert len(falls) > 8
     assert all(falls[:-1])
-    assert all(b.objective[0] <= a.objective[0] for a, b in pairwise(seen) if a.length == b.length)
-    for s in seen:
+    assert all(b.objective[0] <= a.objective[0] for a, b in pairwise(states) if a.length == b.length)
+    for s in states:
         assert np.allclose(s.residual, s.moving_mean - s.fixed_mean)
         w = s.frequencies / s.length[:, None, None]
         assert np.allclose(s.moving_mean, mean_features(s.pose.apply(scene.source), w), atol=1e-12)
@@ -241,12 +241,12 @@ def test_gradient_and_full_hessian_against_central_differences(rng):
     def at(x):
         return derivatives(Pose.from_angle(x[2], x[:2]), source, target, w)
 
-    here, h = at(theta), 1e-5
+    centre, h = at(theta), 1e-5
     for a in range(3):
         up, down = at(theta + h * np.eye(3)[a]), at(theta - h * np.eye(3)[a])
-        assert (up.value - down.value) / (2 * h) == pytest.approx(here.gradient[a], abs=1e-9)
-        assert np.allclose((up.gradient - down.gradient) / (2 * h), here.hessian[a], atol=1e-8)
-    assert np.abs(here.hessian - here.gauss_newton).max() > 0.01
+        assert (up.value - down.value) / (2 * h) == pytest.approx(centre.gradient[a], abs=1e-9)
+        assert np.allclose((up.gradient - down.gradient) / (2 * h), centre.hessian[a], atol=1e-8)
+    assert np.abs(centre.hessian - centre.gauss_newton).max() > 0.01
 
 
 def test_the_implicit_derivative_is_how_the_optimum_moves():
@@ -261,12 +261,12 @@ def test_the_implicit_derivative_is_how_the_optimum_moves():
     d = implicit_derivative(Pose.from_angle(theta[2], theta[:2]), source, target, w)
     assert d.reason == ""
     h = 1e-5
-    for which, analytic in (("source", d.by_source), ("target", d.by_target)):
+    for name, analytic in (("source", d.by_source), ("target", d.by_target)):
         for i, j in ((0, 0), (11, 1), (30, 0)):
             moved = []
             for sign in (1.0, -1.0):
                 clouds = {"source": source.copy(), "target": target.copy()}
-                clouds[which][i, j] += sign * h
+                clouds[name][i, j] += sign * h
                 moved.append(_optimum(**clouds, w=w, theta=theta))
             slope = (moved[0] - moved[1]) / (2.0 * h)
             assert np.allclose(slope, analytic[:, i, j], atol=1e-6)
@@ -285,9 +285,9 @@ def test_the_implicit_derivative_is_refused_with_a_reason(rng):
     cloud = rng.standard_normal((20, 2))
     assert implicit_derivative(Pose.identity(), cloud, cloud, w).reason == ""
     assert "not the optimum" in implicit_derivative(Pose.from_angle(0.0, (0.01, 0.0)), cloud, cloud, w).reason
-    turned = implicit_derivative(Pose.from_angle(2.0, (2.0, 2.0)), cloud, cloud, w)
-    assert turned.by_target is None
-    assert turned.reason
+    result = implicit_derivative(Pose.from_angle(2.0, (2.0, 2.0)), cloud, cloud, w)
+    assert result.by_target is None
+    assert result.reason
     with pytest.raises(ValueError, match="source"):
         implicit_derivative(Pose.identity(), np.zeros((3, 3)), circle, w)
 
@@ -309,8 +309,8 @@ def test_no_derivative_sees_the_lowest_minimum_switch(rng):
     while after - before > 2e-6:
         middle = (before + after) / 2.0
         before, after = (before, middle) if lowest(middle)[0][0] < 0.0 else (middle, after)
-    (one, sides), (other, _) = lowest(before), lowest(after)
-    assert one[0] - other[0] > 5.0
+    (first, sides), (second, _) = lowest(before), lowest(after)
+    assert first[0] - second[0] > 5.0
     for side in sides:
         assert side.reason == ""
         assert np.abs(side.by_target).max() * (after - before) < 1e-5
@@ -339,11 +339,11 @@ def test_hostile_clouds(points, how):
 @pytest.mark.parametrize("kind", [list, tuple, np.array])
 def test_lengths_and_counts_come_in_any_sequence(kind):
     """Like cell sizes: a sequence, an array, or a single number, copied so that the caller's array may change."""
-    given = MmdOptions(lengths=kind([2.0, 1.0]), count=kind([8, 16]))
-    assert given == MmdOptions(lengths=(2.0, 1.0), count=(8, 16))
+    options = MmdOptions(lengths=kind([2.0, 1.0]), count=kind([8, 16]))
+    assert options == MmdOptions(lengths=(2.0, 1.0), count=(8, 16))
     assert MmdOptions(lengths=np.array(2.0), count=np.array([8])) == MmdOptions(lengths=2.0, count=8)
     assert MmdOptions(lengths=2).lengths == (2.0,)
-    assert hash(given) == hash(MmdOptions(lengths=(2.0, 1.0), count=(8, 16)))
+    assert hash(options) == hash(MmdOptions(lengths=(2.0, 1.0), count=(8, 16)))
 
 
 @pytest.mark.parametrize(
@@ -381,9 +381,9 @@ def test_the_state_steps_without_writing(rng):
     )  # fmt: skip
     batch = begin(METHODS["mmd"], problem)
     before = batch.part.residual.copy()
-    one, two = advance(batch), advance(batch)
+    first, second = advance(batch), advance(batch)
     assert np.array_equal(batch.part.residual, before)
-    assert np.array_equal(one.pose().matrix, two.pose().matrix)
+    assert np.array_equal(first.pose().matrix, second.pose().matrix)
 
 
 @pytest.mark.parametrize(

@@ -50,13 +50,13 @@ def test_the_d2d_score_has_no_jumps_and_the_points_score_has():
         along = np.column_stack([np.linspace(-0.5, 0.5, count + 1), np.zeros(count + 1)])
         scores = {"cells": [], "points": []}
         for t in np.array_split(along, count // 200):
-            which = np.zeros(len(t), dtype=np.int64)
+            rows = np.zeros(len(t), dtype=np.int64)
             poses = Pose.from_angle(np.zeros(len(t)), t)
-            scores["cells"].append(d2d_score.evaluate(source, target, poses, t, which).score)
-            scores["points"].append(evaluate(target, scene.source + t[:, None], t, which, derivatives=False).score)
+            scores["cells"].append(d2d_score.evaluate(source, target, poses, t, rows).score)
+            scores["points"].append(evaluate(target, scene.source + t[:, None], t, rows, derivatives=False).score)
         for kind, values in scores.items():
-            joined = np.concatenate(values)
-            largest[kind].append(np.abs(np.diff(joined)).max() / joined.max())
+            curve = np.concatenate(values)
+            largest[kind].append(np.abs(np.diff(curve)).max() / curve.max())
     assert largest["cells"][1] < 0.12 * largest["cells"][0]
     assert largest["cells"][2] < 0.12 * largest["cells"][1]
     assert min(largest["points"][1:]) > 0.3 * largest["points"][0]
@@ -73,13 +73,13 @@ def test_d2d_derivatives_agree_with_differences(rng, about):
         pivot = poses.t if about == "pose" else poses.apply(source.mean).mean(axis=1)
 
         def at(step, source=source, target=target, poses=poses, pivot=pivot):
-            there = ndt.moved_by(poses, np.broadcast_to(step, (3, 3)), pivot)
-            return d2d_score.evaluate(source, target, there, pivot + step[:2])
+            neighbours = ndt.moved_by(poses, np.broadcast_to(step, (3, 3)), pivot)
+            return d2d_score.evaluate(source, target, neighbours, pivot + step[:2])
 
         h, result = 1e-5, at(np.zeros(3))
-        both = [(at(s), at(-s)) for s in h * np.eye(3)]
-        gradient = np.stack([-(a.score - b.score) / (2 * h) for a, b in both], axis=1)
-        hessian = np.stack([(a.gradient - b.gradient) / (2 * h) for a, b in both], axis=1)
+        pairs = [(at(s), at(-s)) for s in h * np.eye(3)]
+        gradient = np.stack([-(a.score - b.score) / (2 * h) for a, b in pairs], axis=1)
+        hessian = np.stack([(a.gradient - b.gradient) / (2 * h) for a, b in pairs], axis=1)
         np.testing.assert_allclose(result.gradient, gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
         np.testing.assert_allclose(result.hessian, hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
 
@@ -90,9 +90,9 @@ def test_d2d_does_not_care_how_both_clouds_are_turned(rng):
     pose = Pose.from_angle([0.4], [[0.2, -0.1]])
     turn = Pose.from_angle([2.1], [[5.0, -3.0]])
     R = turn.R[0]
-    turned = replace(target, mean=turn.apply(target.mean), covariance=R @ target.covariance @ R.T)
+    turned_cells = replace(target, mean=turn.apply(target.mean), covariance=R @ target.covariance @ R.T)
     a = d2d_score.evaluate(source, target, pose, pose.t)
-    b = d2d_score.evaluate(source, turned, turn.compose(pose), pose.t)
+    b = d2d_score.evaluate(source, turned_cells, turn.compose(pose), pose.t)
     np.testing.assert_allclose(a.score, b.score, rtol=1e-11)
 
 
@@ -112,11 +112,11 @@ def test_a_d2d_batch_is_its_single_runs():
     scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
     source, target = (np.stack([getattr(s, x) for s in scenes]) for x in ("source", "target"))
     options = {"start": room_start(25.0, 0.7), "cells": (2.4, 1.2), "max_shift": 0.5}
-    together = register(source, target, "ndt-d2d", **options)
+    batch = register(source, target, "ndt-d2d", **options)
     for i in range(5):
         alone = register(source[i], target[i], "ndt-d2d", **options)
-        assert alone.steps == together.steps[i]
-        np.testing.assert_allclose(alone.pose.matrix, together.pose.matrix[i], rtol=1e-12, atol=1e-12)
+        assert alone.steps == batch.steps[i]
+        np.testing.assert_allclose(alone.pose.matrix, batch.pose.matrix[i], rtol=1e-12, atol=1e-12)
 
 
 def test_d2d_says_which_cloud_has_no_cell():
@@ -129,23 +129,23 @@ def test_d2d_says_which_cloud_has_no_cell():
 
 def test_a_step_that_no_cell_follows_is_taken_back():
     """Two points at 1e100 make cells that any step leaves; the sums over no pairs at all would still be finite."""
-    far = [[1e100, 0.0], [1e100, 0.6], [-1.6, 1e100], [-0.1, 1e100]]
-    near = [[-0.4, -0.14], [-0.15, 0.6], [0.96, -0.02], [-0.97, 1.3], [-0.7, 1.3], [-0.3, -0.8], [-0.2, -0.7]]
-    source = np.array([*far, *near])
+    strays = [[1e100, 0.0], [1e100, 0.6], [-1.6, 1e100], [-0.1, 1e100]]
+    cluster = [[-0.4, -0.14], [-0.15, 0.6], [0.96, -0.02], [-0.97, 1.3], [-0.7, 1.3], [-0.3, -0.8], [-0.2, -0.7]]
+    source = np.array([*strays, *cluster])
     for shift in ([0.0, 0.0], [-850.0, -476.0], [1e6, 0.0]):
         result = register(source, source + np.array(shift), "ndt-d2d")
         assert result.status in (Status.DEGENERATE, Status.STALLED, Status.CONVERGED)
         assert np.isfinite(result.pose.matrix).all()
 
 
-@pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("distance", [1e2, 1e4, 1e6])
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
-def test_a_stray_point_sets_no_unit(method, far):
+def test_a_stray_point_sets_no_unit(method, distance):
     """A source point far beyond the map meets no cell. The centre and radius used to judge small steps leave it out, so
     the run is the same as without it."""
     scene, start = room("clean"), room_start(5.0, 0.3)
     alone = register(scene.source, scene.target, method, start=start)
-    result = register(np.vstack([scene.source, [[far, -far]]]), scene.target, method, start=start)
+    result = register(np.vstack([scene.source, [[distance, -distance]]]), scene.target, method, start=start)
     assert alone.status is Status.CONVERGED
     assert (result.status, result.steps) == (alone.status, alone.steps)
     np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-9)
@@ -153,6 +153,6 @@ def test_a_stray_point_sets_no_unit(method, far):
 
 def test_a_cloud_that_starts_far_off_is_no_stray():
     """If every point starts beyond the target's surroundings, all of them count for centre and radius."""
-    scene, away = room("clean"), Pose.from_angle(0.0, (1e3, 0.0))
-    state = register(scene.source, scene.target, "ndt", start=away).states[0]
+    scene, start = room("clean"), Pose.from_angle(0.0, (1e3, 0.0))
+    state = register(scene.source, scene.target, "ndt", start=start).states[0]
     np.testing.assert_allclose(state.centre[0], scene.source.mean(axis=0))

@@ -30,17 +30,17 @@ def test_a_scene_that_is_elsewhere_as_a_whole_needs_the_source_s_grid_to_move_as
     """With both clouds shifted, starting the target's grid at its corner is enough for points, but not for a source
     that is cut into cells; moving the source's corner to its origin as well is."""
     scene, start = room("clean"), room_start(20.0, 0.8)
-    ends, cornered = [], []
+    ends, corner_ends = [], []
     for shift in ((0.0, 0.0), (0.3, 0.18), (64.0, -32.0)):
-        there = Pose.from_angle(0.0, shift)
-        source, target, moved = scene.source + shift, scene.target + shift, there @ start @ there.inverse()
+        origin = Pose.from_angle(0.0, shift)
+        source, target, moved = scene.source + shift, scene.target + shift, origin @ start @ origin.inverse()
         offset, corner = target.min(axis=0), Pose.from_angle(0.0, source.min(axis=0))
         whole = register(source, target, method, start=moved, offset=offset).pose
         own = register(source - corner.t, target, method, start=moved @ corner, offset=offset).pose @ corner.inverse()
-        for result, pose in ((ends, whole), (cornered, own)):
-            back = there.inverse() @ pose @ there
-            result.append(np.append(back.t, back.angle))
-    assert np.ptp(cornered, axis=0).max() < 1e-6
+        for result, pose in ((ends, whole), (corner_ends, own)):
+            home = origin.inverse() @ pose @ origin
+            result.append(np.append(home.t, home.angle))
+    assert np.ptp(corner_ends, axis=0).max() < 1e-6
     assert (np.ptp(ends, axis=0).max() < 1e-6) == (method == "ndt")
 
 
@@ -59,13 +59,13 @@ def test_at_a_border_two_of_the_four_cells_change(axis):
     points, step = rng.uniform(-3.0, 3.0, (1, 2000, 2)), np.eye(2)[axis] * 0.05
     before, after = (cells.lookup(p, np.zeros(1, dtype=np.int64)) for p in (points, points + step))
     assert (before >= 0).all()
-    changed = (before != after).sum(axis=1)
-    assert set(np.unique(changed).tolist()) == {0, 2}
-    assert 100 < (changed == 2).sum() < 300
+    changes = (before != after).sum(axis=1)
+    assert set(np.unique(changes).tolist()) == {0, 2}
+    assert 100 < (changes == 2).sum() < 300
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("arguments", "message"),
     [
         ({"points": CLOUD[0]}, r"points: expected shape \(b, n, 2\), got \(9, 2\); pass points\[None\] for one cloud"),
         ({"points": np.zeros((1, 9, 3))}, "points: expected 2 coordinates"),
@@ -79,9 +79,9 @@ def test_at_a_border_two_of_the_four_cells_change(axis):
         ({"offset": [np.nan, 0.0]}, "offset: 1 of 2 numbers is not finite"),
     ],
 )
-def test_what_makes_no_map_is_refused_by_name(given, says):
-    with pytest.raises(ValueError, match=f"^{says}"):
-        ndt_map.build(**{"points": CLOUD, "size": 1.0, **given})
+def test_what_makes_no_map_is_refused_by_name(arguments, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        ndt_map.build(**{"points": CLOUD, "size": 1.0, **arguments})
 
 
 def test_a_list_of_clouds_of_one_size_makes_their_map():
@@ -89,17 +89,17 @@ def test_a_list_of_clouds_of_one_size_makes_their_map():
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("arguments", "message"),
     [
         ({"pivot": np.zeros(2)}, r"pivot: expected shape \(1, 2\), got \(2,\)"),
         ({"moved": CLOUD[0]}, r"moved: expected shape \(k, m, 2\), got \(9, 2\)"),
         ({"which": np.zeros(2, dtype=np.int64)}, r"which: expected shape \(1,\), got \(2,\)"),
     ],
 )
-def test_what_has_no_score_is_refused_by_name(given, says):
+def test_what_has_no_score_is_refused_by_name(arguments, message):
     cells = ndt_map.build(CLOUD, 1.0)
-    with pytest.raises(ValueError, match=f"^{says}"):
-        evaluate(cells, **{"moved": CLOUD, "pivot": np.zeros((1, 2)), **given})
+    with pytest.raises(ValueError, match=f"^{message}"):
+        evaluate(cells, **{"moved": CLOUD, "pivot": np.zeros((1, 2)), **arguments})
 
 
 @pytest.mark.parametrize(

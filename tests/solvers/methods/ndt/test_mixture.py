@@ -34,8 +34,8 @@ def test_the_gaussian_meets_the_mixtures_logarithm_at_three_places(share):
     gain, sharpness = constants(share)
     c1, c2 = 10.0 * (1.0 - share), share
     for e in (0.0, 1.0, 2000.0):
-        wanted = -np.log(c1 * np.exp(-0.5 * e) + c2)
-        assert -gain * np.exp(-0.5 * sharpness * e) - np.log(c2) == pytest.approx(wanted, abs=1e-9)
+        expected = -np.log(c1 * np.exp(-0.5 * e) + c2)
+        assert -gain * np.exp(-0.5 * sharpness * e) - np.log(c2) == pytest.approx(expected, abs=1e-9)
     d3 = -np.log(c2)
     d1 = -np.log(c1 + c2) - d3
     d2 = -2.0 * np.log((-np.log(c1 * np.exp(-0.5) + c2) - d3) / d1)
@@ -77,23 +77,23 @@ def test_the_score_is_that_of_wider_cells(share, grids):
 def test_derivatives_agree_with_differences(rng, share):
     """Gradient and Hessian by (tx, ty, φ) for points in cells, against central differences where no point changes its
     cell."""
-    scene, h, tested = room("combo"), 2e-6, 0
+    scene, h, count = room("combo"), 2e-6, 0
     cells = ndt_map.build(scene.target[None], 1.2, grids=4)
-    while tested < 6:
+    while count < 6:
         pose = Pose.from_angle(rng.uniform(-0.4, 0.4), rng.uniform(-0.8, 0.8, 2))
         pivot, points = pose.apply(scene.source).mean(axis=0), scene.source[rng.permutation(len(scene.source))[:25]]
 
         def score(step, pose=pose, pivot=pivot, points=points):
-            there = ndt.moved_by(Pose(pose.R[None], pose.t[None]), np.asarray(step)[None], pivot[None])[0]
-            return evaluate(cells, there.apply(points)[None], (pivot + step[:2])[None], outliers=share)
+            neighbour = ndt.moved_by(Pose(pose.R[None], pose.t[None]), np.asarray(step)[None], pivot[None])[0]
+            return evaluate(cells, neighbour.apply(points)[None], (pivot + step[:2])[None], outliers=share)
 
         result = score(np.zeros(3))
-        both = [(score(s), score(-s)) for s in h * np.eye(3)]
-        if not all(np.array_equal(result.cells, x.cells) for pair in both for x in pair):
+        pairs = [(score(s), score(-s)) for s in h * np.eye(3)]
+        if not all(np.array_equal(result.cells, x.cells) for pair in pairs for x in pair):
             continue
-        tested += 1
-        gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in both])
-        hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both])
+        count += 1
+        gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in pairs])
+        hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in pairs])
         np.testing.assert_allclose(result.gradient[0], gradient, atol=1e-7 * np.abs(gradient).max())
         np.testing.assert_allclose(result.hessian[0], hessian, atol=1e-6 * np.abs(hessian).max())
 
@@ -115,14 +115,14 @@ def test_cells_against_cells(rng, share):
             total += gain * np.exp(-0.5 * sharpness * e)
 
     def at(step):
-        there = ndt.moved_by(pose, np.asarray(step)[None], pose.t)
-        return d2d_score.evaluate(source, target, there, pose.t + step[:2], outliers=share)
+        neighbour = ndt.moved_by(pose, np.asarray(step)[None], pose.t)
+        return d2d_score.evaluate(source, target, neighbour, pose.t + step[:2], outliers=share)
 
     h, result = 1e-5, at(np.zeros(3))
     assert result.score[0] == pytest.approx(total, rel=1e-11)
-    both = [(at(s), at(-s)) for s in h * np.eye(3)]
-    gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in both])
-    hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both])
+    pairs = [(at(s), at(-s)) for s in h * np.eye(3)]
+    gradient = np.array([-(a.score[0] - b.score[0]) / (2 * h) for a, b in pairs])
+    hessian = np.array([(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in pairs])
     np.testing.assert_allclose(result.gradient[0], gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max())
     np.testing.assert_allclose(result.hessian[0], hessian, rtol=1e-6, atol=1e-7 * np.abs(hessian).max())
 

@@ -33,27 +33,27 @@ def test_cells_hold_the_mean_and_covariance_of_their_points(grids):
     """Against a plain dictionary, on every grid: counts, means, covariances divided by n, and which cells are kept."""
     cloud, h = room("combo").target, 0.9
     cells = ndt_map.build(cloud[None], h, offset=np.array([0.3, -0.2]), grids=grids)
-    seen = 0
+    count = 0
     for g in range(grids):
         at = np.array([0.3, -0.2]) + h * ndt_map.SHIFTS[g]
         for key, points in by_hand(cloud, h, at).items():
             corner = at + h * np.array(key)
             (k,) = np.flatnonzero((cells.grid[0] == g) & (np.abs(cells.corner[0] - corner).max(axis=1) < 1e-9))
-            seen += 1
+            count += 1
             assert cells.count[0, k] == len(points)
             np.testing.assert_allclose(cells.mean[0, k], points.mean(axis=0), atol=1e-13)
             np.testing.assert_allclose(cells.covariance[0, k], np.cov(points.T, ddof=0).reshape(2, 2) if len(points) > 1
                                        else np.zeros((2, 2)), atol=1e-14)  # fmt: skip
             assert cells.kept[0, k] == (len(points) >= 3)
             assert cells.dropped[0, k] == ("" if len(points) >= 3 else "fewer than 3 points")
-    assert seen == (cells.count[0] > 0).sum()
+    assert count == (cells.count[0] > 0).sum()
 
 
 def test_the_small_eigenvalue_is_floored_and_points_at_one_place_are_dropped(rng):
     """Points on a line get λ₂ = λ₁/1000 and keep λ₁; five points at one place, or a single one, make no Gaussian."""
     wall = np.column_stack([np.linspace(0.1, 0.9, 9), np.full(9, 0.5)])
-    place = np.full((5, 2), 3.5)
-    result = ndt_map.build(np.vstack([wall, place, [[8.2, 8.2]]])[None], 1.0)
+    spot = np.full((5, 2), 3.5)
+    result = ndt_map.build(np.vstack([wall, spot, [[8.2, 8.2]]])[None], 1.0)
     assert result.kept[0].tolist() == [True, False, False]
     assert result.dropped[0].tolist() == ["", "all points at one place", "fewer than 3 points"]
     values = np.linalg.eigvalsh(np.linalg.inv(result.precision[0, 0]))
@@ -69,11 +69,11 @@ def test_the_table_finds_every_point_its_cell(rng, grids):
     points = rng.uniform(-7.0, 7.0, (1, 500, 2))
     rows = result.lookup(points, np.zeros(1, dtype=np.int64))[0]
     for g in range(grids):
-        kept = np.flatnonzero(result.kept[0] & (result.grid[0] == g))
-        place = np.floor((points[0] - result.origin[0, g]) / 0.7)
-        cell = np.round((result.corner[0, kept] - result.origin[0, g]) / 0.7)
-        same = (place[:, None] == cell).all(axis=2)
-        expected = np.where(same.any(axis=1), kept[same.argmax(axis=1)], -1)
+        in_grid = np.flatnonzero(result.kept[0] & (result.grid[0] == g))
+        point_cell = np.floor((points[0] - result.origin[0, g]) / 0.7)
+        cell = np.round((result.corner[0, in_grid] - result.origin[0, g]) / 0.7)
+        hits = (point_cell[:, None] == cell).all(axis=2)
+        expected = np.where(hits.any(axis=1), in_grid[hits.argmax(axis=1)], -1)
         np.testing.assert_array_equal(rows[g], expected)
 
 
@@ -81,9 +81,9 @@ def test_four_grids_are_the_first_moved_by_half_a_cell():
     cloud = room("noise").target
     four = ndt_map.build(cloud[None], 1.1, grids=4)
     for g, shift in enumerate(((0.0, 0.0), (0.55, 0.0), (0.0, 0.55), (0.55, 0.55))):
-        one = ndt_map.build(cloud[None], 1.1, offset=np.array(shift))
+        single = ndt_map.build(cloud[None], 1.1, offset=np.array(shift))
         mine = four.kept[0] & (four.grid[0] == g)
-        np.testing.assert_allclose(four.mean[0][mine], one.mean[0][one.kept[0]], atol=1e-14)
+        np.testing.assert_allclose(four.mean[0][mine], single.mean[0][single.kept[0]], atol=1e-14)
     with pytest.raises(ValueError, match="grids"):
         ndt_map.build(cloud[None], 1.1, grids=3)
 
@@ -110,8 +110,8 @@ def test_gradient_and_hessian_agree_with_differences(rng, grids, about):
     grid, about the pose's own translation and about the moved centroid."""
     scene = room("combo")
     cells = ndt_map.build(scene.target[None], 1.2, grids=grids)
-    tested, h = 0, 2e-6
-    while tested < 12:
+    count, h = 0, 2e-6
+    while count < 12:
         pose = Pose.from_angle(rng.uniform(-0.4, 0.4), rng.uniform(-0.8, 0.8, 2))
         pivot = pose.t if about == "pose" else pose.apply(scene.source).mean(axis=0)
         points = scene.source[rng.permutation(len(scene.source))[:25]]
@@ -122,16 +122,16 @@ def test_gradient_and_hessian_agree_with_differences(rng, grids, about):
         steps = h * np.vstack([np.eye(3), -np.eye(3)])
         if not no_change_of_cell(cells, points, [pose, *(at(s) for s in steps)]):
             continue
-        tested += 1
+        count += 1
 
         def score(step, at=at, points=points, pivot=pivot):
             # The pivot moves with the points: derivatives are taken at the pose reached, by the same kind of step.
             return evaluate(cells, at(step).apply(points)[None], (pivot + np.asarray(step)[:2])[None])
 
         result = score(np.zeros(3))
-        both = [(score(s), score(-s)) for s in steps[:3]]
-        gradient = [-(a.score[0] - b.score[0]) / (2 * h) for a, b in both]
-        hessian = [(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in both]
+        pairs = [(score(s), score(-s)) for s in steps[:3]]
+        gradient = [-(a.score[0] - b.score[0]) / (2 * h) for a, b in pairs]
+        hessian = [(a.gradient[0] - b.gradient[0]) / (2 * h) for a, b in pairs]
         np.testing.assert_allclose(result.gradient[0], gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
         size = np.abs(result.hessian[0]).max()
         np.testing.assert_allclose(result.hessian[0], np.array(hessian), rtol=1e-5, atol=1e-6 * size)
@@ -183,8 +183,8 @@ def test_a_score_map_is_the_score_at_each_translation(rng, grids):
     result = score_map(cells, turned, x, y)
     assert result.shape == (60, 60)
     for i, j in rng.integers(0, 60, (20, 2)):
-        one = evaluate(cells, (turned + np.array([x[i], y[j]]))[None], np.zeros((1, 2)))
-        assert result[j, i] == pytest.approx(one.score[0], rel=1e-12, abs=1e-12)
+        value = evaluate(cells, (turned + np.array([x[i], y[j]]))[None], np.zeros((1, 2)))
+        assert result[j, i] == pytest.approx(value.score[0], rel=1e-12, abs=1e-12)
     np.testing.assert_allclose(score_map(cells, turned, x[::3], y[::3]), result[::3, ::3], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(score_map(cells, turned, x, y[7:9]), result[7:9], rtol=1e-12, atol=1e-12)
     assert not score_map(cells, turned, x + 100.0, y).any()
@@ -255,12 +255,12 @@ def test_a_batch_is_its_single_runs():
     scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
     source, target = (np.stack([getattr(s, x) for s in scenes]) for x in ("source", "target"))
     options = {"start": room_start(25.0, 0.7), "cells": (2.4, 1.2), "max_shift": 0.5}
-    together = register(source, target, "ndt", **options)
+    batch = register(source, target, "ndt", **options)
     for i in range(5):
         alone = register(source[i], target[i], "ndt", **options)
-        assert alone.steps == together.steps[i]
-        assert alone.status == together.status[i]
-        np.testing.assert_allclose(alone.pose.matrix, together.pose.matrix[i], rtol=1e-12, atol=1e-12)
+        assert alone.steps == batch.steps[i]
+        assert alone.status == batch.status[i]
+        np.testing.assert_allclose(alone.pose.matrix, batch.pose.matrix[i], rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -322,22 +322,22 @@ def test_the_climb_over_translations_shows_accepted_and_rejected_steps():
     start."""
     scene = room("combo")
     cells = ndt_map.build(scene.target[None], 1.2, grids=4)
-    rejected = 0
+    rejections = 0
     for x in np.linspace(-1.5, 1.5, 5):
         path = climb(cells, scene.source, np.array([x, 0.7]))
         assert path.status in (Status.CONVERGED, Status.STALLED)
         assert path.accepted[0]
         np.testing.assert_array_equal(path.tried[0], [x, 0.7])
-        best, place = path.score[0], path.tried[0]
+        best, position = path.score[0], path.tried[0]
         for t, s, ok in zip(path.tried[1:], path.score[1:], path.accepted[1:], strict=True):
             assert ok == (s > best)
-            assert np.linalg.norm(t - place) <= 0.6 * (1 + 1e-9)
-            best, place = (s, t) if ok else (best, place)
-        rejected += int((~path.accepted).sum())
-        np.testing.assert_array_equal(path.places[-1], place)
-        exact = evaluate(cells, (scene.source + place)[None], np.zeros((1, 2))).score[0]
+            assert np.linalg.norm(t - position) <= 0.6 * (1 + 1e-9)
+            best, position = (s, t) if ok else (best, position)
+        rejections += int((~path.accepted).sum())
+        np.testing.assert_array_equal(path.places[-1], position)
+        exact = evaluate(cells, (scene.source + position)[None], np.zeros((1, 2))).score[0]
         assert exact == pytest.approx(path.score.max())
-    assert rejected > 0
+    assert rejections > 0
     assert climb(cells, scene.source, np.array([50.0, 0.0])).status is Status.DEGENERATE
     assert climb(cells, scene.source, np.array([0.5, 0.5]), max_steps=1).status is Status.CAPPED
 
@@ -359,12 +359,12 @@ def test_on_a_circle_the_centre_is_found_and_the_turn_is_weak(method):
     for n, phase in ((300, 0.0), (200, 0.3)):
         angle = 2.0 * np.pi * (np.arange(n) + phase) / n
         circles.append(3.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
-    for begun in (0.0, 0.2, 1.0):
-        start = Pose.from_angle(begun, (0.3, -0.2))
+    for turn in (0.0, 0.2, 1.0):
+        start = Pose.from_angle(turn, (0.3, -0.2))
         result = register(circles[1], circles[0], method, start=start, cells=(2.4, 1.2))
         state = result.states[0]
         assert np.abs(result.pose.t).max() < 0.01
-        assert abs(result.pose.angle - begun) < 0.15
+        assert abs(result.pose.angle - turn) < 0.15
         assert state.condition[0] > 200.0
         assert abs(state.weak[0, 2]) > 0.999
     scene = room("clean")

@@ -76,8 +76,8 @@ def test_wrong_pairs_are_let_go(d, wrong, rng, random_pose):
     assert np.all(rte(result.pose, truth) < 0.15)
     everyone = fit_rigid(source, target).pose
     assert np.median(rte(everyone, truth)) > 3.0 * np.median(rte(result.pose, truth))
-    elsewhere = register(source, target, METHOD, inlier=0.3, start=random_pose(rng, d))
-    assert np.array_equal(elsewhere.matrix, result.matrix)
+    second = register(source, target, METHOD, inlier=0.3, start=random_pose(rng, d))
+    assert np.array_equal(second.matrix, result.matrix)
 
 
 def test_the_end_is_all_in_or_all_out_and_its_own_fit(rng, random_pose):
@@ -118,15 +118,15 @@ def test_weights_count_and_a_weight_of_zero_takes_a_pair_out(rng, random_pose):
     """A pair of weight two counts as that pair twice, one of weight zero not at all, wherever its partner is."""
     source, target, _ = many(rng, random_pose, 12, count=5)
     weights = np.where(np.arange(40) % 3 == 0, 2.0, 1.0)
-    doubled = [np.concatenate([cloud, cloud[:, ::3]], axis=1) for cloud in (source, target)]
+    clouds = [np.concatenate([cloud, cloud[:, ::3]], axis=1) for cloud in (source, target)]
     a = register(source, target, METHOD, inlier=0.3, weights=weights)
-    b = register(*doubled, METHOD, inlier=0.3)
+    b = register(*clouds, METHOD, inlier=0.3)
     assert np.allclose(a.matrix, b.matrix, atol=1e-12)
     assert np.allclose(a.objective, b.objective)
-    out = np.where(np.arange(40) < 5, 0.0, 1.0)
-    far = target.copy()
-    far[:, :5] = 1e9
-    c = register(source, far, METHOD, weights=out)
+    zeros = np.where(np.arange(40) < 5, 0.0, 1.0)
+    strays = target.copy()
+    strays[:, :5] = 1e9
+    c = register(source, strays, METHOD, weights=zeros)
     d = register(source[:, 5:], target[:, 5:], METHOD)
     assert np.allclose(c.matrix, d.matrix, atol=1e-12)
     assert np.array_equal(c.steps, d.steps)
@@ -148,10 +148,10 @@ def test_rows_frames_and_units_change_nothing(inlier, rng, random_pose):
     assert np.array_equal(moved.detail("shares"), plain.detail("shares"))
     assert np.allclose(moved.pose.compose(A).matrix, B.compose(plain.pose).matrix, atol=1e-9)
     for unit in (1e-3, 1e6):
-        other = register(unit * source, unit * target, METHOD, inlier=inlier and unit * inlier)
-        assert np.array_equal(other.status, plain.status)
-        assert np.array_equal(other.detail("shares"), plain.detail("shares"))
-        assert np.allclose(other.pose.t / unit, plain.pose.t, atol=1e-9)
+        result = register(unit * source, unit * target, METHOD, inlier=inlier and unit * inlier)
+        assert np.array_equal(result.status, plain.status)
+        assert np.array_equal(result.detail("shares"), plain.detail("shares"))
+        assert np.allclose(result.pose.t / unit, plain.pose.t, atol=1e-9)
     without = register(source, target, METHOD)
     radius = np.sqrt(np.square(source - source.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1))
     assert np.allclose(without.detail("bound"), 0.05 * radius, rtol=1e-12)
@@ -160,13 +160,13 @@ def test_rows_frames_and_units_change_nothing(inlier, rng, random_pose):
 def test_a_batch_gives_what_each_problem_gives_alone(rng, random_pose):
     source, target, _ = many(rng, random_pose, 18, count=8)
     source[3] = 1.0  # a hopeless problem among them
-    together = register(source, target, METHOD, inlier=0.3)
+    batch = register(source, target, METHOD, inlier=0.3)
     for i in range(8):
         alone = register(source[i], target[i], METHOD, inlier=0.3)
-        assert alone.status == together.status[i]
-        assert alone.steps == together.steps[i]
-        assert np.allclose(alone.matrix, together.matrix[i], rtol=1e-12, atol=1e-12)
-    assert together.status[3] == Status.DEGENERATE
+        assert alone.status == batch.status[i]
+        assert alone.steps == batch.steps[i]
+        assert np.allclose(alone.matrix, batch.matrix[i], rtol=1e-12, atol=1e-12)
+    assert batch.status[3] == Status.DEGENERATE
 
 
 def test_pairs_that_agree_on_nothing_are_said(rng):
@@ -175,8 +175,8 @@ def test_pairs_that_agree_on_nothing_are_said(rng):
     result = register(source, target, METHOD, inlier=1e-3)
     assert np.all(result.status == Status.DEGENERATE)
     assert all("the pairs left within 0.001 u do not determine a pose" in words for words in result.reason)
-    one = register([[0.0, 1.0]], [[2.0, 1.0]], METHOD)
-    assert one.status is Status.DEGENERATE
+    single = register([[0.0, 1.0]], [[2.0, 1.0]], METHOD)
+    assert single.status is Status.DEGENERATE
     nothing = register(source[0], target[0], METHOD, weights=np.zeros(30))
     assert nothing.status is Status.DEGENERATE
     assert "all weights are zero" in nothing.reason

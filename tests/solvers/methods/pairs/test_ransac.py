@@ -37,8 +37,8 @@ def many(rng, random_pose, wrong, count=20, d=2):
 
 def spread(clouds):
     """The RMS radius of each of the clouds (b, n, d)."""
-    apart = clouds - clouds.mean(axis=1, keepdims=True)
-    return np.sqrt(np.square(apart).sum(axis=2).mean(axis=1))
+    offsets = clouds - clouds.mean(axis=1, keepdims=True)
+    return np.sqrt(np.square(offsets).sum(axis=2).mean(axis=1))
 
 
 def test_the_trials_formula():
@@ -99,23 +99,23 @@ def test_a_large_motion_is_found_among_wrong_pairs(d, rng, random_pose):
     ghost = result.detail("ghost")
     assert np.allclose(ghost.matrix, fit_rigid(source, target).pose.matrix)
     assert np.median(rre(ghost, truth)) > 5.0 * np.median(rre(result.pose, truth))
-    elsewhere = register(source, target, "ransac", seed=np.arange(20), separation=0.7, start=random_pose(rng, d))
-    assert np.array_equal(elsewhere.pose.matrix, result.pose.matrix)
+    second = register(source, target, "ransac", seed=np.arange(20), separation=0.7, start=random_pose(rng, d))
+    assert np.array_equal(second.pose.matrix, result.pose.matrix)
 
 
 def test_the_end_is_a_stable_consensus(rng, random_pose):
     """At the end, the pose is the least-squares fit of the pairs within ε of it, and those are its inliers."""
     source, target, _ = many(rng, random_pose, 18)
-    for given in (0.25, None):
-        result = register(source, target, "ransac", seed=np.arange(20), inlier=given)
+    for inlier in (0.25, None):
+        result = register(source, target, "ransac", seed=np.arange(20), inlier=inlier)
         inliers = result.detail("inliers")
         gaps = np.linalg.norm(result.transform(source) - target, axis=2)
-        near = np.full((20, 1), 0.25) if given else 0.1 * spread(target)[:, None]
-        assert np.array_equal(inliers, gaps <= near)
+        radius = np.full((20, 1), 0.25) if inlier else 0.1 * spread(target)[:, None]
+        assert np.array_equal(inliers, gaps <= radius)
         assert np.array_equal(result.detail("count"), inliers.sum(axis=1))
-        assert np.allclose(result.objective, (np.minimum(gaps, near) ** 2).sum(axis=1))
-        again = fit_rigid(source, target, inliers.astype(float)).pose
-        assert np.allclose(again.matrix, result.pose.matrix, atol=1e-12)
+        assert np.allclose(result.objective, (np.minimum(gaps, radius) ** 2).sum(axis=1))
+        refit = fit_rigid(source, target, inliers.astype(float)).pose
+        assert np.allclose(refit.matrix, result.pose.matrix, atol=1e-12)
 
 
 def test_the_objective_of_the_best_never_rises_and_refits_may_lose_inliers(rng, random_pose):
@@ -182,14 +182,14 @@ def test_draws_keep_their_distance_and_close_ones_are_no_trials(rng):
 @pytest.mark.parametrize("method", ["ransac", "ransac-congruent"])
 def test_a_batch_gives_what_each_problem_gives_alone(method, rng, random_pose):
     source, target, _ = many(rng, random_pose, 18, count=12)
-    together = register(source, target, method, seed=np.arange(12) + 7)
+    batch = register(source, target, method, seed=np.arange(12) + 7)
     for i in range(12):
         alone = register(source[i], target[i], method, seed=i + 7)
-        assert alone.steps == together.steps[i]
-        assert alone.status == together.status[i]
-        assert np.allclose(alone.matrix, together.matrix[i], rtol=1e-12, atol=1e-12)
-    other = register(source, target, method, seed=np.arange(12) + 1000)
-    assert not np.array_equal(other.history.objective, together.history.objective)
+        assert alone.steps == batch.steps[i]
+        assert alone.status == batch.status[i]
+        assert np.allclose(alone.matrix, batch.matrix[i], rtol=1e-12, atol=1e-12)
+    second = register(source, target, method, seed=np.arange(12) + 1000)
+    assert not np.array_equal(second.history.objective, batch.history.objective)
 
 
 def test_pairs_that_agree_on_nothing(rng):
@@ -205,9 +205,9 @@ def test_pairs_that_agree_on_nothing(rng):
 
 
 def test_too_few_pairs_and_pairs_too_close():
-    one = register([[0.0, 1.0]], [[2.0, 1.0]], "ransac")
-    assert one.status is Status.DEGENERATE
-    assert "a trial needs 2 pairs, got 1" in one.reason
+    single = register([[0.0, 1.0]], [[2.0, 1.0]], "ransac")
+    assert single.status is Status.DEGENERATE
+    assert "a trial needs 2 pairs, got 1" in single.reason
     close = register([[0.0, 0.0], [0.1, 0.0], [0.2, 0.1]], np.eye(3)[:, :2], "ransac", separation=0.7)
     assert close.status is Status.DEGENERATE
     assert "no 2 pairs are 0.7 u apart" in close.reason
@@ -236,8 +236,8 @@ def test_the_room_is_found_without_pairs_and_without_a_start(setting):
     result = register(source, target, "ransac-congruent", seed=SEEDS)
     assert np.all(rre(result.pose, truth) < np.radians(5.0))
     assert (rte(result.pose, truth) < 0.2).sum() >= 22
-    again = register(source[:3], target[:3], "ransac-congruent", seed=SEEDS[:3], start=room_start(170.0, 3.0))
-    assert np.array_equal(again.pose.matrix, result.pose[:3].matrix)
+    second = register(source[:3], target[:3], "ransac-congruent", seed=SEEDS[:3], start=room_start(170.0, 3.0))
+    assert np.array_equal(second.pose.matrix, result.pose[:3].matrix)
 
 
 def test_hypotheses_lay_the_drawn_segments_on_each_other():
@@ -256,9 +256,9 @@ def test_hypotheses_lay_the_drawn_segments_on_each_other():
         assert np.all(np.abs(np.linalg.norm(dp, axis=1) - np.linalg.norm(dq, axis=1))[own] <= 0.28)
         moved = np.einsum("kij,knj->kni", R[i], p) + t[i][:, None]
         assert np.allclose(moved.mean(axis=1)[own], q.mean(axis=1)[own], atol=1e-12)
-        turned = moved[:, 1] - moved[:, 0]
-        assert np.allclose((turned[:, 0] * dq[:, 1] - turned[:, 1] * dq[:, 0])[own], 0.0, atol=1e-12)
-        assert np.all((turned * dq).sum(axis=1)[own] > 0.0)
+        segment = moved[:, 1] - moved[:, 0]
+        assert np.allclose((segment[:, 0] * dq[:, 1] - segment[:, 1] * dq[:, 0])[own], 0.0, atol=1e-12)
+        assert np.all((segment * dq).sum(axis=1)[own] > 0.0)
         # Every draw gives both directions.
         assert np.array_equal(ends[i][:16], ends[i][16:, ::-1])
 
@@ -269,8 +269,8 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
     reach = 0.32
     grid = CappedGrid.of(target, np.full(5, reach))
     poses = Pose(random_pose(rng, 2, (5, 40)).R, rng.uniform(-2.0, 2.0, (5, 40, 2)))
-    near = Pose.from_angle(rng.normal(0.0, 0.02, (5, 40)), rng.normal(0.0, 0.1, (5, 40, 2)))
-    for pose in (poses, near):
+    close_poses = Pose.from_angle(rng.normal(0.0, 0.02, (5, 40)), rng.normal(0.0, 0.1, (5, 40, 2)))
+    for pose in (poses, close_poses):
         bound = grid.total(pose.R, pose.t, source) * reach**2
         moved = pose.apply(source[:, None])
         exact = np.empty((5, 40))
@@ -326,18 +326,18 @@ def test_congruent_scenes_without_an_answer(rng):
     small = register(cloud, cloud, "ransac-congruent", separation=2.0)
     assert small.status is Status.DEGENERATE
     assert "no two source points were found 2 u apart" in small.reason
-    one = register(cloud[:1], cloud, "ransac-congruent")
-    assert one.status is Status.DEGENERATE
-    assert one.reason == "all source points are equal: the rotation is undefined"
+    single = register(cloud[:1], cloud, "ransac-congruent")
+    assert single.status is Status.DEGENERATE
+    assert single.reason == "all source points are equal: the rotation is undefined"
     # Two points far from many equal ones: no drawn pair is as far apart as the radius requires.
     heap = np.concatenate([np.zeros((60000, 2)), [[1.0, 0.0], [-1.0, 0.0]]])
     rare = register(heap, cloud, "ransac-congruent", separation=None, most=1)
     assert rare.status is Status.DEGENERATE
     assert rare.reason == "no two source points were found 0.6 of their RMS radius apart"
     for options, up_to in (({}, "0.1 of the target's RMS radius"), ({"tolerance": 0.28}, "0.28 u")):
-        apart = register(20.0 * cloud, cloud, "ransac-congruent", **options)
-        assert apart.status is Status.DEGENERATE
-        assert apart.reason == f"no two target points were found as far apart as two source points, up to {up_to}"
+        failure = register(20.0 * cloud, cloud, "ransac-congruent", **options)
+        assert failure.status is Status.DEGENERATE
+        assert failure.reason == f"no two target points were found as far apart as two source points, up to {up_to}"
     equal = register(10.0 * cloud, np.ones((4, 2)), "ransac-congruent")
     assert equal.status is Status.DEGENERATE
     wide = np.concatenate([10.0 * cloud, [[1e7, -1e7]]])
@@ -348,15 +348,15 @@ def test_congruent_scenes_without_an_answer(rng):
 def test_lengths_that_are_not_given_are_those_of_each_problem():
     """Rooms of three sizes in one batch: each uses a tenth of its own target's radius and ends as its own run does."""
     source, target = (c[0] * np.array([1.0, 1e-2, 30.0])[:, None, None] for c in rooms("clean", SEEDS[:1]))
-    together = register(source, target, "ransac-congruent", seed=40)
-    state = together.states[0]
+    batch = register(source, target, "ransac-congruent", seed=40)
+    state = batch.states[0]
     for length, share, cloud in ((state.inlier, 0.1, target), (state.tolerance, 0.1, target),
                                  (state.separation, 0.6, source)):  # fmt: skip
         np.testing.assert_allclose(length, share * spread(cloud), rtol=1e-12)
     for k in range(3):
-        assert np.array_equal(register(source[k], target[k], "ransac-congruent", seed=40).matrix, together.matrix[k])
-    paired = register(target[:, :40], target[:, :40], "ransac").states[0]
-    np.testing.assert_allclose(paired.inlier, 0.1 * spread(target[:, :40]), rtol=1e-12)
+        assert np.array_equal(register(source[k], target[k], "ransac-congruent", seed=40).matrix, batch.matrix[k])
+    pair_state = register(target[:, :40], target[:, :40], "ransac").states[0]
+    np.testing.assert_allclose(pair_state.inlier, 0.1 * spread(target[:, :40]), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -375,10 +375,10 @@ def test_wrong_options_are_named(method, option, value):
 def test_a_grid_finer_than_the_coordinates_rounding_holds_every_point():
     """Far from the origin a target point's cell may be computed as outside the grid; it then counts at the rim."""
     rng = np.random.default_rng(560475)
-    far = 2.0 ** int(rng.integers(30, 60))
-    last = np.spacing(far)
+    size = 2.0 ** int(rng.integers(30, 60))
+    last = np.spacing(size)
     source = rng.standard_normal((4, 2))
-    target = far * rng.uniform(1, 2, (1, 2)) + last * rng.integers(-3, 4, (4, 2))
+    target = size * rng.uniform(1, 2, (1, 2)) + last * rng.integers(-3, 4, (4, 2))
     inlier = float(rng.uniform(0.1, 8) * last)
     result = register(source, target, "ransac-congruent", inlier=inlier, tolerance=inlier, separation=0.1, most=1)
     assert result.status == Status.DEGENERATE

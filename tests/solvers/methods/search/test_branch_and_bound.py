@@ -22,12 +22,12 @@ METHOD = "branch-and-bound"
 
 def objective(poses, source, target, cap):
     """The objective from its definition, with every distance of every pose: (k,)."""
-    out = []
+    values = []
     for part in np.array_split(np.arange(len(poses.t)), max(1, len(poses.t) // 50)):
         moved = poses[part].apply(source)
         squares = np.square(moved[:, :, None] - target).sum(axis=-1).min(axis=-1)
-        out.append(np.minimum(squares, cap**2).mean(axis=-1))
-    return np.concatenate(out)
+        values.append(np.minimum(squares, cap**2).mean(axis=-1))
+    return np.concatenate(values)
 
 
 def small_scene(seed, n=14):
@@ -53,17 +53,17 @@ def test_no_pose_of_a_box_lies_below_its_bounds(seed, log_turn, log_side, n):
     grid = build(target, 1.0 / CELLS_PER_CAP, 2.0)
     middle = np.concatenate([rng.uniform(-4.0, 4.0, (20, 1)), rng.uniform(-5.0, 5.0, (20, 2))], axis=1)
     # Half of the boxes are around poses that put a point on a target point, where the fine bound has something to lose.
-    some = rng.integers(0, len(arms), 10)
-    turned = Pose.from_angle(middle[:10, 0], np.zeros((10, 2))).R @ arms[some][..., None]
-    middle[:10, 1:] = target[rng.integers(0, n, 10)] - turned[..., 0]
+    picks = rng.integers(0, len(arms), 10)
+    offsets = Pose.from_angle(middle[:10, 0], np.zeros((10, 2))).R @ arms[picks][..., None]
+    middle[:10, 1:] = target[rng.integers(0, n, 10)] - offsets[..., 0]
     half = np.tile([10.0**log_turn, 10.0**log_side], (20, 1))
     low = np.maximum(
         bounds.coarse(grid, arms, middle, half), bounds.fine(grid, arms, middle, half)
     )
     corners = np.stack([a.ravel() for a in np.meshgrid([-1, 1], [-1, 1], [-1, 1])], axis=1)
     within = np.concatenate([rng.uniform(-1.0, 1.0, (60, 3)), corners, np.zeros((1, 3))])
-    sampled = middle[:, None] + within * half[0, [0, 1, 1]]
-    poses = Pose.from_angle(sampled[..., 0].ravel(), sampled[..., 1:].reshape(-1, 2))
+    samples = middle[:, None] + within * half[0, [0, 1, 1]]
+    poses = Pose.from_angle(samples[..., 0].ravel(), samples[..., 1:].reshape(-1, 2))
     values = objective(poses, arms, target, 1.0).reshape(20, -1)
     assert (low <= values.min(axis=1) + 1e-12).all()
 
@@ -74,16 +74,16 @@ def test_the_fine_bound_falls_with_the_square_of_a_box():
     scene, cap = room("noise"), 0.4
     best = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
     ground = best.states[0].ground[0]
-    place = (best.pose.apply(scene.source.mean(axis=0, keepdims=True))[0] - ground.middle) / cap
-    middle = np.array([[float(best.pose.angle), *place]])
+    shift = (best.pose.apply(scene.source.mean(axis=0, keepdims=True))[0] - ground.middle) / cap
+    middle = np.array([[float(best.pose.angle), *shift]])
     value = float(best.objective) / cap**2
-    lost = {}
+    losses = {}
     for size in (0.02, 0.002):
         half = np.array([[size / ground.reach, size]])
         fine = bounds.fine(ground.grid, ground.arms, middle, half)[0]
-        lost[size] = value - np.array([bounds.coarse(ground.grid, ground.arms, middle, half)[0], fine])
-    assert lost[0.002][1] < 0.05 * lost[0.02][1]
-    assert lost[0.002][0] > 0.1 * lost[0.02][0]
+        losses[size] = value - np.array([bounds.coarse(ground.grid, ground.arms, middle, half)[0], fine])
+    assert losses[0.002][1] < 0.05 * losses[0.02][1]
+    assert losses[0.002][0] > 0.1 * losses[0.02][0]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -107,8 +107,8 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
     least = min(values.min(), ends.objective.min() / len(source))
     assert result.lower <= least + 1e-12
     assert result.objective <= least + gap
-    again = objective(Pose(result.pose.R[None], result.pose.t[None]), source, target, cap)[0]
-    assert again == pytest.approx(float(result.objective), abs=1e-12)
+    value = objective(Pose(result.pose.R[None], result.pose.t[None]), source, target, cap)[0]
+    assert value == pytest.approx(float(result.objective), abs=1e-12)
 
 
 @pytest.mark.parametrize("setting", ["noise", "combo"])
@@ -130,9 +130,9 @@ def test_the_hall_is_proved_and_may_be_half_a_turn_off():
         np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), METHOD, gap=1e-3
     )
     assert (result.status == Status.PROVED).all()
-    off = np.degrees(rre(result.pose, scenes[0].truth))
-    assert ((off < 5.0) | (off > 175.0)).all()
-    assert 0 < np.count_nonzero(off > 175.0) < 6
+    error = np.degrees(rre(result.pose, scenes[0].truth))
+    assert ((error < 5.0) | (error > 175.0)).all()
+    assert 0 < np.count_nonzero(error > 175.0) < 6
 
 
 def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
@@ -140,14 +140,14 @@ def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
     problem, _ = race_problem(controls, seeds=[40, 53, 66])
     lowers = []
     result, _ = run(begin(METHODS[METHOD], problem), lambda k, state: lowers.append((state.lower, state.objective)))
-    together = result.state()
+    batch = result.state()
     for i, seed in enumerate((40, 53, 66)):
-        one, _ = race_problem(controls, seeds=[seed])
-        alone = run(begin(METHODS[METHOD], one))[0].state()
+        single, _ = race_problem(controls, seeds=[seed])
+        alone = run(begin(METHODS[METHOD], single))[0].state()
         for name in ("objective", "lower", "examined", "left", "status"):
-            assert getattr(alone, name)[0] == getattr(together, name)[i]
-        assert np.array_equal(alone.pose.R[0], together.pose.R[i])
-        assert np.array_equal(alone.pose.t[0], together.pose.t[i])
+            assert getattr(alone, name)[0] == getattr(batch, name)[i]
+        assert np.array_equal(alone.pose.R[0], batch.pose.R[i])
+        assert np.array_equal(alone.pose.t[0], batch.pose.t[i])
     lower, ceiling = (np.stack(x) for x in zip(*lowers, strict=True))
     assert (np.diff(lower, axis=0) >= 0.0).all()
     assert (np.diff(ceiling, axis=0) <= 0.0).all()
@@ -169,30 +169,30 @@ def test_a_search_that_is_confined_stays_where_it_is_told():
     scene = room("noise")
     mean = scene.source.mean(axis=0)
     start = Pose.from_angle(np.radians(100.0), mean - Pose.from_angle(np.radians(100.0), (0.0, 0.0)).R @ mean)
-    held = register(scene.source, scene.target, METHOD, start=start, shift=0.0, gap=1e-3)
-    assert held.status == Status.PROVED
-    assert np.allclose(held.pose.apply(mean[None])[0], mean, atol=1e-12)
+    result = register(scene.source, scene.target, METHOD, start=start, shift=0.0, gap=1e-3)
+    assert result.status == Status.PROVED
+    assert np.allclose(result.pose.apply(mean[None])[0], mean, atol=1e-12)
     turns = Pose.from_angle(np.radians(np.arange(-180.0, 180.0, 0.25)), np.zeros((1440, 2)))
-    every = Pose(turns.R, mean - turns.R @ mean)
-    least = objective(every, scene.source, scene.target, float(held.states[0].ground[0].cap)).min()
-    assert held.lower <= least
-    assert held.objective <= least + 1e-3
-    far = room_start(60.0, 1.0)
-    near = register(scene.source, scene.target, METHOD, start=far, turn=np.radians(20.0), shift=0.5, gap=1e-3)
-    assert near.status == Status.PROVED
-    assert 40.0 - 1e-9 <= np.degrees(near.pose.angle) <= 80.0 + 1e-9
-    assert np.abs(near.pose.apply(mean[None]) - far.apply(mean[None])).max() <= 0.5 + 1e-9
-    assert near.objective > held.objective
+    poses = Pose(turns.R, mean - turns.R @ mean)
+    least = objective(poses, scene.source, scene.target, float(result.states[0].ground[0].cap)).min()
+    assert result.lower <= least
+    assert result.objective <= least + 1e-3
+    origin = room_start(60.0, 1.0)
+    second = register(scene.source, scene.target, METHOD, start=origin, turn=np.radians(20.0), shift=0.5, gap=1e-3)
+    assert second.status == Status.PROVED
+    assert 40.0 - 1e-9 <= np.degrees(second.pose.angle) <= 80.0 + 1e-9
+    assert np.abs(second.pose.apply(mean[None]) - origin.apply(mean[None])).max() <= 0.5 + 1e-9
+    assert second.objective > result.objective
 
 
 def test_a_run_cut_short_has_the_gap_that_remains():
     scene = room("combo")
-    cut = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256, max_steps=25)
+    part = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256, max_steps=25)
     whole = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256)
-    assert cut.status == Status.CAPPED
+    assert part.status == Status.CAPPED
     assert whole.status == Status.PROVED
-    assert cut.gap > 1e-3 >= whole.gap
-    assert cut.lower <= whole.objective
+    assert part.gap > 1e-3 >= whole.gap
+    assert part.lower <= whole.objective
     few = register(scene.source, scene.target, METHOD, gap=1e-3, most=100)
     assert few.status == Status.CAPPED
     assert "more than 100 boxes" in few.reason
@@ -200,13 +200,13 @@ def test_a_run_cut_short_has_the_gap_that_remains():
 
 def test_what_proves_nothing_has_no_gap():
     scene = room("clean")
-    ended = register(scene.source, scene.target, "icp")
-    assert ended.lower is None
-    assert ended.gap is None
+    result = register(scene.source, scene.target, "icp")
+    assert result.lower is None
+    assert result.gap is None
     clouds = [scene.source, scene.source[:60]]
-    both = register(clouds, [scene.target, scene.target], METHOD, gap=1e-3)
-    assert both.gap.shape == (2,)
-    assert (both.gap <= 1e-3).all()
+    batch = register(clouds, [scene.target, scene.target], METHOD, gap=1e-3)
+    assert batch.gap.shape == (2,)
+    assert (batch.gap <= 1e-3).all()
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e3])
@@ -214,12 +214,12 @@ def test_the_answer_has_no_unit_and_no_origin(unit):
     """The default cap and gap are derived from the target's size."""
     scene = room("noise")
     plain = register(scene.source, scene.target, METHOD)
-    other = register(unit * scene.source + 7.0 * unit, unit * scene.target + 9.0 * unit, METHOD)
-    assert plain.status == other.status == Status.PROVED
-    assert other.objective / unit**2 == pytest.approx(float(plain.objective), abs=float(plain.gap))
+    second = register(unit * scene.source + 7.0 * unit, unit * scene.target + 9.0 * unit, METHOD)
+    assert plain.status == second.status == Status.PROVED
+    assert second.objective / unit**2 == pytest.approx(float(plain.objective), abs=float(plain.gap))
     mean = scene.source.mean(axis=0)
-    there = other.pose.apply(unit * mean[None] + 7.0 * unit) / unit - 9.0
-    assert np.abs(there - plain.pose.apply(mean[None])).max() < 0.1
+    point = second.pose.apply(unit * mean[None] + 7.0 * unit) / unit - 9.0
+    assert np.abs(point - plain.pose.apply(mean[None])).max() < 0.1
 
 
 @pytest.mark.parametrize(
@@ -262,8 +262,8 @@ def test_the_objective_is_that_of_the_cap_that_is_told():
         cap = result.detail("ground").cap
         usual = np.sqrt(np.square(scene.target - scene.target.mean(axis=0)).sum(axis=1).mean()) / 8.0
         assert cap == pytest.approx(own.get("cap", usual), rel=1e-12)
-        apart = np.linalg.norm(result.transform(scene.source)[:, None] - scene.target, axis=2).min(axis=1)
-        assert result.objective == pytest.approx(np.square(np.minimum(apart, cap)).mean(), rel=1e-9)
+        distances = np.linalg.norm(result.transform(scene.source)[:, None] - scene.target, axis=2).min(axis=1)
+        assert result.objective == pytest.approx(np.square(np.minimum(distances, cap)).mean(), rel=1e-9)
 
 
 @pytest.mark.parametrize("shift", [1e3, 1e100])

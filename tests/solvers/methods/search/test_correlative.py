@@ -28,8 +28,8 @@ def every_sum(lattice, source):
     sums = np.zeros((len(lattice.angles), lattice.rows, lattice.columns), dtype=np.int64)
     p = np.ldexp(source - lattice.centroid, -lattice.exponent)
     for k, angle in enumerate(lattice.angles):
-        turned = p @ Pose.from_angle(angle).R.T
-        for column, row in np.floor(turned / lattice.cell).astype(int) + lattice.margin:
+        points = p @ Pose.from_angle(angle).R.T
+        for column, row in np.floor(points / lattice.cell).astype(int) + lattice.margin:
             sums[k] += table(lattice)[row : row + lattice.rows, column : column + lattice.columns]
     return sums
 
@@ -59,9 +59,9 @@ def test_the_search_answers_as_exhaustive_enumeration_does(seed, options):
 
     k, y, x = np.indices(sums.shape)
     moved = np.square(x - column) + np.square(y - row)
-    turned = 2.0 * lattice.radius * np.sin(0.5 * (lattice.angles[k] - lattice.angles[angle]))
+    arc = 2.0 * lattice.radius * np.sin(0.5 * (lattice.angles[k] - lattice.angles[angle]))
     apart = options.get("apart", 0.25) * lattice.radius
-    far = np.square(lattice.cell) * moved + np.square(turned) > np.square(apart)
+    far = np.square(lattice.cell) * moved + np.square(arc) > np.square(apart)
     assert result.detail("runner_score") == sums[far].max() / (WORTH * len(source))
     angle, column, row = result.detail("runner_place")
     assert far[angle, row, column]
@@ -109,9 +109,9 @@ def test_the_room_is_found_from_nothing(setting):
     the runner-up scores at most 0.85 of that."""
     for seed in SEEDS[:6]:
         scene = room(setting, seed=seed)
-        turned = Pose.from_angle(float(seed), (seed / 30.0, -1.0))
-        result = register(turned.apply(scene.source), scene.target, "correlative")
-        pose = result.pose.compose(turned)
+        turn = Pose.from_angle(float(seed), (seed / 30.0, -1.0))
+        result = register(turn.apply(scene.source), scene.target, "correlative")
+        pose = result.pose.compose(turn)
         assert result.status is Status.CONVERGED
         assert rre(pose, scene.truth) < np.radians(5.0)
         assert rte(pose, scene.truth) < 0.2
@@ -126,8 +126,8 @@ def test_the_hall_has_a_runner_up_half_a_turn_away():
     for seed in SEEDS:
         scene = hall(seed=seed)
         result = register(scene.source, scene.target, "correlative")
-        between = result.pose.inverse().compose(result.detail("runner_up"))
-        assert abs(between.angle) > np.radians(177.0)
+        difference = result.pose.inverse().compose(result.detail("runner_up"))
+        assert abs(difference.angle) > np.radians(177.0)
         assert 0.97 < result.detail("runner_score") / result.detail("score") <= 1.0
         right += bool(rre(result.pose, scene.truth) < np.radians(5.0))
     assert 5 <= right <= 20
@@ -141,11 +141,11 @@ def test_the_runner_up_moves_the_points_away():
         result = register(source, target, "correlative", cell=0.5, apart=apart)
         way = result.pose.apply(source) - result.detail("runner_up").apply(source)
         assert np.sqrt(np.square(way).sum(axis=1).mean()) > apart * radius * (1.0 - 1e-9)
-    none = register(source, target, "correlative", cell=0.5, apart=100.0)
-    assert none.status is Status.CONVERGED
-    assert none.detail("runner_score") == 0.0
-    assert none.detail("runner_place").tolist() == [-1, -1, -1]
-    assert np.array_equal(none.detail("runner_up").matrix, np.eye(3))
+    single = register(source, target, "correlative", cell=0.5, apart=100.0)
+    assert single.status is Status.CONVERGED
+    assert single.detail("runner_score") == 0.0
+    assert single.detail("runner_place").tolist() == [-1, -1, -1]
+    assert np.array_equal(single.detail("runner_up").matrix, np.eye(3))
 
 
 def test_a_pose_scores_what_its_points_fall_on():
@@ -170,16 +170,16 @@ def test_a_window_keeps_the_search_about_the_start():
     source, target = small_scene(8)
     start = Pose.from_angle(2.0, (0.4, -0.3))
     result = register(source, target, "correlative", start=start, turn=0.3, shift=0.8)
-    between = result.pose.compose(start.inverse())
-    assert abs(between.angle) <= 0.3 + 1e-12
+    difference = result.pose.compose(start.inverse())
+    assert abs(difference.angle) <= 0.3 + 1e-12
     centroid = source.mean(axis=0)[None]
     assert np.abs(result.pose.apply(centroid) - start.apply(centroid)).max() <= 0.8 + 1e-12
     only = register(source, target, "correlative", start=start, turn=0.0, shift=0.0)
     assert only.detail("poses") == 1
     assert np.allclose(only.matrix, start.matrix, atol=1e-12)
-    away = register(source, target, "correlative", start=Pose.from_angle(0.0, (90.0, 0.0)), shift=2.0)
-    assert away.status is Status.DEGENERATE
-    assert "nothing overlaps within 2 u of the start" in away.reason
+    failure = register(source, target, "correlative", start=Pose.from_angle(0.0, (90.0, 0.0)), shift=2.0)
+    assert failure.status is Status.DEGENERATE
+    assert "nothing overlaps within 2 u of the start" in failure.reason
 
 
 @pytest.mark.parametrize(("unit", "shift"), [(0.5, 0.0), (2.0**40, 0.0), (2.0**-300, 0.0), (1.0, 4096.0)])
@@ -188,11 +188,11 @@ def test_unit_and_origin_change_nothing(unit, shift):
     source, target = small_scene(9)
     source, target = (np.round(cloud * 2.0**20) / 2.0**20 for cloud in (source, target))
     plain = register(source, target, "correlative")
-    other = register(unit * source, unit * target + shift, "correlative")
-    assert other.detail("place").tolist() == plain.detail("place").tolist()
-    assert other.detail("score") == plain.detail("score")
-    assert np.allclose(other.pose.R, plain.pose.R, atol=1e-12)
-    assert np.allclose((other.pose.t - shift) / unit, plain.pose.t, atol=1e-9)
+    second = register(unit * source, unit * target + shift, "correlative")
+    assert second.detail("place").tolist() == plain.detail("place").tolist()
+    assert second.detail("score") == plain.detail("score")
+    assert np.allclose(second.pose.R, plain.pose.R, atol=1e-12)
+    assert np.allclose((second.pose.t - shift) / unit, plain.pose.t, atol=1e-9)
 
 
 def test_a_batch_gives_what_each_problem_gives_alone():
@@ -200,14 +200,14 @@ def test_a_batch_gives_what_each_problem_gives_alone():
     scenes = [small_scene(seed) for seed in (1, 2, 3)]
     source, target = (np.stack(clouds) for clouds in zip(*scenes, strict=True))
     source[1] = 0.5
-    together = register(source, target, "correlative")
-    assert together.status.tolist() == [Status.CONVERGED, Status.DEGENERATE, Status.CONVERGED]
+    batch = register(source, target, "correlative")
+    assert batch.status.tolist() == [Status.CONVERGED, Status.DEGENERATE, Status.CONVERGED]
     for i in (0, 2):
         alone = register(source[i], target[i], "correlative")
-        assert np.array_equal(alone.matrix, together.matrix[i])
-        assert alone.steps == together.steps[i]
+        assert np.array_equal(alone.matrix, batch.matrix[i])
+        assert alone.steps == batch.steps[i]
         for name in ("score", "runner_score", "nodes"):
-            assert alone.detail(name) == together.detail(name)[i]
+            assert alone.detail(name) == batch.detail(name)[i]
 
 
 def test_a_step_at_a_time_the_best_only_improves_and_a_cap_is_said():
@@ -223,9 +223,9 @@ def test_a_step_at_a_time_the_best_only_improves_and_a_cap_is_said():
     assert scores == sorted(scores)
     whole = register(scene.source, scene.target, "correlative")
     for per_step in (1, 1000):
-        other = register(scene.source, scene.target, "correlative", per_step=per_step, max_steps=20_000)
-        assert other.detail("score") == whole.detail("score")
-        assert other.detail("runner_score") == whole.detail("runner_score")
+        result = register(scene.source, scene.target, "correlative", per_step=per_step, max_steps=20_000)
+        assert result.detail("score") == whole.detail("score")
+        assert result.detail("runner_score") == whole.detail("runner_score")
     short = register(scene.source, scene.target, "correlative", per_step=4, max_steps=3)
     assert short.status is Status.CAPPED
     assert 0.0 < short.detail("score") <= whole.detail("score")
@@ -259,13 +259,13 @@ def test_wrong_options_are_named(option, value):
         register(np.eye(3)[:, :2], np.eye(3)[:, :2], "correlative", **{option: value})
 
 
-@pytest.mark.parametrize("far", [1e3, 1e7])
-def test_a_stray_does_not_widen_the_field(far):
+@pytest.mark.parametrize("gap", [1e3, 1e7])
+def test_a_stray_does_not_widen_the_field(gap):
     """A point far away in one cloud or in both leaves grid and answer unchanged; in the source, the score counts it as
     a point that hits nothing."""
     scene = room("noise")
     alone = register(scene.source, scene.target, "correlative")
-    source, target = np.vstack([[[-far, 0.5 * far]], scene.source]), np.vstack([scene.target, [[far, -0.3 * far]]])
+    source, target = np.vstack([[[-gap, 0.5 * gap]], scene.source]), np.vstack([scene.target, [[gap, -0.3 * gap]]])
     m = len(scene.source)
     for p, q in ((scene.source, target), (source, scene.target), (source, target)):
         result = register(p, q, "correlative")
@@ -274,4 +274,4 @@ def test_a_stray_does_not_widen_the_field(far):
         assert result.detail("poses") == alone.detail("poses")
         assert result.detail("score") == pytest.approx(alone.detail("score") * m / len(p), rel=1e-12)
         # A start may put the stray on the target and the rest of the source far away.
-        assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (far, -0.5 * far)), p) == 0.0
+        assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (gap, -0.5 * gap)), p) == 0.0

@@ -33,20 +33,20 @@ def test_a_dense_cloud_is_told_to_within_a_cell(rng):
     cloud = np.stack([along, np.sin(along)], axis=1) + 0.1 * rng.standard_normal((300, 2))
     grid = build(cloud, 0.02, margin=0.8)
     points = cloud[rng.integers(0, 300, 2000)] + rng.uniform(-0.3, 0.3, (2000, 2))
-    off = exact(points, cloud) - grid.floor(points)
-    assert off.min() >= 0.0
-    assert off.max() <= 2.001 * grid.error
+    errors = exact(points, cloud) - grid.floor(points)
+    assert errors.min() >= 0.0
+    assert errors.max() <= 2.001 * grid.error
 
 
 def test_what_is_not_listed_is_no_nearer_than_said(rng):
     cloud = rng.uniform(-1.0, 1.0, (50, 2))
     grid = build(cloud, 0.05, margin=0.3)
     points = rng.uniform(-3.0, 3.0, (500, 2))
-    listed, others = grid.candidates(points)
+    candidates, floors = grid.candidates(points)
     distances = np.sqrt(np.square(points[:, None] - cloud[None]).sum(axis=-1))
     for i in range(500):
-        unlisted = ~(cloud[:, None] == listed[i][None]).all(axis=-1).any(axis=1)
-        assert distances[i, unlisted].min() >= others[i] - 1e-12
+        unlisted = ~(cloud[:, None] == candidates[i][None]).all(axis=-1).any(axis=1)
+        assert distances[i, unlisted].min() >= floors[i] - 1e-12
 
 
 @pytest.mark.parametrize("stretch", [1.0, 1e4])

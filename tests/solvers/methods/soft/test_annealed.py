@@ -22,8 +22,8 @@ def problem(source, target):
 
 def score(pose, source, target, sigma, miss):
     """The score −σ² Σ_i log(1 + Σ_j K_ij / o), (b,)."""
-    near = gaussians.sums(pose.apply(source), target, np.full(len(source), sigma), np.ones((*target.shape[:2], 1)))
-    return -(sigma**2) * np.log1p(near[..., 0] / miss).sum(axis=1)
+    density = gaussians.sums(pose.apply(source), target, np.full(len(source), sigma), np.ones((*target.shape[:2], 1)))
+    return -(sigma**2) * np.log1p(density[..., 0] / miss).sum(axis=1)
 
 
 def test_targets_and_support_are_what_the_definition_says():
@@ -36,22 +36,22 @@ def test_targets_and_support_are_what_the_definition_says():
     np.testing.assert_allclose(state.support[0], w.sum(axis=1), rtol=1e-10, atol=1e-14)
     np.testing.assert_array_equal(state.used[0], w.sum(axis=1) >= 0.15)
     assert 0 < np.count_nonzero(~state.used) < 30
-    some = state.used[0]
-    np.testing.assert_allclose(state.soft[0][some], (w @ s.target / w.sum(axis=1)[:, None])[some], rtol=1e-10)
-    left = np.square(s.source - state.soft[0]).sum(axis=1)
-    np.testing.assert_allclose(state.objective[0], (w.sum(axis=1) * left)[some].sum(), rtol=1e-10)
+    rows = state.used[0]
+    np.testing.assert_allclose(state.soft[0][rows], (w @ s.target / w.sum(axis=1)[:, None])[rows], rtol=1e-10)
+    squares = np.square(s.source - state.soft[0]).sum(axis=1)
+    np.testing.assert_allclose(state.objective[0], (w.sum(axis=1) * squares)[rows].sum(), rtol=1e-10)
 
 
 def test_the_width_follows_its_schedule():
     """σ is 1.1 × 0.9ᵏ, down to 0.12, however good the fit."""
     s = room("clean")
-    seen = []
+    widths = []
     register(
         s.source, s.target, "soft-annealed", start=room_start(), **RACE,
-        callback=lambda k, state: seen.append(state.sigma[0]),
+        callback=lambda k, state: widths.append(state.sigma[0]),
     )  # fmt: skip
-    assert len(seen) > 22
-    np.testing.assert_allclose(seen, np.maximum(1.1 * 0.9 ** np.arange(1, len(seen) + 1), 0.12), rtol=1e-12)
+    assert len(widths) > 22
+    np.testing.assert_allclose(widths, np.maximum(1.1 * 0.9 ** np.arange(1, len(widths) + 1), 0.12), rtol=1e-12)
 
 
 def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
@@ -62,9 +62,9 @@ def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
     start = random_pose(rng, 2, (40,))
     result = register(source, target, "soft-annealed", start=start, **options)
     poses = result.history.poses
-    seen = np.stack([score(poses[k], source, target, 0.5, 0.12) for k in range(len(poses.t))])
-    assert np.all(np.diff(seen, axis=0) <= 1e-9)
-    assert np.median(seen[-1] - seen[0]) < -0.1
+    scores = np.stack([score(poses[k], source, target, 0.5, 0.12) for k in range(len(poses.t))])
+    assert np.all(np.diff(scores, axis=0) <= 1e-9)
+    assert np.median(scores[-1] - scores[0]) < -0.1
 
 
 def test_it_is_not_cpd():
@@ -74,10 +74,10 @@ def test_it_is_not_cpd():
     assert np.all(w.sum(axis=1) <= 1.0)
     assert w.sum(axis=0).max() > 1.0
     # Doubling the fixed points in place halves the odds of 'no partner'; CPD's clutter does not behave like that.
-    twice = np.concatenate([s.target, s.target])
-    doubled = weights(begin(METHODS["soft-annealed"], problem(s.source, twice), SoftOptions(first=0.2)).state())
+    target = np.concatenate([s.target, s.target])
+    double = weights(begin(METHODS["soft-annealed"], problem(s.source, target), SoftOptions(first=0.2)).state())
     single = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions(first=0.2)).state())
-    missing, before = 1.0 - doubled.sum(axis=1), 1.0 - single.sum(axis=1)
+    missing, before = 1.0 - double.sum(axis=1), 1.0 - single.sum(axis=1)
     np.testing.assert_allclose(missing / (1.0 - missing), 0.5 * before / (1.0 - before), rtol=1e-9)
 
 
@@ -103,21 +103,21 @@ def test_in_space(rng, random_pose):
 def test_a_batch_is_its_single_runs():
     scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
-    together = register(source, target, "soft-annealed", start=room_start(30.0), max_steps=40, **RACE)
+    batch = register(source, target, "soft-annealed", start=room_start(30.0), max_steps=40, **RACE)
     for k in range(5):
         alone = register(source[k], target[k], "soft-annealed", start=room_start(30.0), max_steps=40, **RACE)
-        assert alone.steps == together.steps[k]
-        np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
+        assert alone.steps == batch.steps[k]
+        np.testing.assert_allclose(batch.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
 
 
 def test_no_overlap_and_equal_points_are_said():
     """Clouds out of reach have no support and stay; equal source points are reported, and a single fixed point ends
     without support."""
     s = room("clean")
-    lost = register(s.source, s.target + 100.0, "soft-annealed", **RACE)
-    assert lost.status == Status.DEGENERATE
-    assert "support" in lost.reason
-    np.testing.assert_array_equal(lost.matrix, np.eye(3))
+    failure = register(s.source, s.target + 100.0, "soft-annealed", **RACE)
+    assert failure.status == Status.DEGENERATE
+    assert "support" in failure.reason
+    np.testing.assert_array_equal(failure.matrix, np.eye(3))
     equal = "all source points with weight are equal"
     for source, target, text in (
         ([[1.0, 2.0]], s.target, equal),
@@ -140,8 +140,8 @@ def test_a_circle_and_a_wall_stop_truthfully():
     """What the scene leaves free is not found: the run stops, and the error against the truth remains."""
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
-    turned = register(circle, Pose.from_angle(2.0).apply(circle), "soft-annealed", max_steps=200)
-    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    circle_result = register(circle, Pose.from_angle(2.0).apply(circle), "soft-annealed", max_steps=200)
+    assert metrics.rre(circle_result.pose, Pose.from_angle(2.0)) > np.radians(30.0)
     wall = np.column_stack([np.linspace(-3.0, 3.0, 60), np.zeros(60)])
     slid = register(wall[20:40], wall, "soft-annealed", start=Pose.from_angle(0.1, (1.0, 0.2)), max_steps=200)
     assert abs(slid.pose.t[0]) > 0.5

@@ -21,17 +21,17 @@ RACE = {"first": 1.1, "last": 0.12, "tolerance": 5e-4}
 def _all_associations(psi, miss):
     """The marginals by enumerating every association, with weights as the module's text defines them."""
     m, n = psi.shape
-    out, whole = np.zeros((m, n)), 0.0
+    marginals, whole = np.zeros((m, n)), 0.0
     for choice in product(range(-1, n), repeat=m):
-        taken = [j for j in choice if j >= 0]
-        if len(set(taken)) < len(taken):
+        columns = [j for j in choice if j >= 0]
+        if len(set(columns)) < len(columns):
             continue
         weight = np.prod([miss if j < 0 else psi[i, j] for i, j in enumerate(choice)])
         whole += weight
         for i, j in enumerate(choice):
             if j >= 0:
-                out[i, j] += weight
-    return out / whole
+                marginals[i, j] += weight
+    return marginals / whole
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (1, 5), (4, 1), (3, 3), (4, 3), (3, 5)])
@@ -66,28 +66,28 @@ def test_messages_are_exact_on_trees(rng):
     assert 0.0045 < np.abs(bp_marginals(chain, 0.12, BpOptions().sweeps) - exact).max() < 0.0055
 
 
-def _largest_error(drawn, miss, sweeps):
+def _largest_error(draws, miss, sweeps):
     """The largest error of the marginals of matrices (k, n, n) of positive scores, joined into one block matrix so that
     no pair connects two of them."""
-    k, n, _ = drawn.shape
+    k, n, _ = draws.shape
     blocks, own = np.zeros((k, n, k, n)), np.arange(k)
-    blocks[own, :, own] = drawn
+    blocks[own, :, own] = draws
     result = bp_marginals(blocks.reshape(k * n, k * n), miss, sweeps).reshape(blocks.shape)[own, :, own]
-    return np.abs(result - [exact_marginals(psi, miss) for psi in drawn]).max()
+    return np.abs(result - [exact_marginals(psi, miss) for psi in draws]).max()
 
 
 def test_on_loops_they_are_an_approximation_of_stated_error(rng):
     """Gaussian scores at 2 × 2 leave an error of about 0.1; larger matrices, with more but longer loops, less."""
     worst = {}
     for n in (2, 3, 5):
-        drawn = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, n, n))))
-        worst[n] = _largest_error(drawn, 0.12, 200)
+        draws = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, n, n))))
+        worst[n] = _largest_error(draws, 0.12, 200)
     assert BpOptions().miss == 0.12
     assert worst[2] == pytest.approx(0.1, abs=0.01)
     assert 0.01 < max(worst[3], worst[5]) < worst[2]
-    for miss, off in ((0.01, 0.27), (0.001, 0.38)):
-        drawn = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, 2, 2))))
-        assert _largest_error(drawn, miss, 400) == pytest.approx(off, abs=0.005)
+    for miss, error in ((0.01, 0.27), (0.001, 0.38)):
+        draws = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, 2, 2))))
+        assert _largest_error(draws, miss, 400) == pytest.approx(error, abs=0.005)
     equal = np.geomspace(0.01, 100.0, 40)[:, None, None] * np.ones((2, 2))
     assert _largest_error(equal, 0.12, 200) > 0.03
 
@@ -129,8 +129,8 @@ def test_screening_loses_no_pair(seed, kind):
 @pytest.mark.parametrize("d", [2, 3])
 def test_pairs_within_reach_are_all_listed(rng, d):
     """The screened list equals that from all distances, in order, in batches and far from the origin."""
-    for far in (0.0, 1e7):
-        moved, target = rng.standard_normal((3, 20, d)) + far, rng.standard_normal((3, 30, d)) + far
+    for distance in (0.0, 1e7):
+        moved, target = rng.standard_normal((3, 20, d)) + distance, rng.standard_normal((3, 30, d)) + distance
         reach = np.array([0.3, 1.0, 1e-9])
         result = within_reach(moved, target, reach)
         squares = np.square(moved[:, :, None] - target[:, None]).sum(axis=-1)
@@ -153,8 +153,8 @@ def test_what_a_state_shows_belongs_together():
     p = marginal_matrix(state)
     assert np.allclose(p.sum(axis=1), state.support[0], atol=1e-12)
     assert np.allclose(p.sum(axis=0), state.taken[0], atol=1e-12)
-    some = p.sum(axis=1) > 0.0
-    assert np.allclose((p @ scene.target)[some] / p.sum(axis=1)[some, None], state.soft[0, some], atol=1e-12)
+    rows = p.sum(axis=1) > 0.0
+    assert np.allclose((p @ scene.target)[rows] / p.sum(axis=1)[rows, None], state.soft[0, rows], atol=1e-12)
     moved = result.pose.apply(scene.source)
     squares = np.square(np.linalg.norm(moved[:, None] - scene.target[None], axis=2))
     psi = np.where(squares <= np.square(4.0 * state.sigma[0]), np.exp(-squares / (2.0 * state.sigma[0] ** 2)), 0.0)

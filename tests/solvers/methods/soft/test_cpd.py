@@ -131,10 +131,10 @@ def test_the_likelihood_never_falls(rng, random_pose, method, d, options):
 def test_sigma_need_not_fall():
     """σ is estimated, not scheduled: if it is too small at the start, it grows first."""
     result = register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, max_steps=3)
-    seen = []
-    register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, callback=lambda k, state: seen.append(state.sigma[0]))
-    assert seen[0] > 0.15
-    assert seen[-1] < 0.1
+    widths = []
+    register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, callback=lambda k, state: widths.append(state.sigma[0]))
+    assert widths[0] > 0.15
+    assert widths[-1] < 0.1
     assert np.all(np.diff(result.history.objective) <= 0.0)
 
 
@@ -199,9 +199,9 @@ def test_in_space(rng, random_pose):
     """A large motion in 3-D with a scale is found from a start near it."""
     source = rng.standard_normal((60, 3)) * [3.0, 2.0, 1.0]
     truth = random_pose(rng, 3, scaled=True)
-    near = Pose.from_angle(0.3)
+    rotation = Pose.from_angle(0.3)
     turn = np.eye(3)
-    turn[:2, :2] = near.R
+    turn[:2, :2] = rotation.R
     start = Pose(truth.R @ turn, truth.t, truth.scale)
     result = register(source, truth.apply(source), "cpd-similarity", start=start, sigma=0.5 * float(truth.scale))
     np.testing.assert_allclose(result.matrix, truth.matrix, atol=1e-6)
@@ -224,10 +224,10 @@ def test_similarity_can_collapse():
     result = register(
         scene.source, scene.target, "cpd-similarity", start=Pose.from_angle(0.0, (-6.0, -4.0)), **options
     )
-    near = register(scene.source, scene.target, "cpd-similarity", **options)
+    local = register(scene.source, scene.target, "cpd-similarity", **options)
     assert result.pose.scale < 0.5
-    assert near.pose.scale == pytest.approx(1.0, abs=0.01)
-    assert result.objective > near.objective + 50.0
+    assert local.pose.scale == pytest.approx(1.0, abs=0.01)
+    assert result.objective > local.objective + 50.0
 
 
 @pytest.mark.parametrize("method", BOTH)
@@ -236,12 +236,12 @@ def test_a_batch_is_its_single_runs(method):
     scenes = [room("outliers", seed=40 + 13 * k) for k in range(5)]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
     start = Pose.from_angle(np.radians([10.0, 45.0, 170.0, -30.0, 0.0]), 0.5 * np.ones((5, 2)))
-    together = register(source, target, method, start=start, max_steps=30)
+    batch = register(source, target, method, start=start, max_steps=30)
     for k in range(5):
         alone = register(source[k], target[k], method, start=start[k], max_steps=30)
-        assert alone.steps == together.steps[k]
-        np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(together.objective[k], alone.objective, rtol=1e-12)
+        assert alone.steps == batch.steps[k]
+        np.testing.assert_allclose(batch.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(batch.objective[k], alone.objective, rtol=1e-12)
 
 
 def test_units_and_origin_do_not_matter(rng, random_pose):
@@ -261,15 +261,15 @@ def test_stages_are_those_of_the_step(rng, random_pose):
     """The stages shown in a walkthrough (centred clouds, correlation, rotation, translation, σ) are those of a step."""
     p = scene(rng, random_pose, 2)
     batch = advance(begin(METHODS["cpd-similarity"], p))
-    shown, after = stages(batch.state()), advance(batch).state()
-    P = shown.responsibilities
+    parts, after = stages(batch.state()), advance(batch).state()
+    P = parts.responsibilities
     np.testing.assert_allclose(P, responsibilities(batch.state()))
-    np.testing.assert_allclose(P.sum(axis=1) @ shown.centred_moving, 0.0, atol=1e-10)
-    np.testing.assert_allclose(P.sum(axis=0) @ shown.centred_fixed, 0.0, atol=1e-10)
-    np.testing.assert_allclose(shown.correlation, shown.centred_moving.T @ P @ shown.centred_fixed, atol=1e-10)
-    np.testing.assert_allclose(shown.rotation, after.pose.R[0])
-    np.testing.assert_allclose(shown.translation, after.pose.t[0])
-    assert (shown.scale, shown.sigma) == pytest.approx((after.pose.scale[0], after.sigma[0]))
+    np.testing.assert_allclose(P.sum(axis=1) @ parts.centred_moving, 0.0, atol=1e-10)
+    np.testing.assert_allclose(P.sum(axis=0) @ parts.centred_fixed, 0.0, atol=1e-10)
+    np.testing.assert_allclose(parts.correlation, parts.centred_moving.T @ P @ parts.centred_fixed, atol=1e-10)
+    np.testing.assert_allclose(parts.rotation, after.pose.R[0])
+    np.testing.assert_allclose(parts.translation, after.pose.t[0])
+    assert (parts.scale, parts.sigma) == pytest.approx((after.pose.scale[0], after.sigma[0]))
     assert len(STAGES) == 5
 
 
@@ -278,10 +278,10 @@ TWO = np.array([[0.0, 0.0], [1.0, 0.0]])
 
 @pytest.mark.parametrize("method", BOTH)
 def test_what_does_not_determine_a_rotation_is_said(method):
-    one = register([[1.0, 2.0]], fish(20), method)
-    assert one.status == Status.DEGENERATE
-    assert "all source points are equal" in one.reason
-    np.testing.assert_array_equal(one.pose.R, np.eye(2))
+    result = register([[1.0, 2.0]], fish(20), method)
+    assert result.status == Status.DEGENERATE
+    assert "all source points are equal" in result.reason
+    np.testing.assert_array_equal(result.pose.R, np.eye(2))
     coincident = register(fish(20), np.full((7, 2), 0.1), method)
     assert coincident.status == Status.DEGENERATE
     assert "all target points are equal" in coincident.reason
@@ -290,13 +290,13 @@ def test_what_does_not_determine_a_rotation_is_said(method):
     np.testing.assert_allclose(two.transform(TWO), Pose.from_angle(0.6, (2.0, 1.0)).apply(TWO), atol=1e-5)
 
 
-@pytest.mark.parametrize("far", [0.0, 1e3, 1e7])
-def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, far):
+@pytest.mark.parametrize("distance", [0.0, 1e3, 1e7])
+def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, distance):
     """Two points across two others are equally near to both; far from the origin only their rounded digits differ."""
     for turn, x, y in rng.uniform(0.1, 1.5, (20, 3)):
         along = np.array([np.cos(turn), np.sin(turn)])
         across = np.array([-along[1], along[0]])
-        corner = far * np.array([x, y])
+        corner = distance * np.array([x, y])
         result = register(corner + np.outer([x, -x], along), corner + np.outer([y, -y], across), "cpd-rigid")
         assert result.status == Status.DEGENERATE
         assert "several rotations" in result.reason
@@ -336,9 +336,9 @@ def test_a_circle_and_a_wall_stop_truthfully(rng):
     status says converged, not right, and the error against the truth remains."""
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
-    turned = register(circle, Pose.from_angle(2.0).apply(circle), "cpd-rigid", max_steps=300)
-    assert turned.status in (Status.CONVERGED, Status.CAPPED)
-    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    circle_result = register(circle, Pose.from_angle(2.0).apply(circle), "cpd-rigid", max_steps=300)
+    assert circle_result.status in (Status.CONVERGED, Status.CAPPED)
+    assert metrics.rre(circle_result.pose, Pose.from_angle(2.0)) > np.radians(30.0)
     wall = np.column_stack([np.linspace(-3.0, 3.0, 60), np.zeros(60)])
     slid = register(wall[5:40], wall, "cpd-rigid", start=Pose.from_angle(0.1, (0.4, 0.3)), max_steps=300)
     assert abs(slid.pose.t[1]) < 0.01

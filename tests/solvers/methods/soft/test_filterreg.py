@@ -102,9 +102,9 @@ def test_splat_keeps_the_values(kind):
 @pytest.mark.parametrize("kind", ["grid", "lattice"])
 def test_a_query_beyond_the_lattice_has_no_mass(kind):
     result = kernel_filters.build(kind, np.random.default_rng(4).standard_normal((50, 2)), 0.3)
-    far = result.query(np.array([[100.0, 0.0], [-1e200, 1e200], [0.0, 1e9], [3.0, -1e6]]))
-    np.testing.assert_array_equal(far.mass, 0.0)
-    np.testing.assert_array_equal(far.first, 0.0)
+    answer = result.query(np.array([[100.0, 0.0], [-1e200, 1e200], [0.0, 1e9], [3.0, -1e6]]))
+    np.testing.assert_array_equal(answer.mass, 0.0)
+    np.testing.assert_array_equal(answer.first, 0.0)
 
 
 def test_a_filter_that_would_be_too_fine_is_refused():
@@ -120,8 +120,8 @@ def test_every_state_is_what_the_definition_says(volume):
     s = room("outliers")
     options = FilterRegOptions(filter="exact", clutter=0.25, volume=volume)
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), options)
-    apart = s.target - s.target.mean(axis=0)
-    n, V = len(s.target), volume or 6.0 * np.square(apart).sum(axis=1).mean()
+    offsets = s.target - s.target.mean(axis=0)
+    n, V = len(s.target), volume or 6.0 * np.square(offsets).sum(axis=1).mean()
     for _ in range(6):
         state = batch.state()
         sigma, x = state.sigma[0], batch.pose().apply(s.source[None])[0]
@@ -146,13 +146,13 @@ def test_the_roles_are_swapped_against_cpd():
     state = begin(
         METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions("exact", first=0.5, volume=36.0)
     ).state()
-    swapped = begin(
+    reverse = begin(
         METHODS["cpd-rigid"], problem(s.target, s.source), CpdOptions(clutter=0.25, volume=36.0, sigma=0.5)
     ).state()
-    P = responsibilities(swapped)  # (target points, source points)
+    P = responsibilities(reverse)  # (target points, source points)
     np.testing.assert_allclose(state.weights[0], P.sum(axis=0), rtol=1e-9)
     np.testing.assert_allclose(state.targets[0], P.T @ s.target / P.sum(axis=0)[:, None], rtol=1e-9)
-    np.testing.assert_allclose(state.objective, swapped.objective, rtol=1e-9)
+    np.testing.assert_allclose(state.objective, reverse.objective, rtol=1e-9)
 
 
 def test_with_exact_sums_the_likelihood_grows_from_a_near_start():
@@ -197,26 +197,26 @@ def test_a_filter_is_made_anew_only_when_sigma_has_changed():
     """At the last σ of a schedule all steps share one filter; before that, every step has its own."""
     s = room("clean")
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(variance="scheduled", last=0.9))
-    made = [batch.state().filters[0]]
+    filters = [batch.state().filters[0]]
     while not batch.done:
         batch = advance(batch)
-        if batch.state().filters[0] is not made[-1]:
-            made.append(batch.state().filters[0])
-    widths = [f.sigma for f in made]
+        if batch.state().filters[0] is not filters[-1]:
+            filters.append(batch.state().filters[0])
+    widths = [f.sigma for f in filters]
     assert np.all(np.diff(widths) < 0.0)
     assert widths[-1] == 0.9
-    assert len(made) < batch.steps[0]
+    assert len(filters) < batch.steps[0]
 
 
 def test_a_batch_is_its_single_runs():
     scenes = [room("combo", seed=40 + 13 * k) for k in range(4)]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
     for kind in ("lattice", "exact"):
-        together = register(source, target, "filterreg", start=room_start(30.0), max_steps=15, filter=kind)
+        batch = register(source, target, "filterreg", start=room_start(30.0), max_steps=15, filter=kind)
         for k in range(4):
             alone = register(source[k], target[k], "filterreg", start=room_start(30.0), max_steps=15, filter=kind)
-            assert alone.steps == together.steps[k]
-            np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
+            assert alone.steps == batch.steps[k]
+            np.testing.assert_allclose(batch.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", kernel_filters.KINDS)
@@ -227,14 +227,14 @@ def test_scenes_that_determine_nothing(kind):
     assert equal.status in (Status.DEGENERATE, Status.CAPPED)
     if equal.status == Status.DEGENERATE:
         assert "free" in equal.reason
-    one = register(s.source, [[0.1, 0.2]], "filterreg", filter=kind, max_steps=300)
-    assert np.isfinite(one.matrix).all()
+    single = register(s.source, [[0.1, 0.2]], "filterreg", filter=kind, max_steps=300)
+    assert np.isfinite(single.matrix).all()
     two = np.array([[0.0, 0.0], [2.0, 0.0]])
     pair = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "filterreg", filter=kind, variance="scheduled")
     assert metrics.point_error(pair.pose, Pose.from_angle(0.3, (0.1, 0.2)), two) < 0.05
-    lost = register(s.source, s.target + 100.0, "filterreg", filter=kind, first=0.5, volume=36.0)
-    assert lost.status == Status.DEGENERATE
-    assert "clutter explains every moving point" in lost.reason
+    failure = register(s.source, s.target + 100.0, "filterreg", filter=kind, first=0.5, volume=36.0)
+    assert failure.status == Status.DEGENERATE
+    assert "clutter explains every moving point" in failure.reason
 
 
 def test_all_outliers_and_a_circle(rng):
@@ -242,8 +242,8 @@ def test_all_outliers_and_a_circle(rng):
     assert register(source, target, "filterreg").status in (Status.CONVERGED, Status.CAPPED)
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
-    turned = register(circle, Pose.from_angle(2.0).apply(circle), "filterreg")
-    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    circle_result = register(circle, Pose.from_angle(2.0).apply(circle), "filterreg")
+    assert metrics.rre(circle_result.pose, Pose.from_angle(2.0)) > np.radians(30.0)
 
 
 @pytest.mark.parametrize(
@@ -267,11 +267,11 @@ def test_on_ordinary_scans_it_comes_to_rest(setting):
     result = register(source, target, "filterreg", start=room_start(20.0, 0.3))
     assert (result.status == Status.CONVERGED).all()
     assert np.median(result.steps) < 50
-    batch, held = begin(METHODS["filterreg"], problem(source[0], target[0])), 0
+    batch, rests = begin(METHODS["filterreg"], problem(source[0], target[0])), 0
     while not batch.done:
         before = batch.state().sigma[0]
         batch = advance(batch)
         change = abs(batch.state().sigma[0] / before - 1.0)
         assert change == 0.0 or change > 0.01
-        held += change == 0.0
-    assert held >= 1
+        rests += change == 0.0
+    assert rests >= 1

@@ -70,8 +70,8 @@ def test_derivatives_against_finite_differences(rng, sigma, shift):
     factor = 2.0 / (4.0 * np.pi * sigma**2)  # E = const − 2 k_xy / MN, times the leading factor
 
     def at_xi(xi):
-        there = moved_by(state, np.array([xi]))
-        return state_at(source, target, there[0], sigma)
+        neighbour = moved_by(state, np.array([xi]))
+        return state_at(source, target, neighbour[0], sigma)
 
     h = 1e-4 * sigma
     for k in range(3):
@@ -91,17 +91,17 @@ def test_within_a_stage_it_never_rises(rng, random_pose):
     """No step at one σ raises the objective, on 40 random scenes from far starts."""
     source = rng.standard_normal((40, 15, 2)) * [2.0, 1.0]
     target = random_pose(rng, 2, (40,)).apply(source[:, :12]) + 0.1 * rng.standard_normal((40, 12, 2))
-    seen = []
+    steps = []
     register(
         source, target, "gmmreg", start=random_pose(rng, 2, (40,)),
-        callback=lambda k, state: seen.append((state.sigma.copy(), state.objective.copy())),
+        callback=lambda k, state: steps.append((state.sigma.copy(), state.objective.copy())),
     )  # fmt: skip
-    same = 0
-    for (sigma, before), (later, after) in pairwise(seen):
-        stage = sigma == later
+    count = 0
+    for (sigma, before), (next_sigma, after) in pairwise(steps):
+        stage = sigma == next_sigma
         assert np.all(after[stage] <= before[stage])
-        same += np.count_nonzero(stage)
-    assert same > 100
+        count += np.count_nonzero(stage)
+    assert count > 100
 
 
 def test_the_width_is_annealed_in_stages():
@@ -136,12 +136,12 @@ def test_equal_clouds_have_no_distance(rng):
 def test_a_batch_is_its_single_runs():
     scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
-    together = register(source, target, "gmmreg", start=room_start())
+    batch = register(source, target, "gmmreg", start=room_start())
     for k in range(5):
         alone = register(source[k], target[k], "gmmreg", start=room_start())
-        assert alone.steps == together.steps[k]
+        assert alone.steps == batch.steps[k]
         # Older numpy versions sum a batch in another order, and the steps amplify that.
-        np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(batch.matrix[k], alone.matrix, rtol=0.0, atol=1e-9)
 
 
 def test_units_and_origin_do_not_matter():
@@ -157,10 +157,10 @@ def test_units_and_origin_do_not_matter():
 
 def test_no_overlap_is_said():
     s = room("clean")
-    lost = register(s.source, s.target + 1000.0, "gmmreg", first=0.5, last=0.1)
-    assert lost.status == Status.DEGENERATE
-    assert "no kernel reaches" in lost.reason
-    assert lost.steps == 0
+    failure = register(s.source, s.target + 1000.0, "gmmreg", first=0.5, last=0.1)
+    assert failure.status == Status.DEGENERATE
+    assert "no kernel reaches" in failure.reason
+    assert failure.steps == 0
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
@@ -180,8 +180,8 @@ def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
         assert np.isfinite(result.matrix).all()
     onto = register(np.full((4, 2), 0.1), np.full((3, 2), 0.6), "gmmreg")
     np.testing.assert_allclose(onto.transform(np.full((1, 2), 0.1)), [[0.6, 0.6]], atol=1e-6)
-    both = register(np.stack([s.source, np.full_like(s.source, 0.1)]), s.target, "gmmreg", start=room_start(10.0, 0.2))
-    assert both.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
+    batch = register(np.stack([s.source, np.full_like(s.source, 0.1)]), s.target, "gmmreg", start=room_start(10.0, 0.2))
+    assert batch.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
 
 
 def test_scenes_that_determine_little(rng):
@@ -191,8 +191,8 @@ def test_scenes_that_determine_little(rng):
     np.testing.assert_allclose(pair.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-6)
     f = 2.0 * np.pi * np.arange(60) / 60.0
     circle = np.column_stack([np.cos(f), np.sin(f)])
-    turned = register(circle, Pose.from_angle(2.0).apply(circle), "gmmreg")
-    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    circle_result = register(circle, Pose.from_angle(2.0).apply(circle), "gmmreg")
+    assert metrics.rre(circle_result.pose, Pose.from_angle(2.0)) > np.radians(30.0)
     wall = np.column_stack([np.linspace(-3.0, 3.0, 60), np.zeros(60)])
     slid = register(wall[20:40], wall, "gmmreg", start=Pose.from_angle(0.1, (0.0, 0.2)))
     assert abs(slid.pose.t[1]) < 1e-3

@@ -24,14 +24,14 @@ def _pairs(psi):
     return listed(row, column, psi[row, column], *psi.shape), psi[row, column]
 
 
-def _greedy_one_by_one(psi, miss):
+def _greedy_loop(psi, miss):
     """The definition: pick the best pair left, cross out its row and column, repeat."""
-    left, out = psi.copy(), np.full(len(psi), -1)
-    while left.max() > miss:
-        i, j = np.unravel_index(left.argmax(), left.shape)
-        out[i] = j
-        left[i], left[:, j] = 0.0, 0.0
-    return out
+    values, partners = psi.copy(), np.full(len(psi), -1)
+    while values.max() > miss:
+        i, j = np.unravel_index(values.argmax(), values.shape)
+        partners[i] = j
+        values[i], values[:, j] = 0.0, 0.0
+    return partners
 
 
 @settings(max_examples=120, deadline=None, derandomize=True, database=None)
@@ -43,13 +43,13 @@ def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
     m, n = rng.integers(1, 14, 2)
     psi = rng.integers(0, 4, (m, n)) / 3.0 if ties else rng.uniform(0.0, 1.0, (m, n)) * (rng.random((m, n)) < 0.6)
     result, values = _pairs(psi)
-    out = greedy(result, values, 0.12)
+    partners = greedy(result, values, 0.12)
     if not ties:
-        assert np.array_equal(out, _greedy_one_by_one(psi, 0.12))
-    given_ = np.flatnonzero(out >= 0)
-    assert len(np.unique(out[given_])) == len(given_)
+        assert np.array_equal(partners, _greedy_loop(psi, 0.12))
+    rows = np.flatnonzero(partners >= 0)
+    assert len(np.unique(partners[rows])) == len(rows)
     of_row, of_column = np.full(m, 0.12), np.full(n, 0.12)
-    of_row[given_] = of_column[out[given_]] = psi[given_, out[given_]]
+    of_row[rows] = of_column[partners[rows]] = psi[rows, partners[rows]]
     assert (psi <= np.maximum(of_row[:, None], of_column[None, :])).all()
     assert (of_row >= 0.12).all()
 
@@ -60,12 +60,12 @@ def test_drawn_assignments_are_one_to_one_and_only_of_listed_pairs(rng):
     result, values = _pairs(psi)
     H = 50
     order = rng.permuted(np.tile(np.arange(30)[:, None], (1, H)), axis=0)
-    out = drawn(result, values, 0.12, rng.random((4, 30, H)), order)
+    partners = drawn(result, values, 0.12, rng.random((4, 30, H)), order)
     for h in range(H):
-        given_ = out[:, h][out[:, h] >= 0]
-        assert len(np.unique(given_)) == len(given_)
-        assert (psi[np.flatnonzero(out[:, h] >= 0), given_] > 0.0).all()
-    assert (out >= 0).sum() > 0.4 * 20 * H
+        columns = partners[:, h][partners[:, h] >= 0]
+        assert len(np.unique(columns)) == len(columns)
+        assert (psi[np.flatnonzero(partners[:, h] >= 0), columns] > 0.0).all()
+    assert (partners >= 0).sum() > 0.4 * 20 * H
 
 
 def test_a_lone_row_is_drawn_with_its_odds(rng):
@@ -73,9 +73,9 @@ def test_a_lone_row_is_drawn_with_its_odds(rng):
     psi = np.array([[0.2, 0.5, 0.05, 0.9]])
     result, values = _pairs(psi)
     H = 40_000
-    out = drawn(result, values, 0.12, rng.random((1, 1, H)), np.zeros((1, H), dtype=np.int64))
+    partners = drawn(result, values, 0.12, rng.random((1, 1, H)), np.zeros((1, H), dtype=np.int64))
     odds = np.append(psi[0], 0.12) / (psi.sum() + 0.12)
-    share = np.array([(out == j).mean() for j in (0, 1, 2, 3, -1)])
+    share = np.array([(partners == j).mean() for j in (0, 1, 2, 3, -1)])
     assert (np.abs(share - odds) < 4.0 * np.sqrt(odds * (1.0 - odds) / H)).all()
 
 
@@ -86,13 +86,13 @@ def test_a_taken_target_is_drawn_around(rng):
     result, values = _pairs(psi)
     H, miss = 40_000, 0.12
     order = np.tile(np.array([[0], [1]]), (1, H))
-    out = drawn(result, values, miss, rng.random((24, 2, H)), order)
+    partners = drawn(result, values, miss, rng.random((24, 2, H)), order)
     for j in (0, 1):
-        after = out[1, out[0] == j]
-        other = psi[1, 1 - j]
+        after = partners[1, partners[0] == j]
+        rival = psi[1, 1 - j]
         # Both first draw at once: a miss drawn then stands, and only a point that collides draws again among the rest.
         total = psi[1].sum() + miss
-        expected = (other + psi[1, j] * other / (other + miss)) / total
+        expected = (rival + psi[1, j] * rival / (rival + miss)) / total
         assert abs((after == 1 - j).mean() - expected) < 0.015
         assert not (after == j).any()
 
@@ -106,8 +106,8 @@ def test_what_a_state_shows_belongs_together():
     state = result.states[0]
     a = state.assignments[0]
     assert a.shape == (12, len(scene.source))
-    for one in a:
-        assert len(np.unique(one[one >= 0])) == (one >= 0).sum()
+    for partners in a:
+        assert len(np.unique(partners[partners >= 0])) == (partners >= 0).sum()
     assert len(np.unique(a, axis=0)) > 6
     share = (a >= 0).mean(axis=0)
     assert np.allclose(share, state.support[0], atol=1e-12)
@@ -117,7 +117,7 @@ def test_what_a_state_shows_belongs_together():
     moved = result.pose.apply(scene.source)
     squares = np.square(moved[:, None] - scene.target[None]).sum(axis=-1)
     psi = np.exp(-squares / (2.0 * state.sigma[0] ** 2))
-    assert np.array_equal(a[0], _greedy_one_by_one(psi, 0.12))
+    assert np.array_equal(a[0], _greedy_loop(psi, 0.12))
     used = share >= 0.15
     gap = np.square(moved - state.soft[0]).sum(axis=1)
     assert result.objective == pytest.approx((share * gap)[used].sum(), rel=1e-10)
@@ -180,10 +180,10 @@ def test_poses_that_come_round_again_have_stalled():
     batch, _ = run(begin(HYPOTHESIS_MIXTURE, Problem(source, target, np.ones(source.shape[:2]), starts, np.arange(10))))
     state = batch.state()
     assert set(state.status) == {Status.CONVERGED, Status.STALLED}
-    stalled = np.flatnonzero(state.status == Status.STALLED)
-    first, back = state.pose.apply(source), []
+    rows = np.flatnonzero(state.status == Status.STALLED)
+    first, returns = state.pose.apply(source), []
     for _ in range(12):
         state = HYPOTHESIS_MIXTURE.step(state)
-        back.append((rms_motion(state.pose.apply(source) - first) / state.radius)[stalled])
-    assert (back[0] > state.options.tolerance).all()
-    assert (np.min(back, axis=0) <= state.options.tolerance).all()
+        returns.append((rms_motion(state.pose.apply(source) - first) / state.radius)[rows])
+    assert (returns[0] > state.options.tolerance).all()
+    assert (np.min(returns, axis=0) <= state.options.tolerance).all()

@@ -13,7 +13,7 @@ from solvers.metrics import rre
 from solvers.scenes.bird import AREA, COUNTS, FIELD, MOST, SHAPE, TRUTH, bird, bird_start
 
 
-def begun(method, options):
+def first_state(method, options):
     s = bird()
     start = Pose(s.start.R[None], s.start.t[None])
     return begin(METHODS[method], Problem(s.source[None], s.target[None], np.ones((1, len(s.source))), start,
@@ -23,7 +23,7 @@ def begun(method, options):
 @pytest.mark.parametrize("volume", [None, 64.0])
 def test_filterreg_shares(volume):
     """Row sums are the weights W, and row means the soft targets, of the exact method, in both conventions."""
-    state = begun("filterreg", FilterRegOptions(filter="exact", first=0.6, clutter=0.2, volume=volume))
+    state = first_state("filterreg", FilterRegOptions(filter="exact", first=0.6, clutter=0.2, volume=volume))
     P = filterreg_shares(state)
     np.testing.assert_allclose(P.sum(axis=1), state.weights[0], rtol=1e-10)
     np.testing.assert_allclose(P @ state.problem.target[0] / P.sum(axis=1)[:, None], state.targets[0], atol=1e-9)
@@ -31,7 +31,7 @@ def test_filterreg_shares(volume):
 
 def test_gmmreg_overlaps():
     """Their row means are what the method sums."""
-    state = begun("gmmreg", GmmRegOptions(first=0.6))
+    state = first_state("gmmreg", GmmRegOptions(first=0.6))
     np.testing.assert_allclose(gmmreg_overlaps(state).mean(axis=1), state.overlap[0], rtol=1e-12)
 
 
@@ -51,10 +51,10 @@ def test_the_bird():
     a, b, c = bird(noise=0.1, clutter=3), bird(noise=0.2, clutter=3), bird(noise=0.0, clutter=4)
     assert (len(a.source), len(a.target)) == (COUNTS[0] + 3, COUNTS[1] + 3)
     assert a.source_outlier.sum() == a.target_outlier.sum() == 3
-    for one in ("source", "target"):
-        p, q, clean = getattr(a, one)[:26], getattr(b, one)[:26], getattr(c, one)[:26]
+    for side in ("source", "target"):
+        p, q, clean = getattr(a, side)[:26], getattr(b, side)[:26], getattr(c, side)[:26]
         np.testing.assert_allclose(q - clean, 2.0 * (p - clean), atol=1e-12)
-        np.testing.assert_allclose(getattr(a, one)[-3:], getattr(c, one)[-4:-1], atol=1e-12)
+        np.testing.assert_allclose(getattr(a, side)[-3:], getattr(c, side)[-4:-1], atol=1e-12)
     assert (np.abs(bird(clutter=MOST).target[-MOST:]) <= 0.5 * np.array(FIELD)).all()
     start = bird_start(-30.0, 2.0)
     assert np.degrees(rre(start, TRUTH)) == pytest.approx(30.0)
@@ -71,7 +71,7 @@ def test_what_is_refused(name, value):
 
 
 @pytest.mark.parametrize(
-    ("given", "wanted"),
+    ("arguments", "expected"),
     [
         ((1e300, 1e-100, 1, 1e300), 1.0),
         ((1e-300, 1e100, 1, 1e-300), 0.0),
@@ -82,9 +82,9 @@ def test_what_is_refused(name, value):
     ],
 )
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_clutter_weight_of_any_size_is_a_weight(given, wanted):
+def test_clutter_weight_of_any_size_is_a_weight(arguments, expected):
     """This holds even if the product or the power in it over- or underflows."""
-    assert clutter_weight(*given) == pytest.approx(wanted, rel=1e-12)
+    assert clutter_weight(*arguments) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("dim", [0, -3, 1.5])
