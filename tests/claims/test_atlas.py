@@ -46,21 +46,21 @@ def test_all_pairs_bring_moved_starts_together(why):
         for name, options in (("none", {}), ("narrow", {"gate": 0.5})):
             run = solvers.register(scene.source[::2], scene.target, "icp", start=starts(), max_steps=10, **options)
             middle = scene.source.mean(axis=0)
-            apart = [middle @ pose.R.swapaxes(-1, -2) + pose.t for pose in (run.history.poses[0], run.pose)]
-            before, after = (np.linalg.norm(p - p.mean(axis=0), axis=-1).max(axis=0) for p in apart)
+            points = [middle @ pose.R.swapaxes(-1, -2) + pose.t for pose in (run.history.poses[0], run.pose)]
+            before, after = (np.linalg.norm(p - p.mean(axis=0), axis=-1).max(axis=0) for p in points)
             spread[name].append(after / before)
-    none, narrow = (float(np.median(each)) for each in spread.values())
-    why("the gate", {"none": f"{none:.2f} of the distance is left", "0.5 u": f"{narrow:.2f} of it"})
-    assert 0.28 < none < 0.38
+    free, narrow = (float(np.median(values)) for values in spread.values())
+    why("the gate", {"none": f"{free:.2f} of the distance is left", "0.5 u": f"{narrow:.2f} of it"})
+    assert 0.28 < free < 0.38
     assert narrow >= 1.0
 
 
 def test_a_wide_gate_widens_the_basin_and_a_narrow_one_closes_it():
     """A gate of 1.5 u lets more starts arrive than no gate does in at least 22 of the 25 draws; a gate of 0.5 u lets
     fewer than half as many arrive in every draw."""
-    none, wide, narrow = (np.array([maps(s, **o).sum() for s in SEEDS]) for o in ({}, {"gate": 1.5}, {"gate": 0.5}))
-    assert (wide > none).sum() >= 22
-    assert (narrow < 0.5 * none).all()
+    free, wide, narrow = (np.array([maps(s, **o).sum() for s in SEEDS]) for o in ({}, {"gate": 1.5}, {"gate": 0.5}))
+    assert (wide > free).sum() >= 22
+    assert (narrow < 0.5 * free).all()
 
 
 def test_neighbours_end_apart_with_ndt():
@@ -73,7 +73,7 @@ def test_neighbours_end_apart_with_ndt():
     for method in ("icp", "ndt"):
         ends = solvers.register(scene.source[::2], scene.target, method, start=many).pose
         pairs = (ends[:, 1:], ends[:, :-1]), (ends[1:], ends[:-1])
-        apart = [(metrics.rre(a, b) > np.radians(5.0)) | (metrics.rte(a, b) > 0.2) for a, b in pairs]
-        share[method] = np.concatenate([each.ravel() for each in apart]).mean()
+        masks = [(metrics.rre(a, b) > np.radians(5.0)) | (metrics.rte(a, b) > 0.2) for a, b in pairs]
+        share[method] = np.concatenate([mask.ravel() for mask in masks]).mean()
     assert share["icp"] < 0.2
     assert 0.7 < share["ndt"] < 0.8

@@ -28,20 +28,20 @@ CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
 def test_the_spacing_of_the_points_decides_which_cells_are_lost(why):
     """25 draws: cells of 0.3 u cover less than half of the room's points when the points are 0.13 u apart, and more
     than 95 % at half that spacing."""
-    covered = {}
+    coverage = {}
     for spacing in (0.13, 0.065):
         outline = np.vstack([sampled(NDT_ROOM, spacing), sampled(PILLAR, spacing)])
         parts = []
         for seed in SEEDS:
             cells = build((outline + 0.03 * np.random.default_rng(seed).standard_normal(outline.shape))[None], 0.3)
             parts.append(cells.count[0][cells.kept[0]].sum() / len(outline))
-        covered[spacing] = float(np.mean(parts))
+        coverage[spacing] = float(np.mean(parts))
     why(
         "the spacing of the points",
-        {f"{spacing:g} u": f"cells of 0.3 u cover {100 * part:.0f} %" for spacing, part in covered.items()},
+        {f"{spacing:g} u": f"cells of 0.3 u cover {100 * part:.0f} %" for spacing, part in coverage.items()},
     )
-    assert covered[0.13] < 0.5
-    assert covered[0.065] > 0.95
+    assert coverage[0.13] < 0.5
+    assert coverage[0.065] > 0.95
 
 
 # The score
@@ -57,34 +57,34 @@ def test_a_ridge_comes_from_the_walls_along_it(why):
     exact = np.vstack([sampled(NDT_ROOM, 0.16, 0.05, 0.75), sampled(PILLAR, 0.16)])
     step = np.abs(np.gradient(exact, axis=0))
     along = step[:, 0] > step[:, 1]
-    kept, without, diagonal = [], [], []
+    full, without, diagonal = [], [], []
     for seed in SEEDS:
         scene = ndt_room(seed=seed)
         cells = build(scene.target[None], 1.0)
         ways = 0.5 * np.array([(1.0, 0.0), (-1.0, 0.0)])
         slants = 0.5 / np.sqrt(2.0) * np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
-        rest, here = scene.source[~along], total(cells, scene.source) / len(scene.source)
-        kept.append(np.mean([total(cells, scene.source + way) for way in ways]) / len(scene.source) / here)
-        without.append(np.mean([total(cells, rest + way) for way in ways]) / len(rest) / here)
-        diagonal.append(np.mean([total(cells, scene.source + way) for way in slants]) / len(scene.source) / here)
+        rest, base = scene.source[~along], total(cells, scene.source) / len(scene.source)
+        full.append(np.mean([total(cells, scene.source + way) for way in ways]) / len(scene.source) / base)
+        without.append(np.mean([total(cells, rest + way) for way in ways]) / len(rest) / base)
+        diagonal.append(np.mean([total(cells, scene.source + way) for way in slants]) / len(scene.source) / base)
     why(
         "the scan's points on walls along x",
         {
-            "they are there": f"half a unit along x keeps {100 * np.mean(kept):.0f} % of the score a point",
+            "they are there": f"half a unit along x keeps {100 * np.mean(full):.0f} % of the score a point",
             "they are left out": f"it keeps {100 * np.mean(without):.0f} %",
         },
     )
-    assert min(kept) > 0.5
+    assert min(full) > 0.5
     assert max(without) < 0.25
     assert np.mean(without) < 1.5 * np.mean(diagonal)
 
 
-def maps(seeds, **changed):
+def maps(seeds, **changes):
     """Score maps with the change in neither cloud, in the scan alone, in the target alone, and in both."""
     fields = {"neither": [], "the scan": [], "the target": [], "both": []}
     for seed in seeds:
-        usual, other = ndt_room(seed=seed), ndt_room(seed=seed, **changed)
-        pairs = [(usual, usual), (other, usual), (usual, other), (other, other)]
+        usual, variant = ndt_room(seed=seed), ndt_room(seed=seed, **changes)
+        pairs = [(usual, usual), (variant, usual), (usual, variant), (variant, variant)]
         for result, (scan, target) in zip(fields.values(), pairs, strict=True):
             result.append(score_map(build(target.target[None], 1.0), scan.source, AT, AT) / len(scan.source))
     return fields
@@ -121,9 +121,9 @@ def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
     scan alone less than a third."""
     ways, counts = np.linspace(-1.4, 1.4, 5), dict.fromkeys(("the scan", "the target", "neither"), 0)
     for seed in SEEDS[:6]:
-        usual, other = ndt_room(seed=seed), ndt_room(seed=seed, outliers=0.4)
+        usual, variant = ndt_room(seed=seed), ndt_room(seed=seed, outliers=0.4)
         for name, scan, target in (
-            ("the scan", other, usual), ("the target", usual, other), ("neither", usual, usual),
+            ("the scan", variant, usual), ("the target", usual, variant), ("neither", usual, usual),
         ):  # fmt: skip
             cells = build(target.target[None], 1.0)
             ends = [climb(cells, scan.source, np.array([x, y])).places[-1] for x in ways for y in ways]
@@ -136,14 +136,14 @@ def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
 def test_noise_alone_moves_the_summit_of_the_map(why):
     """Cells of 1 u, 25 draws, climbs over translations from the truth: with noise of 0.03 u they end 0.01 u off on
     average, without noise less than 0.0001 u off."""
-    off = {}
+    errors = {}
     for noise in (0.03, 0.0):
         scenes = [ndt_room(seed=seed, noise=noise) for seed in SEEDS]
         ends = [climb(build(s.target[None], 1.0), s.source, np.zeros(2)).places[-1] for s in scenes]
-        off[noise] = float(np.linalg.norm(ends, axis=1).mean())
-    why("the noise", {"0.03 u": f"{off[0.03]:.3f} u off on average", "none": f"{off[0.0]:.3f} u off"})
-    assert off[0.03] == pytest.approx(0.01, abs=0.002)
-    assert off[0.0] < 1e-4
+        errors[noise] = float(np.linalg.norm(ends, axis=1).mean())
+    why("the noise", {"0.03 u": f"{errors[0.03]:.3f} u off on average", "none": f"{errors[0.0]:.3f} u off"})
+    assert errors[0.03] == pytest.approx(0.01, abs=0.002)
+    assert errors[0.0] < 1e-4
 
 
 def test_the_bias_comes_from_where_the_cells_stand(why):
@@ -151,12 +151,12 @@ def test_the_bias_comes_from_where_the_cells_stand(why):
     and with the grid a quarter of a cell further right, but less than two with it a quarter of a cell further left."""
     result, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
     for nudge in (0.0, 0.25, -0.25):
-        off = []
+        ends = []
         for seed in FRESH:
             scene = ndt_room(seed=seed)
             cells = build(scene.target[None], 1.0, offset=np.array([nudge, 0.0]))
-            off.append(climb(cells, scene.source, np.zeros(2)).places[-1][0])
-        result[nudge] = float(np.mean(off)), float(np.std(off, ddof=1) / 20)
+            ends.append(climb(cells, scene.source, np.zeros(2)).places[-1][0])
+        result[nudge] = float(np.mean(ends)), float(np.std(ends, ddof=1) / 20)
     why(
         "where the grid lies",
         {
@@ -179,13 +179,13 @@ def rooms(noise=0.03):
     return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
 
 
-def arrived(pose):
+def arrivals(pose):
     """How many poses are within 2° and 0.1 u of the truth, which is the identity."""
     truth = Pose.identity(batch=pose.batch)
     return int(((np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)).sum())
 
 
-def climbed(pose, size, wider=1.0):
+def after_climb(pose, size, wider=1.0):
     """The poses after 45 steps on cells of one size, with every Gaussian widened by a factor, and the share of look-ups
     at the start that score below 0.01."""
     source, target = rooms()
@@ -206,14 +206,14 @@ START = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
 def test_the_width_of_the_gaussians_is_the_reach(why):
     """The figure's start, 25 draws, cells of 0.8 u: with the Gaussians as measured one run arrives, and nine in ten
     look-ups at the start score below a hundredth. With Gaussians eight times as wide all arrive."""
-    (usual, faint), (wide, _) = climbed(START, 0.8), climbed(START, 0.8, 8.0)
+    (usual, faint), (wide, _) = after_climb(START, 0.8), after_climb(START, 0.8, 8.0)
     why(
         "how wide the Gaussians are, in cells of 0.8 u",
-        {"as measured": f"{arrived(usual)} of 25 arrive", "eight times as wide": f"{arrived(wide)} of 25 arrive"},
+        {"as measured": f"{arrivals(usual)} of 25 arrive", "eight times as wide": f"{arrivals(wide)} of 25 arrive"},
     )
-    assert arrived(usual) == 1
+    assert arrivals(usual) == 1
     assert faint == pytest.approx(0.9, abs=0.02)
-    assert arrived(wide) == 25
+    assert arrivals(wide) == 25
 
 
 def test_narrow_gaussians_take_the_reach_of_large_cells(why):
@@ -223,8 +223,8 @@ def test_narrow_gaussians_take_the_reach_of_large_cells(why):
     for wider in (1.0, 0.25):
         pose = START
         for size in (3.2, 1.6):
-            pose, _ = climbed(pose, size, wider)
-        counts.append(arrived(climbed(pose, 0.8)[0]))
+            pose, _ = after_climb(pose, size, wider)
+        counts.append(arrivals(after_climb(pose, 0.8)[0]))
     why(
         "how wide the Gaussians of the two coarse levels are",
         {"as measured": f"{counts[0]} of 25 arrive", "a quarter as wide": f"{counts[1]} of 25 arrive"},
@@ -236,25 +236,25 @@ def test_narrow_gaussians_take_the_reach_of_large_cells(why):
 def test_noise_moves_the_summit_off_the_truth(why):
     """Started at the truth on cells of 0.8 u, 22 of 25 draws leave it for a higher score with noise of 0.03 u, and none
     does without noise."""
-    left = {}
+    counts = {}
     for noise in (0.03, 0.0):
         source, target = rooms(noise)
         run = register(source, target, "ndt", start=Pose.identity(batch=(25,)), cells=0.8, **CAPS)
         truth = evaluate(build(target, 0.8, grids=4), source, source.mean(axis=1)).score
-        left[noise] = int((-run.objective > truth + 1e-9).sum())
-    why("the noise", {"0.03 u": f"{left[0.03]} of 25 leave the truth", "none": f"{left[0.0]} of 25"})
-    assert left[0.03] == 22
-    assert left[0.0] == 0
+        counts[noise] = int((-run.objective > truth + 1e-9).sum())
+    why("the noise", {"0.03 u": f"{counts[0.03]} of 25 leave the truth", "none": f"{counts[0.0]} of 25"})
+    assert counts[0.03] == 22
+    assert counts[0.0] == 0
 
 
 def test_the_first_level_loses_the_good_start(why):
     """One grid, started 5° and 0.2 u off: the run over 4.8, 2.4 and 1.2 u ends more than 10° away, the run over 2.4 and
     1.2 u less than 1° away."""
     scene, start = ndt_room(), Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
-    off = {}
+    errors = {}
     for cells in ((4.8, 2.4, 1.2), (2.4, 1.2)):
         pose = register(scene.source, scene.target, "ndt", start=start, cells=cells, grids=1, **CAPS).pose
-        off[cells] = float(np.degrees(rre(pose, scene.truth)))
-    why("the first level", {f"{cells[0]:g} u": f"{error:.1f}° off" for cells, error in off.items()})
-    assert off[4.8, 2.4, 1.2] > 10.0
-    assert off[2.4, 1.2] < 1.0
+        errors[cells] = float(np.degrees(rre(pose, scene.truth)))
+    why("the first level", {f"{cells[0]:g} u": f"{error:.1f}° off" for cells, error in errors.items()})
+    assert errors[4.8, 2.4, 1.2] > 10.0
+    assert errors[2.4, 1.2] < 1.0

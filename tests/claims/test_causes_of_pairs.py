@@ -16,29 +16,29 @@ WALLS_FROM, WALLS_TO = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS
 
 def nearest_distance(pose, source, target):
     """The RMS distance from the moved source points to their nearest target points."""
-    apart = np.linalg.norm(pose.apply(source)[:, None] - target, axis=2).min(axis=1)
-    return float(np.sqrt((apart**2).mean()))
+    gaps = np.linalg.norm(pose.apply(source)[:, None] - target, axis=2).min(axis=1)
+    return float(np.sqrt((gaps**2).mean()))
 
 
 def towards_the_source(scans):
     """The rays from the target's robot to each source point: their directions, the distance along each to the first
     wall, and the distance to the point."""
     way = scans.source_pose.apply(scans.source) - scans.target_pose.t
-    far = np.linalg.norm(way, axis=1)
-    rays = way / far[:, None]
-    return rays, ranges(scans.target_pose.t, rays, WALLS_FROM, WALLS_TO), far
+    distance = np.linalg.norm(way, axis=1)
+    rays = way / distance[:, None]
+    return rays, ranges(scans.target_pose.t, rays, WALLS_FROM, WALLS_TO), distance
 
 
-def seen_by_both(scans):
+def in_both_views(scans):
     """Which points of the source scan the target scan's robot can see as well."""
-    _, wall, far = towards_the_source(scans)
-    return wall > far - 1e-6
+    _, wall, distance = towards_the_source(scans)
+    return wall > distance - 1e-6
 
 
 def measured_at_the_same_spots(scans):
     """The target robot's measurements at the spots that the source scan measured and both robots see."""
     rays, wall, _ = towards_the_source(scans)
-    return scans.target_pose.inverse().apply(scans.target_pose.t + (rays * wall[:, None])[seen_by_both(scans)])
+    return scans.target_pose.inverse().apply(scans.target_pose.t + (rays * wall[:, None])[in_both_views(scans)])
 
 
 def test_hidden_walls_are_part_of_the_distance(why):
@@ -48,7 +48,7 @@ def test_hidden_walls_are_part_of_the_distance(why):
     for seed in SEEDS:
         scans = two_scans(seed=seed, noise=0.0)
         whole.append(nearest_distance(scans.truth, scans.source, scans.target))
-        part.append(nearest_distance(scans.truth, scans.source[seen_by_both(scans)], scans.target))
+        part.append(nearest_distance(scans.truth, scans.source[in_both_views(scans)], scans.target))
     why(
         "which source points are counted",
         {
@@ -64,21 +64,21 @@ def test_hidden_walls_are_part_of_the_distance(why):
 def test_different_spots_are_the_rest_of_the_distance(why):
     """In the same ten rooms, on the walls that both robots see: if the target's rays are cast at the spots that the
     source measured, only rounding error remains of the distance at the true pose."""
-    other, same = [], []
+    own, shared = [], []
     for seed in SEEDS:
         scans = two_scans(seed=seed, noise=0.0)
-        seen = scans.source[seen_by_both(scans)]
-        other.append(nearest_distance(scans.truth, seen, scans.target))
-        same.append(nearest_distance(scans.truth, seen, measured_at_the_same_spots(scans)))
+        points = scans.source[in_both_views(scans)]
+        own.append(nearest_distance(scans.truth, points, scans.target))
+        shared.append(nearest_distance(scans.truth, points, measured_at_the_same_spots(scans)))
     why(
         "where the target's rays hit the walls that both see",
         {
-            "at spots of their own": f"{np.median(other):.2f} u in the median of ten rooms",
-            "at the source's spots": f"{np.median(same):.2f} u",
+            "at spots of their own": f"{np.median(own):.2f} u in the median of ten rooms",
+            "at the source's spots": f"{np.median(shared):.2f} u",
         },
     )
-    assert min(other) > 0.05
-    assert max(same) < 1e-12
+    assert min(own) > 0.05
+    assert max(shared) < 1e-12
 
 
 def test_a_thin_cloud_asks_for_reflections(why):
@@ -102,8 +102,8 @@ def test_guessed_pairs_break_the_valley(why):
     with its own pairs, more than twenty with the nearest points paired anew at each angle."""
     scene = kabsch_scene("clean")
     p, q = scene.source - scene.source.mean(axis=0), scene.target - scene.target.mean(axis=0)
-    turned = Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25)), np.zeros((1440, 2)))
-    nearest, paired = (register(p, q, method, start=turned, max_steps=0).objective for method in ("icp", "kabsch"))
+    rotations = Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25)), np.zeros((1440, 2)))
+    nearest, paired = (register(p, q, method, start=rotations, max_steps=0).objective for method in ("icp", "kabsch"))
     valleys = [int(((v < np.roll(v, 1)) & (v <= np.roll(v, -1))).sum()) for v in (nearest, paired)]
     why("the pairs", {"nearest points": f"{valleys[0]} minima over the circle", "those given": f"{valleys[1]} minimum"})
     assert valleys[0] > 20
@@ -118,21 +118,21 @@ def test_the_sixth_partner_pulls_the_other_way(why):
     right = five.truth.apply(five.source)
     alone, opposite = right.copy(), six.target.copy()
     alone[new], opposite[new] = six.target[new], 2.0 * right[new] - six.target[new]
-    off = {
+    errors = {
         name: float(np.degrees(fit_rigid(five.source, target).pose.angle - five.truth.angle))
         for name, target in {"five": five.target, "six": six.target, "alone": alone, "opposite": opposite}.items()
     }
     why(
         "where the sixth wrong partner lies",
         {
-            "where it was drawn": f"{abs(off['six']):.0f}° off, after {abs(off['five']):.0f}° with five",
-            "as far on the opposite side": f"{abs(off['opposite']):.0f}° off",
+            "where it was drawn": f"{abs(errors['six']):.0f}° off, after {abs(errors['five']):.0f}° with five",
+            "as far on the opposite side": f"{abs(errors['opposite']):.0f}° off",
         },
     )
-    assert -36.0 < off["five"] < -34.0
-    assert -4.0 < off["six"] < -2.0
-    assert 14.0 < off["alone"] < 16.0
-    assert -46.0 < off["opposite"] < -44.0
+    assert -36.0 < errors["five"] < -34.0
+    assert -4.0 < errors["six"] < -2.0
+    assert 14.0 < errors["alone"] < 16.0
+    assert -46.0 < errors["opposite"] < -44.0
 
 
 def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
@@ -144,7 +144,7 @@ def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
     exact = Pose.from_angle(2.0, (0.5, -2.0)).apply(source)
     target = exact + 0.3 * rng.standard_normal((15, 2))
     noisy = exact + 0.3 * rng.standard_normal((4000, 15, 2))
-    onto, off = (float(fit_rigid(a, b, scale=True).pose.scale.mean()) for a, b in ((source, noisy), (noisy, source)))
+    onto, back = (float(fit_rigid(a, b, scale=True).pose.scale.mean()) for a, b in ((source, noisy), (noisy, source)))
     least = [fit_rigid(a, b, scale=True).pose.scale for a, b in ((source, target), (target, source))]
     spread = [np.sqrt(np.square(cloud - cloud.mean(axis=0)).sum()) for cloud in (source, target)]
     ratios = [spread[1] / spread[0], spread[0] / spread[1]]
@@ -153,13 +153,13 @@ def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
         {
             "its own source": f"the scales multiply to {float(np.prod(least)):.2f}",
             "an exact source, onto noise": f"a scale of {onto:.3f} in the mean",
-            "a noisy source, onto exact points": f"a scale of {off:.3f} in the mean",
+            "a noisy source, onto exact points": f"a scale of {back:.3f} in the mean",
             "neither: the ratio of the spreads": f"to {np.prod(ratios):.2f}",
         },
     )
     assert np.prod(least) < 0.96
     assert abs(onto - 1.0) < 0.004
-    assert off < 0.96
+    assert back < 0.96
     assert abs(np.prod(ratios) - 1.0) < 1e-12
 
 
@@ -187,27 +187,27 @@ def squares_miss(moved):
 
     offsets: each partner's offset from its right place, (40, 2).
     """
-    off = []
+    errors = []
     for seed in FRONTS:
         scene = facade_scene(seed=seed)
         home = FACADE_TRUTH.apply(FACADE)
         target = home + moved(scene, scene.target - home, np.random.default_rng(seed))
         pose = fit_rigid(scene.source, target).pose
-        off.append((rte(pose, scene.truth), np.degrees(rre(pose, scene.truth))))
-    return np.median(off, axis=0)
+        errors.append((rte(pose, scene.truth), np.degrees(rre(pose, scene.truth))))
+    return np.median(errors, axis=0)
 
 
-def scattered(scene, offsets, rng):
+def scatter(scene, offsets, rng):
     """The offsets with each wrong partner as far off as before, but in a random direction of its own."""
     ways = rng.uniform(0.0, 2.0 * np.pi, len(offsets))
-    away = np.linalg.norm(offsets, axis=1)[:, None] * np.column_stack([np.cos(ways), np.sin(ways)])
-    return np.where(scene.target_outlier[:, None], away, offsets)
+    shifts = np.linalg.norm(offsets, axis=1)[:, None] * np.column_stack([np.cos(ways), np.sin(ways)])
+    return np.where(scene.target_outlier[:, None], shifts, offsets)
 
 
 def test_partners_that_lean_to_one_side_move_the_fit(why):
     """18 of 40 wrong, 25 draws: least squares misses by 1.4 u in the median, but by less than 0.4 u if the wrong
     partners lie as far off in random directions. The angle improves by less than a third."""
-    leaning, spread = squares_miss(lambda scene, offsets, rng: offsets), squares_miss(scattered)
+    leaning, spread = squares_miss(lambda scene, offsets, rng: offsets), squares_miss(scatter)
     why(
         "in which directions the 18 wrong partners lie",
         {
@@ -229,7 +229,7 @@ def test_many_wrong_partners_move_the_fit(why):
         misses.append(np.median([rte(fit_rigid(s.source, s.target).pose, s.truth) for s in scenes]))
     why(
         "how many partners are wrong",
-        {f"{n} of 40": f"{off:.1f} u off in the median" for n, off in zip((18, 4), misses, strict=True)},
+        {f"{n} of 40": f"{error:.1f} u off in the median" for n, error in zip((18, 4), misses, strict=True)},
     )
     assert misses[0] == pytest.approx(1.38, abs=0.02)
     assert misses[1] == pytest.approx(0.39, abs=0.02)

@@ -23,11 +23,11 @@ def last_gap(method, spacing=0.1, **options):
 def test_the_sampling_holds_a_crab(why):
     """Point pairs stop with 0.32 u left open when the walls are sampled every 0.2 u, and with half, a quarter and an
     eighth of that at 0.1, 0.05 and 0.025 u."""
-    left = {spacing: last_gap("icp", spacing) for spacing in (0.1, 0.2, 0.05, 0.025)}
-    why("how densely the walls are sampled", {f"every {h:g} u": f"{gap:.2f} u left open" for h, gap in left.items()})
-    assert left[0.2] == pytest.approx(0.32, abs=0.01)
+    gaps = {spacing: last_gap("icp", spacing) for spacing in (0.1, 0.2, 0.05, 0.025)}
+    why("how densely the walls are sampled", {f"every {h:g} u": f"{gap:.2f} u left open" for h, gap in gaps.items()})
+    assert gaps[0.2] == pytest.approx(0.32, abs=0.01)
     for spacing in (0.1, 0.05, 0.025):
-        assert left[spacing] / left[2 * spacing] == pytest.approx(0.5, abs=0.02)
+        assert gaps[spacing] / gaps[2 * spacing] == pytest.approx(0.5, abs=0.02)
 
 
 def test_a_small_scale_makes_tukey_let_go(why):
@@ -55,17 +55,17 @@ def slides(method, **options):
 def test_leaving_the_free_slide_alone_keeps_point_to_plane_still(why):
     """On the noisy wall, in 25 draws, point to plane stays within 0.03 u of its start along the wall. If it follows
     every direction it slides by more than 0.6 u, in either direction, as GICP does."""
-    alone, every = slides("point-to-plane", free_below=0.05), slides("point-to-plane", free_below=0.0)
+    alone, full = slides("point-to-plane", free_below=0.05), slides("point-to-plane", free_below=0.0)
     why(
         "what point to plane does with a direction that is hardly held",
         {
             "leaves it out": f"at most {np.abs(alone).max():.2f} u along the wall",
-            "follows it": f"from {every.min():.2f} to {every.max():.2f} u along the wall".replace("-", "−"),
+            "follows it": f"from {full.min():.2f} to {full.max():.2f} u along the wall".replace("-", "−"),
         },
     )
     assert np.abs(alone).max() < 0.03
-    assert every.min() < -0.6
-    assert every.max() > 0.6
+    assert full.min() < -0.6
+    assert full.max() > 0.6
 
 
 def test_tilted_normals_lower_the_condition_number(why):
@@ -74,8 +74,8 @@ def test_tilted_normals_lower_the_condition_number(why):
     scene = single_wall(noise=0.1)
     state = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05).states[0]
     pairing = state.pairing
-    measured = np.reshape(state.normals.vectors, (-1, 2))[np.ravel(pairing.rows)]
-    own = np.broadcast_to([-ALONG[1], ALONG[0]], measured.shape)
+    vectors = np.reshape(state.normals.vectors, (-1, 2))[np.ravel(pairing.rows)]
+    own = np.broadcast_to([-ALONG[1], ALONG[0]], vectors.shape)
     numbers = [
         float(
             gauss_newton.system(
@@ -83,7 +83,7 @@ def test_tilted_normals_lower_the_condition_number(why):
                 pairing.moved.mean(axis=1), state.system.radius,
             ).condition[0]
         )
-        for n in (measured, own)
+        for n in (vectors, own)
     ]  # fmt: skip
     why(
         "the normals, with noise of 0.1 u",
@@ -101,14 +101,14 @@ def test_gicp_wanders_because_of_the_noise(why):
     draws, it slides by more than 0.6 u, in either direction."""
     noisy, start, scene = slides("gicp"), room_start(15.0, 0.5), single_wall(noise=0.0)
     pose = register(scene.source, scene.target, "gicp", start=start, max_steps=40).pose
-    still = float(ALONG @ (pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
+    drift = float(ALONG @ (pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
     why(
         "the noise",
         {
             "0.1 u": f"from {noisy.min():.2f} to {noisy.max():.2f} u along the wall".replace("-", "−"),
-            "none": f"{abs(still):.3f} u along the wall",
+            "none": f"{abs(drift):.3f} u along the wall",
         },
     )
-    assert abs(still) < 0.01
+    assert abs(drift) < 0.01
     assert noisy.min() < -0.6
     assert noisy.max() > 0.6

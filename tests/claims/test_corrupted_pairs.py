@@ -57,13 +57,13 @@ def test_most_trials_gather_three_pairs_at_most():
 
 def test_least_squares_translation_has_no_bound():
     """With one of forty partners moved by 10, 10⁴ or 10⁷ u, the fitted centroid moves by a fortieth of that."""
-    for away in (10.0, 1e4, 1e7):
+    for distance in (10.0, 1e4, 1e7):
         scene = facade_scene(outliers=0.0)
         target = scene.target.copy()
-        target[7] += (away, 0.0)
+        target[7] += (distance, 0.0)
         poses = [fit_rigid(scene.source, q).pose for q in (scene.target, target)]
         before, after = (pose.apply(scene.source).mean(axis=0) for pose in poses)
-        np.testing.assert_allclose(after - before, (away / 40, 0.0), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(after - before, (distance / 40, 0.0), rtol=1e-9, atol=1e-9)
 
 
 def test_a_far_partner_turns_the_fit():
@@ -105,9 +105,9 @@ def test_two_pairs_share_their_disagreement():
     """The fit of two pairs leaves each of them a residual of half the difference of their two lengths."""
     rng = np.random.default_rng(5)
     p, q = rng.standard_normal((200, 2, 2)), rng.standard_normal((200, 2, 2))
-    left = np.linalg.norm(fit_planar(p, q).pose.apply(p) - q, axis=-1)
+    residuals = np.linalg.norm(fit_planar(p, q).pose.apply(p) - q, axis=-1)
     lengths = [np.linalg.norm(cloud[:, 1] - cloud[:, 0], axis=1) for cloud in (p, q)]
-    np.testing.assert_allclose(left, np.abs(lengths[0] - lengths[1])[:, None] / 2 * np.ones(2), atol=1e-12)
+    np.testing.assert_allclose(residuals, np.abs(lengths[0] - lengths[1])[:, None] / 2 * np.ones(2), atol=1e-12)
 
 
 # The budget
@@ -131,8 +131,8 @@ def test_limits_of_the_budget():
     """If all pairs are right, one trial is enough; as the fraction goes to zero, the budget grows without bound."""
     assert trials(1.0, 0.999999, 2) == 1.0
     assert trials(0.0, 0.5, 2) == np.inf
-    asked = [trials(w, 0.99, 2) for w in (0.1, 0.01, 0.001)]
-    assert asked[2] > asked[1] > asked[0] > 400
+    counts = [trials(w, 0.99, 2) for w in (0.1, 0.01, 0.001)]
+    assert counts[2] > counts[1] > counts[0] > 400
 
 
 def test_halving_the_fraction_takes_four_times_the_trials():
@@ -145,9 +145,9 @@ def test_halving_the_fraction_takes_four_times_the_trials():
 def test_every_nine_costs_the_same():
     """Each extra nine of the confidence adds the same number of trials, apart from rounding up."""
     for w in (0.1, 0.3, 0.55):
-        asked = [trials(w, 1 - 0.1**k, 2) for k in range(1, 7)]
-        assert np.ptp(np.diff(asked)) <= 1.0
-        assert asked[1] <= 2 * asked[0]
+        counts = [trials(w, 1 - 0.1**k, 2) for k in range(1, 7)]
+        assert np.ptp(np.diff(counts)) <= 1.0
+        assert counts[1] <= 2 * counts[0]
 
 
 def test_two_distinct_pairs_are_right_a_little_less_often():
@@ -155,10 +155,10 @@ def test_two_distinct_pairs_are_right_a_little_less_often():
     draws, two different rows each, match that share to a thousandth; w² is six thousandths more."""
     for n, k in ((40, 22), (40, 8), (40, 2), (10, 5)):
         right = np.arange(n) < k
-        both = np.mean([right[i] and right[j] for i, j in combinations(range(n), 2)])
+        odds = np.mean([right[i] and right[j] for i, j in combinations(range(n), 2)])
         w = k / n
-        assert both == pytest.approx(k * (k - 1) / (n * (n - 1)))
-        assert both == pytest.approx(w * w - w * (1 - w) / (n - 1))
+        assert odds == pytest.approx(k * (k - 1) / (n * (n - 1)))
+        assert odds == pytest.approx(w * w - w * (1 - w) / (n - 1))
     scene = facade_scene()
     draws = register(scene.source, scene.target, "ransac", max_steps=0, most=1_000_000).detail("draws")
     assert (draws[:, 0] != draws[:, 1]).all()
@@ -169,7 +169,7 @@ def test_two_distinct_pairs_are_right_a_little_less_often():
     assert (trials(22 / 40, 0.99, 2), exact) == (13, 14)
 
 
-def apart(scene):
+def on_corners(scene):
     """The scene with its wrong partners on distinct corners, drawn from the whole front."""
     target, wrong = scene.target.copy(), np.flatnonzero(scene.target_outlier)
     corners = np.random.default_rng(scene.seed).permutation(len(FACADE))[: len(wrong)]
@@ -177,12 +177,12 @@ def apart(scene):
     return replace(scene, target=target)
 
 
-def drawn(scenes, separation):
+def odds_of_draws(scenes, separation):
     """The share of draws with two right pairs, among RANSAC's 10,000 on each scene; all keep the minimum separation."""
     shares = []
     for scene in scenes:
-        asked = {"seed": scene.seed, "separation": separation, "most": 10_000, "max_steps": 0}
-        rows = register(scene.source, scene.target, "ransac", **asked).detail("draws")
+        options = {"seed": scene.seed, "separation": separation, "most": 10_000, "max_steps": 0}
+        rows = register(scene.source, scene.target, "ransac", **options).detail("draws")
         for cloud in (scene.source, scene.target):
             assert np.linalg.norm(np.diff(cloud[rows], axis=1), axis=2).min() >= separation
         shares.append((~scene.target_outlier[rows]).all(axis=1).mean())
@@ -194,7 +194,7 @@ def test_separation_changes_the_odds(why):
     both counted and among RANSAC's own draws. If no two wrong partners share a corner, it stays at 0.30."""
     scenes = [facade_scene(seed=seed) for seed in SEEDS]
     free, piled = (np.mean([every_trial(scene, gap)[3].mean() for scene in scenes]) for gap in (0.0, 0.7))
-    alone = np.mean([every_trial(apart(scene), 0.7)[3].mean() for scene in scenes])
+    alone = np.mean([every_trial(on_corners(scene), 0.7)[3].mean() for scene in scenes])
     why(
         "where the wrong partners lie",
         {
@@ -205,8 +205,8 @@ def test_separation_changes_the_odds(why):
     assert free == pytest.approx(22 * 21 / (40 * 39))
     assert 0.315 < piled < 0.325
     assert 0.295 < alone < 0.305
-    assert drawn(scenes, 0.0) == pytest.approx(free, abs=0.003)
-    assert drawn(scenes, 0.7) == pytest.approx(piled, abs=0.003)
+    assert odds_of_draws(scenes, 0.0) == pytest.approx(free, abs=0.003)
+    assert odds_of_draws(scenes, 0.7) == pytest.approx(piled, abs=0.003)
 
 
 def test_a_clean_draw_need_not_be_a_good_one():
@@ -224,18 +224,18 @@ def test_a_clean_draw_need_not_be_a_good_one():
     assert 0.93 < good(1.5) < 0.98
 
 
-def found_truth(scenes, **options):
+def successes(scenes, **options):
     """The number of scenes in which a run ends within 2° and 0.15 u of the truth."""
     poses = [(solve(scene, **options).pose, scene.truth) for scene in scenes]
-    return sum(bool(rte(*both) < 0.15 and np.degrees(rre(*both)) < 2.0) for both in poses)
+    return sum(bool(rte(*pair) < 0.15 and np.degrees(rre(*pair)) < 2.0) for pair in poses)
 
 
 def test_a_low_confidence_may_do_better_than_it_says(why):
     """25 draws at 50 % confidence: if the share of right pairs is estimated along the way, all find the truth; given
     the true share, a run makes two trials, and 16 find it."""
     scenes, report = [facade_scene(seed=seed) for seed in SEEDS], int(trials(0.55, 0.5, 2))
-    guessed = found_truth(scenes, confidence=0.5)
-    known = found_truth(scenes, confidence=1 - 1e-12, most=report, per_step=report)
+    guessed = successes(scenes, confidence=0.5)
+    known = successes(scenes, confidence=1 - 1e-12, most=report, per_step=report)
     why(
         "how the share of right pairs is known",
         {
@@ -251,7 +251,7 @@ def test_a_low_confidence_may_do_better_than_it_says(why):
 def test_contradicting_pairs_let_a_low_confidence_do(why):
     """18 of 40 wrong, 25 draws at 50 % confidence: if the wrong pairs contradict one another, all end at the truth; if
     they agree, 21 do."""
-    contradict = found_truth([facade_scene(seed=seed) for seed in SEEDS], confidence=0.5)
+    contradict = successes([facade_scene(seed=seed) for seed in SEEDS], confidence=0.5)
     alike, _ = outcomes(0.45, 0.5)
     why(
         "whether the 18 wrong pairs agree",
@@ -274,11 +274,11 @@ def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
         inliers = squares <= 0.1**2
         clouds = (np.broadcast_to(cloud, (len(rows), 40, 2)) for cloud in (scene.source, scene.target))
         pose = fit_planar(*clouds, inliers.astype(float)).pose
-        refitted = ((pose.apply(scene.source) - scene.target) ** 2).sum(axis=-1)
+        refit_squares = ((pose.apply(scene.source) - scene.target) ** 2).sum(axis=-1)
         fitted = inliers.sum(axis=1) >= 2  # fewer do not determine a fit
-        before, after = (np.minimum(s, 0.1**2).sum(axis=1)[fitted] for s in (squares, refitted))
+        before, after = (np.minimum(s, 0.1**2).sum(axis=1)[fitted] for s in (squares, refit_squares))
         assert (after <= before * (1 + 1e-12)).all()
-        fell += ((refitted <= 0.1**2).sum(axis=1) < inliers.sum(axis=1))[fitted].sum()
+        fell += ((refit_squares <= 0.1**2).sum(axis=1) < inliers.sum(axis=1))[fitted].sum()
     assert 180 < fell < 200
 
 
@@ -288,10 +288,10 @@ def test_the_stable_consensus_is_its_own_fit():
         scene = facade_scene(seed=seed)
         result = solve(scene)
         inliers = result.detail("inliers")
-        again = fit_rigid(scene.source, scene.target, inliers.astype(float)).pose
-        np.testing.assert_allclose(again.matrix, result.pose.matrix, atol=1e-10)
-        off = np.linalg.norm(again.apply(scene.source) - scene.target, axis=1)
-        np.testing.assert_array_equal(off <= 0.25, inliers)
+        refit = fit_rigid(scene.source, scene.target, inliers.astype(float)).pose
+        np.testing.assert_allclose(refit.matrix, result.pose.matrix, atol=1e-10)
+        distances = np.linalg.norm(refit.apply(scene.source) - scene.target, axis=1)
+        np.testing.assert_array_equal(distances <= 0.25, inliers)
 
 
 # The threshold
@@ -305,8 +305,8 @@ def test_how_many_right_pairs_lie_within_the_threshold():
     wrong = np.stack([scene.target_outlier for scene in scenes])
     share = {}
     for epsilon in (0.03, 0.06, 0.12, 0.147, 0.25):
-        judged = register(source, target, "ransac", start=FACADE_TRUTH, max_steps=0, most=1, inlier=epsilon)
-        share[epsilon] = judged.detail("inliers")[~wrong].mean()
+        result = register(source, target, "ransac", start=FACADE_TRUTH, max_steps=0, most=1, inlier=epsilon)
+        share[epsilon] = result.detail("inliers")[~wrong].mean()
         assert share[epsilon] == pytest.approx(1 - np.exp(-(epsilon**2) / (2 * 0.06**2)), abs=0.015)
     assert share[0.06] == pytest.approx(0.39, abs=0.015)
     assert share[0.147] == pytest.approx(0.95, abs=0.015)
@@ -314,22 +314,22 @@ def test_how_many_right_pairs_lie_within_the_threshold():
 
 def test_a_tight_threshold_rejects_right_pairs(why):
     """ε = 0.04 u at σ = 0.06 u, 25 draws: half of the 22 right pairs or more are lost, and trials grow over tenfold."""
-    lost, made, usual = [], [], []
+    losses, counts, usual = [], [], []
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
         tight = solve(scene, inlier=0.04)
-        lost.append((~tight.detail("inliers") & ~scene.target_outlier).sum())
-        made.append(tight.detail("trials"))
+        losses.append((~tight.detail("inliers") & ~scene.target_outlier).sum())
+        counts.append(tight.detail("trials"))
         usual.append(solve(scene).detail("trials"))
     why(
         "the threshold, with noise of 0.06 u",
         {
-            "0.04 u": f"{np.median(made):.0f} trials in the median, {min(lost)} to {max(lost)} right pairs lost",
+            "0.04 u": f"{np.median(counts):.0f} trials in the median, {min(losses)} to {max(losses)} right pairs lost",
             "0.25 u": f"{np.median(usual):.0f} trials",
         },
     )
-    assert min(lost) >= 11
-    assert np.median(made) > 10 * np.median(usual)
+    assert min(losses) >= 11
+    assert np.median(counts) > 10 * np.median(usual)
 
 
 def test_a_wide_threshold_admits_wrong_pairs(why):
@@ -339,8 +339,8 @@ def test_a_wide_threshold_admits_wrong_pairs(why):
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.25)
         runs.append((scene, solve(scene, inlier=1.25), solve(scene)))
-    off = [np.median([rte(run[k].pose, run[0].truth) for run in runs]) for k in (1, 2)]
-    why("the threshold", {"1.25 u": f"{off[0]:.2f} u off in the median", "0.25 u": f"{off[1]:.2f} u off"})
+    errors = [np.median([rte(run[k].pose, run[0].truth) for run in runs]) for k in (1, 2)]
+    why("the threshold", {"1.25 u": f"{errors[0]:.2f} u off in the median", "0.25 u": f"{errors[1]:.2f} u off"})
     for scene, wide, usual in runs:
         assert wide.detail("count") == 40
         assert wide.detail("trials") <= 2
@@ -374,13 +374,13 @@ def test_confidence_repairs_a_false_minority(why):
 def test_a_wide_threshold_lets_neighbours_support_one_another(why):
     """32 of 40 wrong, 25 draws: none ends within 0.15 u of the truth with ε = 1.6 u, all do with 0.25 u."""
     scenes = [facade_scene(seed=seed, outliers=0.8) for seed in SEEDS]
-    near = {
+    hits = {
         epsilon: [rte(solve(scene, inlier=epsilon).pose, scene.truth) < 0.15 for scene in scenes]
         for epsilon in (1.6, 0.25)
     }
-    why("the threshold", {f"{e:g} u": f"{sum(result)} of 25 within 0.15 u of the truth" for e, result in near.items()})
-    assert not any(near[1.6])
-    assert all(near[0.25])
+    why("the threshold", {f"{e:g} u": f"{sum(result)} of 25 within 0.15 u of the truth" for e, result in hits.items()})
+    assert not any(hits[1.6])
+    assert all(hits[0.25])
 
 
 def test_confidence_confirms_a_false_majority():

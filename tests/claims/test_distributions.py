@@ -47,13 +47,13 @@ def test_waves_cost_as_much_a_point_however_many(monkeypatch):
         return cos_sin(turns)
 
     monkeypatch.setattr(fourier_features, "cos_sin", counting)
-    taken = []
+    costs = []
     for n in (50, 100, 200):
         counts.clear()
         x, y = np.random.default_rng(n).standard_normal((2, n, 2))
         estimate(x, y, 1.0, 0, 64)
-        taken.append(sum(counts))
-    assert taken == [64 * 2 * n for n in (50, 100, 200)]
+        costs.append(sum(counts))
+    assert costs == [64 * 2 * n for n in (50, 100, 200)]
 
 
 @cache
@@ -65,8 +65,8 @@ def ends(lengths, degrees=45.0, distance=1.43, overlap=1.0):
     assert all(len(scene.target) == n for scene in scenes)
     b = len(scenes)
     source, target = (np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target"))
-    begun = Pose(np.tile(start.R, (b, 1, 1)), np.tile(start.t, (b, 1)))
-    problem = Problem(source, target, np.ones(source.shape[:2]), begun, np.array(SEEDS))
+    starts = Pose(np.tile(start.R, (b, 1, 1)), np.tile(start.t, (b, 1)))
+    problem = Problem(source, target, np.ones(source.shape[:2]), starts, np.array(SEEDS))
     pose = run(begin(method, problem, method.options(lengths=lengths, count=32)))[0].pose()
     return np.degrees(rre(pose, Pose.identity(2, (b,)))), rte(pose, Pose.identity(2, (b,)))
 
@@ -92,8 +92,8 @@ def test_a_shift_turns_the_mean():
     points, frequencies, shift = random.normal(size=(30, 2)), random.normal(size=(8, 2)), np.array([0.7, -1.9])
     before, after = complex_means(points, frequencies), complex_means(points + shift, frequencies)
     assert after == pytest.approx(before * np.exp(1j * frequencies @ shift), abs=1e-12)
-    turned = complex_means(Pose.from_angle(0.5).apply(points), frequencies)
-    assert np.abs(np.abs(turned) - np.abs(before)).max() > 0.05
+    means = complex_means(Pose.from_angle(0.5).apply(points), frequencies)
+    assert np.abs(np.abs(means) - np.abs(before)).max() > 0.05
 
 
 def arrow(*drags):
@@ -111,12 +111,12 @@ def test_a_drag_turns_the_arrow_and_a_turn_changes_its_length():
     """In the figure, each of three drags of the source's middle turns its arrow by more than 20° and keeps its length;
     each of two turns of the source changes the length by more than a tenth."""
     before = arrow()
-    for place in ((2.0, 1.0), (-1.5, 0.3), (0.4, -1.2)):
-        after = arrow(("source", *place))
+    for position in ((2.0, 1.0), (-1.5, 0.3), (0.4, -1.2)):
+        after = arrow(("source", *position))
         assert np.hypot(*after) == pytest.approx(np.hypot(*before), abs=1e-12)
         assert after @ before < np.cos(np.radians(20.0)) * (before @ before)
-    for place in ((0.0, 3.0), (3.0, -1.0)):
-        assert abs(np.hypot(*arrow(("turn", *place))) / np.hypot(*before) - 1.0) > 0.1
+    for position in ((0.0, 3.0), (3.0, -1.0)):
+        assert abs(np.hypot(*arrow(("turn", *position))) / np.hypot(*before) - 1.0) > 0.1
 
 
 def test_zero_only_for_the_same_cloud():
@@ -167,9 +167,9 @@ def test_a_large_length_scale_leads_to_its_own_minimum():
     assert (degrees < 45).all()
     assert (units < 1.43).all()
     assert (degrees > 7).all()
-    there = ends((4.0,), 0.0, 0.0)
-    assert np.abs(degrees - there[0]).max() < 1
-    assert np.abs(units - there[1]).max() < 0.02
+    from_truth = ends((4.0,), 0.0, 0.0)
+    assert np.abs(degrees - from_truth[0]).max() < 1
+    assert np.abs(units - from_truth[1]).max() < 0.02
 
 
 def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
@@ -201,28 +201,28 @@ def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
 
 def test_a_schedule_does_better_than_a_fixed_length_scale(why):
     """On the same 25 seeds, 2.4, 1.2, 0.6 and 0.3 u in turn bring more below 5° and 0.2 u than each does alone."""
-    placed = {}
+    counts = {}
     for lengths in (SCHEDULE, *((length,) for length in SCHEDULE)):
         degrees, units = ends(lengths)
-        placed[lengths] = int(((degrees < 5) & (units < 0.2)).sum())
-    names = {lengths: ", ".join(f"{length:g}" for length in lengths) + " u" for lengths in placed}
-    why("the length scales", {names[lengths]: f"{k} of 25 below 5° and 0.2 u" for lengths, k in placed.items()})
-    assert all(placed[SCHEDULE] > placed[(length,)] for length in SCHEDULE)
+        counts[lengths] = int(((degrees < 5) & (units < 0.2)).sum())
+    names = {lengths: ", ".join(f"{length:g}" for length in lengths) + " u" for lengths in counts}
+    why("the length scales", {names[lengths]: f"{k} of 25 below 5° and 0.2 u" for lengths, k in counts.items()})
+    assert all(counts[SCHEDULE] > counts[(length,)] for length in SCHEDULE)
 
 
 def test_other_waves_than_gaussian_ones():
     """The race's MMD-Reg on 'combo' from 45° and 1.43 u, 25 seeds: at least 22 succeed with one draw of the waves or
     one per stage, at most 4 with Laplace's kernel (Cauchy frequencies), at least 20 with Laplace frequencies."""
     (contestant,) = contestants(["mmd"])
-    others = ({}, {"redraw": True}, {"kernel": "laplace"}, {"kernel": "cauchy"})
-    entered = [replace(contestant, options={**contestant.options, **options}) for options in others]
-    once, anew, kinked, tailed = (
+    variants = ({}, {"redraw": True}, {"kernel": "laplace"}, {"kernel": "cauchy"})
+    entries = [replace(contestant, options={**contestant.options, **options}) for options in variants]
+    single, anew, laplace, cauchy = (
         int(((line.rre < 5) & (line.rte < 0.2)).sum())
-        for line in benchmark(Controls(degrees=45.0, distance=1.43, setting="combo"), contestants=entered)
+        for line in benchmark(Controls(degrees=45.0, distance=1.43, setting="combo"), contestants=entries)
     )
-    assert min(once, anew) >= 22
-    assert kinked <= 4
-    assert tailed >= 20
+    assert min(single, anew) >= 22
+    assert laplace <= 4
+    assert cauchy >= 20
 
 
 def test_the_truth_is_not_the_minimum():
@@ -230,9 +230,9 @@ def test_the_truth_is_not_the_minimum():
     ways = 0.2 * np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=1)
     for seed in SEEDS:
         scene = room("clean", seed=seed)
-        here = exact_squared_mmd(scene.source, scene.target, 1.2)
-        assert here > 1e-3
-        assert exact_squared_mmd(scene.source + ways[:, None], scene.target, 1.2).min() < here
+        value = exact_squared_mmd(scene.source, scene.target, 1.2)
+        assert value > 1e-3
+        assert exact_squared_mmd(scene.source + ways[:, None], scene.target, 1.2).min() < value
 
 
 def test_missing_overlap_moves_the_minimum(why):

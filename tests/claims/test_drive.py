@@ -50,7 +50,7 @@ def miss(poses):
     return float(np.median(missed(poses, loops())[0][loops().believed]))
 
 
-def said(metres):
+def words(metres):
     return f"{metres:.2f} m"
 
 
@@ -70,27 +70,27 @@ def test_what_a_standing_robot_measures():
     drive = telecom_loop()
     assert np.all(drive.motion.t[:12] == 0.0)
     standing = drive.ranges[:12]
-    heard = np.isfinite(standing)
-    always = standing[:, heard.all(axis=0)]
-    assert 0.009 < np.median(always.std(axis=0)) < 0.012
-    assert (np.ptp(always, axis=0) > 0.5).sum() == 10
-    assert (heard.any(axis=0) & ~heard.all(axis=0)).sum() == 21
+    echoes = np.isfinite(standing)
+    steady = standing[:, echoes.all(axis=0)]
+    assert 0.009 < np.median(steady.std(axis=0)) < 0.012
+    assert (np.ptp(steady, axis=0) > 0.5).sum() == 10
+    assert (echoes.any(axis=0) & ~echoes.all(axis=0)).sum() == 21
     assert np.linalg.norm(chain().poses.t[:12], axis=1).max() < 0.01
 
 
 def test_the_wheels_err_by_their_headings(why):
     """Odometry misses the loops by 4.8 m in the median. With the turns of the matched scans and its own translations it
     misses them by less than 0.3 m; with their translations and its own turns, by more than 4 m."""
-    wheels, matched = telecom_loop().motion, chain().motion
+    wheels, matches = telecom_loop().motion, chain().motion
     own = miss(chained(wheels))
-    turns = miss(chained(Pose(matched.R, wheels.t)))
-    shifts = miss(chained(Pose(wheels.R, matched.t)))
+    turns = miss(chained(Pose(matches.R, wheels.t)))
+    shifts = miss(chained(Pose(wheels.R, matches.t)))
     why(
         "the headings",
         {
-            "of the wheels": f"missed by {said(own)}",
-            "of the matched scans": f"missed by {said(turns)}",
-            "of the wheels, translations of the scans": f"missed by {said(shifts)}",
+            "of the wheels": f"missed by {words(own)}",
+            "of the matched scans": f"missed by {words(turns)}",
+            "of the wheels, translations of the scans": f"missed by {words(shifts)}",
         },
     )
     assert 4.7 < own < 4.85
@@ -105,8 +105,8 @@ def test_matches_forwards_and_backwards_agree():
     assert result.believed.all()
     assert np.median(result.share[1:]) == pytest.approx(0.9, abs=0.01)
     rows = np.arange(1, 225)
-    back = match(scans(), rows - 1, rows, telecom_loop().motion[1:].inverse())
-    gap = result.motion[1:].compose(back.pose)
+    reverse = match(scans(), rows - 1, rows, telecom_loop().motion[1:].inverse())
+    gap = result.motion[1:].compose(reverse.pose)
     shift = np.linalg.norm(gap.t, axis=1)
     assert np.median(shift) < 0.003
     assert shift.max() < 0.07
@@ -118,17 +118,20 @@ def test_a_start_from_the_wheels_keeps_every_link(why):
     them by 0.7 m, and three of 224 links end more than 10 cm from the others."""
     drive = telecom_loop()
     rest = scan_to_scan(scans(), drive.motion, prediction="rest")
-    apart = np.linalg.norm(chain().motion.inverse().compose(rest.motion).t, axis=1)
+    gaps = np.linalg.norm(chain().motion.inverse().compose(rest.motion).t, axis=1)
     why(
         "the start of a match",
-        {"the odometry": f"missed by {said(miss(chain().poses))}", "no motion": f"missed by {said(miss(rest.poses))}"},
+        {
+            "the odometry": f"missed by {words(miss(chain().poses))}",
+            "no motion": f"missed by {words(miss(rest.poses))}",
+        },
     )
     assert 0.1 < miss(chain().poses) < 0.115
     assert 0.65 < miss(rest.poses) < 0.8
-    assert (apart > 0.1).sum() == 3
+    assert (gaps > 0.1).sum() == 3
 
 
-def left_out(chain, loops, halves):
+def misses(chain, loops, halves):
     """How far the loops left out of the graph are missed once the others are closed, for two choices of the edges."""
     shifts, turns = [], []
     for edges in halves:
@@ -153,7 +156,7 @@ def test_loops_between_the_edges_close_as_well():
     assert (loops().believed.sum(), len(loops().source)) == (55, 55)
     before = missed(chain().poses, loops())[0]
     assert 0.1 < np.median(before[1::2]) < 0.115
-    shifts, turns = left_out(chain(), loops(), every_second(loops()))
+    shifts, turns = misses(chain(), loops(), every_second(loops()))
     assert list(map(len, shifts)) == [27, 28]
     for shift, turn in zip(shifts, turns, strict=True):
         assert np.median(shift) < 0.004
@@ -164,7 +167,7 @@ def test_loops_between_the_edges_close_as_well():
 def test_loops_far_from_the_edges_close_less_well():
     """With just the first or the second half of the loops as edges, the rest are missed by up to 5.1 cm and 0.4°."""
     rows = np.flatnonzero(loops().believed)
-    shifts, turns = left_out(chain(), loops(), (rows[:27], rows[27:]))
+    shifts, turns = misses(chain(), loops(), (rows[:27], rows[27:]))
     assert max(shift.max() for shift in shifts) == pytest.approx(0.051, abs=0.002)
     assert 0.3 < max(turn.max() for turn in turns) < 0.4
 
@@ -178,7 +181,7 @@ def test_single_scans_from_aside_measure_a_loop_worse(why):
     5.5 cm and 0.37°; if they are matched to small maps, none is."""
     count, worst = {}, {}
     for name, result in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
-        shift, turn = map(np.concatenate, left_out(chain(), result, every_second(result)))
+        shift, turn = map(np.concatenate, misses(chain(), result, every_second(result)))
         count[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
         worst[name] = (float(shift.max()), float(turn.max()))
     why("what a loop is matched to", {name: f"{n} beyond 3 cm or 0.2°" for name, n in count.items()})
@@ -190,9 +193,9 @@ def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
     """Registering the half degrees to the whole degrees of the same scan, both ways, and dividing by the robot's speed
     shows the half degrees 13.5 ± 1.2 ms later by the translation and 10.5 ± 1.5 ms by the turn. A turn of the mirror
     takes 13.3 ms. In straightened scans both are 0."""
-    late = delays_of(replace(telecom_loop(), delays=None))
-    assert late[0] == pytest.approx([13.5e-3, 1.2e-3], abs=0.2e-3)
-    assert late[1] == pytest.approx([10.5e-3, 1.5e-3], abs=0.2e-3)
+    delays = delays_of(replace(telecom_loop(), delays=None))
+    assert delays[0] == pytest.approx([13.5e-3, 1.2e-3], abs=0.2e-3)
+    assert delays[1] == pytest.approx([10.5e-3, 1.5e-3], abs=0.2e-3)
     for result, spread in delays_of(telecom_loop()):
         assert abs(result) < spread
 
@@ -204,36 +207,36 @@ def delays_of(drive):
     whole, half = drive.ranges.copy(), drive.ranges.copy()
     whole[:, 1::2] = half[:, ::2] = np.inf
     motion = Pose(np.tile(drive.motion.R, (2, 1, 1)), np.tile(drive.motion.t, (2, 1)))
-    both = prepare(replace(
+    split = prepare(replace(
         drive, seconds=np.concatenate([drive.seconds, drive.seconds + 1e9]),  # so that no speed spans both halves
         motion=motion, ranges=np.concatenate([whole, half]),
     ))  # fmt: skip
-    k, none = np.arange(n), Pose.identity(batch=(n,))
-    there, back = (match(both, k + a, k + b, none, MatchOptions(gate=0.3)).pose for a, b in ((n, 0), (0, n)))
+    k, identity = np.arange(n), Pose.identity(batch=(n,))
+    forward, backward = (match(split, k + a, k + b, identity, MatchOptions(gate=0.3)).pose for a, b in ((n, 0), (0, n)))
     speed, turn = speeds(drive)
-    out = []
-    for y, x in (((there.t - back.t)[:, 0] / 2, speed[:, 0]), ((there.angle - back.angle) / 2, turn)):
+    fits = []
+    for y, x in (((forward.t - backward.t)[:, 0] / 2, speed[:, 0]), ((forward.angle - backward.angle) / 2, turn)):
         usual = np.abs(y - np.median(y))
-        kept = usual < 5 * np.median(usual) + 1e-3
-        line, covariance = np.polyfit(x[kept], y[kept], 1, cov=True)
-        out.append((line[0], np.sqrt(covariance[0, 0])))
-    return out
+        inliers = usual < 5 * np.median(usual) + 1e-3
+        line, covariance = np.polyfit(x[inliers], y[inliers], 1, cov=True)
+        fits.append((line[0], np.sqrt(covariance[0, 0])))
+    return fits
 
 
 def test_loops_of_scans_as_recorded_disagree_more(why):
     """If all beams of a scan are taken as sent at once, the closed graph's χ² per loop is 1.8 to 2.1 times as large,
     and two of the loops left out are missed by more than 3 cm or 0.2°."""
-    still = prepare(replace(telecom_loop(), delays=None))
-    links = scan_to_scan(still, telecom_loop().motion)
-    recorded = verified(still, links.poses, *candidates(links.poses))
-    left, beyond = {}, {}
-    for name, c, result in (("straightened", chain(), loops()), ("as recorded", links, recorded)):
-        left[name] = optimise(c.poses, edges_of(c, result)[0]).total / result.believed.sum()
-        shift, turn = map(np.concatenate, left_out(c, result, every_second(result)))
-        beyond[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
-    why("the scans", {name: f"χ² of {chi2:.1f} a loop" for name, chi2 in left.items()})
-    assert 1.8 < left["as recorded"] / left["straightened"] < 2.1
-    assert list(beyond.values()) == [0, 2]
+    raw = prepare(replace(telecom_loop(), delays=None))
+    links = scan_to_scan(raw, telecom_loop().motion)
+    raw_loops = verified(raw, links.poses, *candidates(links.poses))
+    misfits, outliers = {}, {}
+    for name, c, result in (("straightened", chain(), loops()), ("as recorded", links, raw_loops)):
+        misfits[name] = optimise(c.poses, edges_of(c, result)[0]).total / result.believed.sum()
+        shift, turn = map(np.concatenate, misses(c, result, every_second(result)))
+        outliers[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
+    why("the scans", {name: f"χ² of {chi2:.1f} a loop" for name, chi2 in misfits.items()})
+    assert 1.8 < misfits["as recorded"] / misfits["straightened"] < 2.1
+    assert list(outliers.values()) == [0, 2]
 
 
 @cache
@@ -255,29 +258,29 @@ def with_wrong(kernel):
 def test_least_squares_gives_a_wrong_loop_nearly_its_way():
     """An edge claims that two scans 7.2 m apart were taken in one place; least squares leaves them 0.2 m apart. For
     that, most of the 224 links change by more than 5 mm, and half of those between the two by less than 2 cm."""
-    closed = {wrong: table().way("closed", "none", wrong) for wrong in (False, True)}
+    maps = {wrong: table().way("closed", "none", wrong) for wrong in (False, True)}
     later, earlier = WRONG
-    apart, links = {}, {}
-    for wrong, poses in closed.items():
-        apart[wrong] = float(np.linalg.norm(poses[earlier].inverse().compose(poses[later]).t))
+    gaps, links = {}, {}
+    for wrong, poses in maps.items():
+        gaps[wrong] = float(np.linalg.norm(poses[earlier].inverse().compose(poses[later]).t))
         links[wrong] = poses[:-1].inverse().compose(poses[1:])
-    assert 7.0 < apart[False] < 7.4
-    assert 0.2 < apart[True] < 0.25
-    given = np.linalg.norm(links[False].inverse().compose(links[True]).t, axis=1)
-    assert len(given) == 224
-    assert (given > 0.005).sum() > 112
-    assert np.median(given[earlier:later]) < 0.02
+    assert 7.0 < gaps[False] < 7.4
+    assert 0.2 < gaps[True] < 0.25
+    changes = np.linalg.norm(links[False].inverse().compose(links[True]).t, axis=1)
+    assert len(changes) == 224
+    assert (changes > 0.005).sum() > 112
+    assert np.median(changes[earlier:later]) < 0.02
 
 
 def test_a_kernel_lets_go_of_the_wrong_loop(why):
     """One wrong loop beside 55 right ones moves a pose by 7 m; with Huber's kernel by a quarter of a metre, with
     Cauchy's by less than a centimetre."""
-    off = {kernel: with_wrong(kernel)[0] for kernel in ("none", "huber", "cauchy")}
+    errors = {kernel: with_wrong(kernel)[0] for kernel in ("none", "huber", "cauchy")}
     words = {"none": "none", "huber": "Huber", "cauchy": "Cauchy"}
-    why("the kernel", {words[k]: f"a pose {v:.3f} m away" for k, v in off.items()})
-    assert 6.5 < off["none"] < 7.5
-    assert 0.2 < off["huber"] < 0.3
-    assert off["cauchy"] < 0.01
+    why("the kernel", {words[k]: f"a pose {v:.3f} m away" for k, v in errors.items()})
+    assert 6.5 < errors["none"] < 7.5
+    assert 0.2 < errors["huber"] < 0.3
+    assert errors["cauchy"] < 0.01
     assert with_wrong("cauchy")[1] < 1e-4
 
 
@@ -285,17 +288,17 @@ def test_a_kernel_believes_a_chain_that_is_wrong(why):
     """Matches started from the previous motion get one link wrong by 1.1 m. Cauchy's kernel then leaves 19 of 49 right
     loops less than a tenth of their weight; on the chain started from the odometry, every loop keeps more."""
     wrong = scan_to_scan(scans(), telecom_loop().motion, prediction="velocity")
-    apart = np.linalg.norm(chain().motion.inverse().compose(wrong.motion).t, axis=1)
-    assert (apart > 0.1).sum() == 1
-    assert 1.0 < apart.max() < 1.2
-    dropped, count = {}, {}
-    for name, one in (("one link wrong", wrong), ("none wrong", chain())):
-        result = verified(scans(), one.poses, *candidates(one.poses))
-        dropped[name] = int((close(one, result).weights[224:] < 0.1).sum())
+    gaps = np.linalg.norm(chain().motion.inverse().compose(wrong.motion).t, axis=1)
+    assert (gaps > 0.1).sum() == 1
+    assert 1.0 < gaps.max() < 1.2
+    drops, count = {}, {}
+    for name, links in (("one link wrong", wrong), ("none wrong", chain())):
+        result = verified(scans(), links.poses, *candidates(links.poses))
+        drops[name] = int((close(links, result).weights[224:] < 0.1).sum())
         count[name] = int(result.believed.sum())
-    why("the chain", {name: f"{dropped[name]} of {count[name]} loops dropped" for name in dropped})
-    assert (dropped["one link wrong"], count["one link wrong"]) == (19, 49)
-    assert dropped["none wrong"] == 0
+    why("the chain", {name: f"{drops[name]} of {count[name]} loops dropped" for name in drops})
+    assert (drops["one link wrong"], count["one link wrong"]) == (19, 49)
+    assert drops["none wrong"] == 0
 
 
 def test_a_map_drifts_less_than_a_scan(why):

@@ -24,13 +24,13 @@ def scenes(name="clean", seeds=SEEDS, **more):
     return [fish(name, seed=seed, **more) for seed in seeds]
 
 
-def ended(method, drawn, degrees=60.0, shift=None, project=True):
+def walk_end(method, draws, degrees=60.0, shift=None, project=True):
     """The finished runs of a method, the scenes' poses, and their errors in degrees and u."""
     start = fish_start(degrees) if shift is None else fish_start(degrees, shift)
-    starts = [start] * len(drawn)
-    batch = run(begin_walk(method, drawn, starts, project))[0]
+    starts = [start] * len(draws)
+    batch = run(begin_walk(method, draws, starts, project))[0]
     pose = scene_poses(batch, starts)
-    truth = drawn[0].truth
+    truth = draws[0].truth
     return batch, pose, np.degrees(rre(pose, truth)), rte(pose, truth)
 
 
@@ -42,7 +42,7 @@ def close(turn, shift):
 def test_from_60_degrees_all_four_arrive(name):
     """On each of five draws, all four methods end within 5° and 0.2 u of the truth."""
     for method in FOUR:
-        _, _, turn, shift = ended(method, scenes(name))
+        _, _, turn, shift = walk_end(method, scenes(name))
         assert close(turn, shift).all(), method
 
 
@@ -52,7 +52,7 @@ def test_cpds_cloud_shrinks_at_first_and_comes_back():
     starts = [fish_start()]
     first = scene_poses(advance(begin_walk("cpd", [fish()], starts)), starts)
     assert 0.3 < float(first.scale[0]) < 0.4
-    assert float(ended("cpd", [fish()])[1].scale[0]) == pytest.approx(1.0, abs=0.02)
+    assert float(walk_end("cpd", [fish()])[1].scale[0]) == pytest.approx(1.0, abs=0.02)
     course = run(begin_walk("cpd", [fish()], [fish_start(90.0)]))[1]
     assert course.poses.scale.min() < 0.05
 
@@ -61,44 +61,44 @@ def test_the_scale_falls_deepest_near_a_right_angle():
     """CPD in the clean scene from 90°, 85°, 60° and 180°: the further the start is from a right angle, the larger the
     smallest scale on the way. The last scale is 0.99 in runs that end within 1° of the truth, and 0.96 in those half a
     turn off."""
-    least, last, off = [], [], []
+    least, last, errors = [], [], []
     for angle in (90.0, 85.0, 60.0, 180.0):
         starts = [fish_start(angle)]
         batch, course = run(begin_walk("cpd", [fish()], starts))
         least.append(float(course.poses.scale.min()))
         last.append(float(course.poses.scale[-1, 0]))
-        off.append(float(np.degrees(rre(scene_poses(batch, starts), fish().truth))[0]))
+        errors.append(float(np.degrees(rre(scene_poses(batch, starts), fish().truth))[0]))
     assert 0.0 < least[0] < least[1] < least[2] < least[3] < 0.5
-    assert max(off[1:3]) < 1.0
-    assert min(off[0], off[3]) > 175.0
+    assert max(errors[1:3]) < 1.0
+    assert min(errors[0], errors[3]) > 175.0
     assert last == pytest.approx([0.96, 0.99, 0.99, 0.96], abs=0.005)
 
 
 def test_cpd_forgets_how_far_away_it_began():
     """Started 0.8, 2.3 and 4.5 u away, CPD ends in the same place to 0.1° and 0.01 u, on three draws."""
-    drawn = scenes(seeds=(40, 53, 66), name="noisy")
-    poses = [ended("cpd", drawn, shift=shift)[1] for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
-    for other in poses[1:]:
-        assert np.degrees(rre(other, poses[0])).max() < 0.1
-        assert rte(other, poses[0]).max() < 0.01
+    draws = scenes(seeds=(40, 53, 66), name="noisy")
+    poses = [walk_end("cpd", draws, shift=shift)[1] for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
+    for pose in poses[1:]:
+        assert np.degrees(rre(pose, poses[0])).max() < 0.1
+        assert rte(pose, poses[0]).max() < 0.01
 
 
 def test_a_wide_first_sigma_makes_cpd_forget(why):
     """From the same shifts, on three draws: rigid CPD, whose scale is fixed, ends in the same place to 0.1° and 0.01 u,
     as does CPD with a scale. With a first σ of 0.05 u neither does: their ends lie up to more than 4 u apart."""
-    drawn = scenes(seeds=(40, 53, 66), name="noisy")
-    source, target = (np.stack([getattr(scene, name) for scene in drawn]) for name in ("source", "target"))
-    apart = {}
+    draws = scenes(seeds=(40, 53, 66), name="noisy")
+    source, target = (np.stack([getattr(scene, name) for scene in draws]) for name in ("source", "target"))
+    spread = {}
     for method in ("cpd-rigid", "cpd-similarity"):
         for sigma in (None, 0.05):
             starts = [fish_start(60.0, shift) for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
             ends = [register(source, target, method, start=start, sigma=sigma).pose for start in starts]
-            turns = max(np.degrees(rre(other, ends[0])).max() for other in ends[1:])
-            shifts = max(rte(other, ends[0]).max() for other in ends[1:])
-            apart[method, sigma] = turns, shifts
-    messages = [f"up to {apart['cpd-rigid', sigma][1]:.3f} u apart" for sigma in (None, 0.05)]
+            turns = max(np.degrees(rre(pose, ends[0])).max() for pose in ends[1:])
+            shifts = max(rte(pose, ends[0]).max() for pose in ends[1:])
+            spread[method, sigma] = turns, shifts
+    messages = [f"up to {spread['cpd-rigid', sigma][1]:.3f} u apart" for sigma in (None, 0.05)]
     why("the first σ of rigid CPD", {"as usual, of all distances": messages[0], "0.05 u": messages[1]})
-    for (method, sigma), (turns, shifts) in apart.items():
+    for (method, sigma), (turns, shifts) in spread.items():
         assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 4.0, (method, sigma)
 
 
@@ -132,16 +132,16 @@ def test_clutter_is_sought_among_the_observations():
     """CPD's clutter takes more than 85 % of the junk in the fixed cloud and less than 5 % of the rest; FilterReg's does
     so in the moving cloud. CPD does not mark moving junk; such a component just gets little responsibility."""
     fixed = scenes("clutter", clutter=(0.0, 0.2))
-    share = 1.0 - ended("cpd", fixed)[0].state().row
+    share = 1.0 - walk_end("cpd", fixed)[0].state().row
     junk = np.array([scene.target_outlier for scene in fixed])
     assert share[junk].mean() > 0.85
     assert share[~junk].mean() < 0.05
     moving = scenes("clutter", clutter=(0.2, 0.0))
     junk = np.array([scene.source_outlier for scene in moving])
-    doubt = 1.0 - ended("filterreg", moving)[0].state().weights
+    doubt = 1.0 - walk_end("filterreg", moving)[0].state().weights
     assert doubt[junk].mean() > 0.85
     assert doubt[~junk].mean() < 0.05
-    state = ended("cpd", moving)[0].state()
+    state = walk_end("cpd", moving)[0].state()
     assert (1.0 - state.row).mean() < 0.05
     assert state.column[junk].mean() < 0.1 * state.column[~junk].mean()
 
@@ -150,23 +150,23 @@ def test_mmd_has_no_place_for_clutter(why):
     """With a fifth of the fixed cloud junk, MMD-Reg, even started at the truth, ends more than four times as far off as
     CPD and FilterReg, in the median of five draws; without junk it ends within 0.1°."""
     junk = scenes("clutter", noise=0.0, clutter=(0.0, 0.2))
-    off = {method: np.median(ended(method, junk, 0.0, (0.0, 0.0))[2]) for method in ("cpd", "filterreg", "mmd")}
-    clean = ended("mmd", scenes(), 0.0, (0.0, 0.0))[2]
+    errors = {method: np.median(walk_end(method, junk, 0.0, (0.0, 0.0))[2]) for method in ("cpd", "filterreg", "mmd")}
+    clean = walk_end("mmd", scenes(), 0.0, (0.0, 0.0))[2]
     why(
         "the junk in the fixed cloud",
-        {"a fifth of it": f"MMD-Reg {off['mmd']:.2f}° off in the median", "none": f"{np.median(clean):.2f}° off"},
+        {"a fifth of it": f"MMD-Reg {errors['mmd']:.2f}° off in the median", "none": f"{np.median(clean):.2f}° off"},
     )
-    assert off["mmd"] > 4.0 * max(off["cpd"], off["filterreg"])
+    assert errors["mmd"] > 4.0 * max(errors["cpd"], errors["filterreg"])
     assert clean.max() < 0.1
 
 
 @pytest.mark.parametrize("name", ["clean", "noisy", "clutter"])
 def test_only_cpd_finds_the_size(name):
     """With the moving cloud 15 % smaller, CPD's scale ends within 2 % of 1/0.85 on five draws; the others keep 1."""
-    drawn = scenes(name, smaller=True)
-    assert ended("cpd", drawn)[1].scale == pytest.approx(1.0 / SMALLER, rel=0.02)
+    draws = scenes(name, smaller=True)
+    assert walk_end("cpd", draws)[1].scale == pytest.approx(1.0 / SMALLER, rel=0.02)
     for method in ("filterreg", "mmd", "flow"):
-        assert (scene_poses(begin_walk(method, drawn, [fish_start()] * 5), [fish_start()] * 5).scale == 1.0).all()
+        assert (scene_poses(begin_walk(method, draws, [fish_start()] * 5), [fish_start()] * 5).scale == 1.0).all()
 
 
 def test_a_size_that_is_not_sought_costs_the_rest(why):
@@ -174,9 +174,9 @@ def test_a_size_that_is_not_sought_costs_the_rest(why):
     of the flow by more than five, and CPD's by less than 1.3."""
     ratio, errors = {}, []
     for method in ("mmd", "flow", "cpd"):
-        same, smaller = (np.median(ended(method, scenes(smaller=flag))[3]) for flag in (False, True))
-        ratio[method] = smaller / same
-        errors.append((smaller, same))
+        plain, smaller = (np.median(walk_end(method, scenes(smaller=flag))[3]) for flag in (False, True))
+        ratio[method] = smaller / plain
+        errors.append((smaller, plain))
     messages = [" · ".join(f"{pair[k]:.3f} u" for pair in errors) for k in (0, 1)]
     why("the moving cloud (MMD-Reg · flow · CPD)", {"15 % smaller": messages[0], "at its size": messages[1]})
     assert ratio["cpd"] < 1.3
@@ -186,33 +186,33 @@ def test_a_size_that_is_not_sought_costs_the_rest(why):
 def test_at_a_quarter_turn_they_part():
     """In the clean scene, the flow arrives on all three draws from 90°, CPD and FilterReg on none. From 120° none
     does."""
-    arrived = {}
+    counts = {}
     for degrees in (90.0, 120.0):
         for method in FOUR:
-            _, _, turn, shift = ended(method, scenes(seeds=(40, 53, 66)), degrees)
-            arrived[method, degrees] = int(close(turn, shift).sum())
-    assert arrived["flow", 90.0] == 3
-    assert arrived["cpd", 90.0] == arrived["filterreg", 90.0] == 0
-    assert all(arrived[method, 120.0] == 0 for method in FOUR)
+            _, _, turn, shift = walk_end(method, scenes(seeds=(40, 53, 66)), degrees)
+            counts[method, degrees] = int(close(turn, shift).sum())
+    assert counts["flow", 90.0] == 3
+    assert counts["cpd", 90.0] == counts["filterreg", 90.0] == 0
+    assert all(counts[method, 120.0] == 0 for method in FOUR)
 
 
 def test_from_a_quarter_turn_mixtures_find_the_other_way_round(why):
     """Three clean draws, CPD and FilterReg: from 89° both end within 1° of the truth, from 90° more than 175° off."""
-    off = {
-        degrees: np.concatenate([ended(m, scenes(seeds=(40, 53, 66)), degrees)[2] for m in ("cpd", "filterreg")])
+    errors = {
+        degrees: np.concatenate([walk_end(m, scenes(seeds=(40, 53, 66)), degrees)[2] for m in ("cpd", "filterreg")])
         for degrees in (90.0, 89.0)
     }
-    message = f"{off[90.0].min():.0f}° off or more", f"{off[89.0].max():.1f}° off or less"
+    message = f"{errors[90.0].min():.0f}° off or more", f"{errors[89.0].max():.1f}° off or less"
     why("the start", {"90°": message[0], "89°": message[1]})
-    assert off[90.0].min() > 175.0
-    assert off[89.0].max() < 1.0
+    assert errors[90.0].min() > 175.0
+    assert errors[89.0].max() < 1.0
 
 
 def test_a_stop_says_nothing_of_the_place():
     """From 150°, on all five draws, CPD and MMD-Reg report that they have converged and the flow that it has finished,
     yet all end more than 10° off."""
     for method, status in (("cpd", Status.CONVERGED), ("mmd", Status.CONVERGED), ("flow", Status.FINISHED)):
-        batch, _, turn, _ = ended(method, scenes(), 150.0)
+        batch, _, turn, _ = walk_end(method, scenes(), 150.0)
         assert (batch.state().status == status).all()
         assert turn.min() > 10.0
 
@@ -220,39 +220,39 @@ def test_a_stop_says_nothing_of_the_place():
 def test_the_first_euler_step_does_nearly_all():
     """Starting from pure noise, the flow is within 3° after the first of its ten steps, on five clean draws; the other
     nine turn the pose by less than 2°."""
-    drawn, starts = scenes(), [fish_start()] * 5
-    first = scene_poses(advance(begin_walk("flow", drawn, starts)), starts)
-    assert np.degrees(rre(first, drawn[0].truth)).max() < 3.0
-    assert np.degrees(rre(ended("flow", drawn)[1], first)).max() < 2.0
+    draws, starts = scenes(), [fish_start()] * 5
+    first = scene_poses(advance(begin_walk("flow", draws, starts)), starts)
+    assert np.degrees(rre(first, draws[0].truth)).max() < 3.0
+    assert np.degrees(rre(walk_end("flow", draws)[1], first)).max() < 2.0
 
 
 def test_projection_changes_little_here():
     """On five clean draws from 60°, ten steps with the projection and ten without end within 0.5° of each other, though
     not at the same pose, and within 2° of the truth."""
-    drawn = scenes()
-    with_, without = (ended("flow", drawn, project=flag)[1] for flag in (True, False))
+    draws = scenes()
+    with_, without = (walk_end("flow", draws, project=flag)[1] for flag in (True, False))
     assert np.degrees(rre(with_, without)).min() > 0.01
     assert np.degrees(rre(with_, without)).max() < 0.5
-    assert np.degrees(rre(with_, drawn[0].truth)).max() < 2.0
+    assert np.degrees(rre(with_, draws[0].truth)).max() < 2.0
 
 
 def test_rigid_copies_prove_nothing():
     """With clutter, some run from 150° that ends more than 90° off has a smaller rigidity residual than some run from
     60° that is right."""
-    drawn = scenes("clutter", seeds=range(40, 40 + 13 * 8, 13))
-    (near, _, right, _), (far, _, wrong, _) = (ended("flow", drawn, degrees) for degrees in (60.0, 150.0))
+    draws = scenes("clutter", seeds=range(40, 40 + 13 * 8, 13))
+    (near, _, right, _), (far, _, wrong, _) = (walk_end("flow", draws, degrees) for degrees in (60.0, 150.0))
     assert far.objective()[wrong > 90.0].min() < near.objective()[right < 5.0].max()
 
 
 def test_how_a_cloud_is_turned_matters_to_the_flow(why):
     """The same two clouds on five draws: with one given to the flow at 60°, it ends within 5° of the truth; at 150°,
     beyond 10°. CPD fails from 150° too, but by half a turn, to 5°."""
-    near, far = ended("flow", scenes())[2], ended("flow", scenes(), 150.0)[2]
+    near, far = walk_end("flow", scenes())[2], walk_end("flow", scenes(), 150.0)[2]
     message = f"{far.min():.0f}° off or more", f"{near.max():.0f}° off or less"
     why("how the clouds are handed over", {"at 150°": message[0], "at 60°": message[1]})
     assert near.max() < 5.0
     assert far.min() > 10.0
-    assert ended("cpd", scenes(), 150.0)[2].min() > 175.0
+    assert walk_end("cpd", scenes(), 150.0)[2].min() > 175.0
 
 
 def test_mmd_keeps_96_numbers_however_many_points():
@@ -269,7 +269,7 @@ def test_a_finer_filter_holds_more():
     """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end, since a
     smaller σ needs finer cells."""
     first = begin_walk("filterreg", [fish()], [fish_start()]).state()
-    last = ended("filterreg", [fish()])[0].state()
+    last = walk_end("filterreg", [fish()])[0].state()
     assert len(first.filters[0].codes) < 1000
     assert len(last.filters[0].codes) > 10_000
     assert last.sigma[0] < 0.05 * first.sigma[0]
@@ -277,14 +277,14 @@ def test_a_finer_filter_holds_more():
 
 def test_clutter_in_both_clouds_costs_the_flow_most(why):
     """With a fifth of both clouds junk, on twelve draws from 60°, CPD arrives on all, the flow on at most ten."""
-    drawn = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13))
-    arrived = {method: int(close(*ended(method, drawn)[2:]).sum()) for method in ("cpd", "flow")}
+    draws = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13))
+    counts = {method: int(close(*walk_end(method, draws)[2:]).sum()) for method in ("cpd", "flow")}
     clean = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13), clutter=(0.0, 0.0))
-    without = int(close(*ended("flow", clean)[2:]).sum())
-    why("the junk", {"a fifth of both clouds": f"the flow arrives on {arrived['flow']} of 12", "none": f"on {without}"})
+    without = int(close(*walk_end("flow", clean)[2:]).sum())
+    why("the junk", {"a fifth of both clouds": f"the flow arrives on {counts['flow']} of 12", "none": f"on {without}"})
     assert without == 12
-    assert arrived["cpd"] == 12
-    assert arrived["flow"] <= 10
+    assert counts["cpd"] == 12
+    assert counts["flow"] <= 10
 
 
 def trainings(count):
@@ -292,27 +292,27 @@ def trainings(count):
     scenes."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     assert log["again"]["seed"] != log["seed"]
-    kept, again = (
+    first, second = (
         {(line["variant"], line["kind"]): (line[count], line["count"]) for line in study["held_out"]}
         for study in (log, log["again"])
     )
-    assert kept.keys() == again.keys()
-    return {key: (kept[key][0], again[key][0], kept[key][1]) for key in kept}
+    assert first.keys() == second.keys()
+    return {key: (first[key][0], second[key][0], first[key][1]) for key in first}
 
 
 def test_a_second_training_finds_as_many_rotations():
     """As `train --check` recorded: the two trainings' counts of rotations found to 5° differ by at most 15 % of the
     scenes, in every kind of scene, for every variant."""
-    for key, (one, other, of) in trainings("turned").items():
-        assert abs(one - other) <= 0.15 * of, key
+    for key, (first, second, of) in trainings("turned").items():
+        assert abs(first - second) <= 0.15 * of, key
 
 
 def test_a_second_training_places_more():
     """Rotation to 5° and shift to 0.1 radii: on scenes of its own kind the flow from the source places 82 of 200 after
     the first training and 148 after the second; the other variants' counts differ by at most 15 % of the scenes."""
     assert trainings("placed")["flow-from-source", "in distribution"] == (82, 148, 200)
-    for (variant, kind), (one, other, of) in trainings("placed").items():
-        assert variant == "flow-from-source" or abs(one - other) <= 0.15 * of, kind
+    for (variant, kind), (first, second, of) in trainings("placed").items():
+        assert variant == "flow-from-source" or abs(first - second) <= 0.15 * of, kind
 
 
 def test_in_the_room_the_flow_ends_just_beside_the_truth():

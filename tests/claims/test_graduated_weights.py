@@ -10,7 +10,7 @@ SEEDS = range(40, 40 + 13 * 25, 13)  # 25 draws
 FALSE_POSE = FACADE_TRUTH.compose(Pose.from_angle(0.0, (PERIOD, 0.0)))
 
 
-def graduated(scene, target=None):
+def fit_graduated(scene, target=None):
     """Graduated non-convexity on a scene, with the figure's threshold."""
     return register(scene.source, scene.target if target is None else target, "graduated-nonconvexity", inlier=0.25)
 
@@ -26,7 +26,7 @@ def near_truth(pose, scene):
     return bool(rte(pose, scene.truth) < 0.15 and np.degrees(rre(pose, scene.truth)) < 3.0)
 
 
-def scattered(scene):
+def scatter(scene):
     """The target with every wrong partner turned about its right place by a random angle of its own."""
     home = FACADE_TRUTH.apply(FACADE)
     turn = Pose.from_angle(np.random.default_rng(scene.seed).uniform(-np.pi, np.pi, len(home)))
@@ -39,8 +39,8 @@ def test_graduated_weights_end_where_ransac_does():
     rounding."""
     for seed in SEEDS:
         scene = facade_scene(seed=seed)
-        result, drawn = graduated(scene), consensus(scene)
-        np.testing.assert_allclose(result.matrix, drawn.matrix, atol=1e-10)
+        result, ransac = fit_graduated(scene), consensus(scene)
+        np.testing.assert_allclose(result.matrix, ransac.matrix, atol=1e-10)
         assert near_truth(result.pose, scene)
         assert 15 <= result.steps <= 26
 
@@ -51,13 +51,13 @@ def test_graduated_weights_break_down_before_ransac():
     right = {}
     for wrong in (20, 28, 32):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in SEEDS]
-        results = [graduated(scene) for scene in scenes]
+        results = [fit_graduated(scene) for scene in scenes]
         hits = [near_truth(result.pose, scene) for result, scene in zip(results, scenes, strict=True)]
         right[wrong] = sum(hits)
         assert all(near_truth(consensus(scene).pose, scene) for scene in scenes)
         if wrong == 28:
-            missed = [result.status for result, hit in zip(results, hits, strict=True) if not hit]
-            assert missed == [Status.CONVERGED] * 11
+            statuses = [result.status for result, hit in zip(results, hits, strict=True) if not hit]
+            assert statuses == [Status.CONVERGED] * 11
     assert right == {20: 25, 28: 14, 32: 2}
 
 
@@ -65,8 +65,8 @@ def test_partners_that_lean_mislead_graduated_weights(why):
     """32 of 40 wrong, 25 draws: two find the truth if all wrong partners lie to the right, and 23 if each lies as far
     off in a random direction of its own."""
     scenes = [facade_scene(seed=seed, outliers=0.8) for seed in SEEDS]
-    leaning = sum(near_truth(graduated(scene).pose, scene) for scene in scenes)
-    spread = sum(near_truth(graduated(scene, scattered(scene)).pose, scene) for scene in scenes)
+    leaning = sum(near_truth(fit_graduated(scene).pose, scene) for scene in scenes)
+    spread = sum(near_truth(fit_graduated(scene, scatter(scene)).pose, scene) for scene in scenes)
     why(
         "in which directions the 32 wrong partners lie",
         {"to the right": f"{leaning} of 25 are right", "each its own": f"{spread} of 25"},
@@ -79,4 +79,4 @@ def test_graduated_weights_follow_a_false_majority():
     """With 24 of 40 wrong alike, each of 25 draws ends at the pose that is one window off."""
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.6)
-        assert rte(graduated(scene).pose, FALSE_POSE) < 0.2
+        assert rte(fit_graduated(scene).pose, FALSE_POSE) < 0.2

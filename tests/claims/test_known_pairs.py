@@ -125,8 +125,8 @@ def test_one_valley_over_the_angle():
     p, q = source - source.mean(axis=0), target - target.mean(axis=0)
     S, C = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum(), (p * q).sum()
     for offset in np.linspace(-np.pi, np.pi, 73):
-        turned = Pose.from_angle(fit.pose.angle + offset)
-        cost = squares(turned, p, q)
+        rotations = Pose.from_angle(fit.pose.angle + offset)
+        cost = squares(rotations, p, q)
         assert cost == pytest.approx(fit.cost + 4.0 * np.hypot(S, C) * np.sin(offset / 2.0) ** 2)
 
 
@@ -146,8 +146,8 @@ def test_price_of_staying_a_rotation(d):
     rng = np.random.default_rng(2)
     for _ in range(300):
         R = rotation_3d(rng) if d == 3 else Pose.from_angle(rng.uniform(-np.pi, np.pi)).R
-        other = Pose(R, target.mean(axis=0) - R @ source.mean(axis=0))
-        assert squares(other, source, target) >= proper.cost
+        pose = Pose(R, target.mean(axis=0) - R @ source.mean(axis=0))
+        assert squares(pose, source, target) >= proper.cost
 
 
 def test_noise_alone_can_ask_for_a_reflection():
@@ -165,17 +165,17 @@ def test_the_scene_shows_the_draw_that_leans_towards_the_reflection():
     scenes = [kabsch_scene("would-reflect", seed=seed) for seed in range(1000)]
     noise = np.stack([s.target for s in scenes]) - KABSCH_TRUTH.apply(MAST)
     across = KABSCH_TRUTH.R[:, 0]
-    mirrored = noise - 2.0 * (noise @ across)[..., None] * across
-    shown, others = (fit_rigid(MAST, KABSCH_TRUTH.apply(MAST) + draw).determinant for draw in (noise, mirrored))
-    assert 0.9 < np.mean(shown == -1) < 1.0
-    assert (others == 1).all()
+    mirror = noise - 2.0 * (noise @ across)[..., None] * across
+    signs, mirror_signs = (fit_rigid(MAST, KABSCH_TRUTH.apply(MAST) + draw).determinant for draw in (noise, mirror))
+    assert 0.9 < np.mean(signs == -1) < 1.0
+    assert (mirror_signs == 1).all()
 
 
 def test_rotation_is_good_where_the_reflection_wins():
     """In the scene 'would-reflect', the rotation is less than 5° off and costs under a tenth more than the
     reflection."""
     scene = kabsch_scene("would-reflect")
-    proper, free = (fit_rigid(scene.source, scene.target, proper=kept) for kept in (True, False))
+    proper, free = (fit_rigid(scene.source, scene.target, proper=flag) for flag in (True, False))
     assert np.linalg.det(free.pose.R) < 0.0
     assert np.degrees(metrics.rre(proper.pose, scene.truth)) < 5.0
     assert free.cost < proper.cost < 1.1 * free.cost
@@ -189,11 +189,11 @@ def test_start_plays_no_part(d):
     """However the source is moved beforehand, the fit brings it to the same final place."""
     source, target, _ = noisy_pairs(13, d)
     rng = np.random.default_rng(8)
-    placed = fit_rigid(source, target).pose.apply(source)
+    expected = fit_rigid(source, target).pose.apply(source)
     for _ in range(20):
         R = rotation_3d(rng) if d == 3 else Pose.from_angle(rng.uniform(-np.pi, np.pi)).R
-        begun = Pose(R, 10.0 * rng.standard_normal(d)).apply(source)
-        np.testing.assert_allclose(fit_rigid(begun, target).pose.apply(begun), placed, atol=1e-11)
+        start = Pose(R, 10.0 * rng.standard_normal(d)).apply(source)
+        np.testing.assert_allclose(fit_rigid(start, target).pose.apply(start), expected, atol=1e-11)
 
 
 def test_two_points_are_enough_in_the_plane():
@@ -231,12 +231,12 @@ def test_collinear_points_leave_one_rotation_free():
     for noise in (0.0, 0.1):
         target = truth.apply(line) + noise * rng.standard_normal((9, 3))
         assert "rotation about their line is free" in fit_rigid(line, target).reason
-        first, *others = (poses_about_line(line, target, angle) for angle in (0.0, 0.7, 2.0, 3.0))
-        left = metrics.residuals(first, line, target)
-        assert (left.max() < 1e-12) == (noise == 0.0)
-        for turned, angle in zip(others, (0.7, 2.0, 3.0), strict=True):
-            np.testing.assert_allclose(metrics.residuals(turned, line, target), left, atol=1e-12)
-            assert metrics.rre(turned, first) == pytest.approx(angle)
+        first, *poses = (poses_about_line(line, target, angle) for angle in (0.0, 0.7, 2.0, 3.0))
+        residuals = metrics.residuals(first, line, target)
+        assert (residuals.max() < 1e-12) == (noise == 0.0)
+        for pose, angle in zip(poses, (0.7, 2.0, 3.0), strict=True):
+            np.testing.assert_allclose(metrics.residuals(pose, line, target), residuals, atol=1e-12)
+            assert metrics.rre(pose, first) == pytest.approx(angle)
 
 
 # Residual and error
@@ -287,9 +287,9 @@ def test_two_pairs_leave_one_square():
     pose = fit_rigid(source, target).pose
     np.testing.assert_allclose(metrics.residuals(pose, source, target), 0.2, atol=1e-12)
     sigma = 0.01  # of 20,000 draws about an exact copy: the expected sum of squares
-    drawn = draws(source, KABSCH_TRUTH, sigma, 20_000)
-    left = metrics.residuals(fit_rigid(source, drawn).pose, source, drawn)
-    assert (left**2).sum(axis=-1).mean() == pytest.approx(sigma**2, rel=0.04)
+    targets = draws(source, KABSCH_TRUTH, sigma, 20_000)
+    residuals = metrics.residuals(fit_rigid(source, targets).pose, source, targets)
+    assert (residuals**2).sum(axis=-1).mean() == pytest.approx(sigma**2, rel=0.04)
 
 
 def test_spread_of_the_angle():
@@ -331,9 +331,9 @@ def test_one_wrong_pair_among_many_is_bounded_by_its_distance():
     source = rng.uniform(-3.0, 3.0, (1000, 2))
     target, moved = KABSCH_TRUTH.apply(source), []
     for k, angle in enumerate(rng.uniform(0.0, 2 * np.pi, 1000)):
-        displaced = target.copy()
-        displaced[k] += (np.cos(angle), np.sin(angle))
-        pose = fit_rigid(source, displaced).pose
+        copy = target.copy()
+        copy[k] += (np.cos(angle), np.sin(angle))
+        pose = fit_rigid(source, copy).pose
         moved.append(float(metrics.point_error(pose, KABSCH_TRUTH, source)))
     assert 0.001 <= min(moved) < 0.0011
     assert 0.0019 < max(moved) < 0.002
@@ -345,22 +345,22 @@ def test_partners_wrong_alike_hide_one_another():
     wrong = np.arange(13) % 2 == 1
     target = draws(BIRD, KABSCH_TRUTH, 0.12, 200)
     target[:, wrong] += (1.5, 0.0)
-    left = metrics.residuals(fit_rigid(BIRD, target).pose, BIRD, target)
-    assert np.mean(left[:, ~wrong].max(axis=1) > left[:, wrong].min(axis=1)) > 0.9
+    residuals = metrics.residuals(fit_rigid(BIRD, target).pose, BIRD, target)
+    assert np.mean(residuals[:, ~wrong].max(axis=1) > residuals[:, wrong].min(axis=1)) > 0.9
 
 
 def test_far_wrong_partners_show_in_the_largest_residual():
     """In all 25 draws with one to three far, unrelated wrong partners, the largest residual belongs to one of them; the
     one, two or three largest are exactly theirs in 25, 21 and 19 draws."""
-    all_shown = dict.fromkeys((1, 2, 3), 0)
-    for wrong in all_shown:
+    counts = dict.fromkeys((1, 2, 3), 0)
+    for wrong in counts:
         for seed in range(40, 40 + 13 * 25, 13):
             scene = kabsch_scene("outliers", seed=seed, outliers=wrong)
-            left = metrics.residuals(fit_rigid(scene.source, scene.target).pose, scene.source, scene.target)
+            residuals = metrics.residuals(fit_rigid(scene.source, scene.target).pose, scene.source, scene.target)
             assert scene.target_outlier.sum() == wrong
-            assert scene.target_outlier[left.argmax()]
-            all_shown[wrong] += bool(scene.target_outlier[np.argsort(left)[-wrong:]].all())
-    assert all_shown == {1: 25, 2: 21, 3: 19}
+            assert scene.target_outlier[residuals.argmax()]
+            counts[wrong] += bool(scene.target_outlier[np.argsort(residuals)[-wrong:]].all())
+    assert counts == {1: 25, 2: 21, 3: 19}
 
 
 def test_enough_wrong_pairs_reflect_a_bird():
@@ -383,6 +383,6 @@ def test_rotation_is_the_same_with_scale():
 def test_scale_of_the_swapped_problem_is_not_the_inverse():
     """Swapping noisy clouds inverts the fitted rotation but not the scale: the two scales multiply to less than 1."""
     source, target, _ = noisy_pairs(15, 2)
-    there, back = fit_rigid(source, target, scale=True), fit_rigid(target, source, scale=True)
-    np.testing.assert_allclose(there.pose.R @ back.pose.R, np.eye(2), atol=1e-12)
-    assert there.pose.scale * back.pose.scale < 0.99
+    forward, backward = fit_rigid(source, target, scale=True), fit_rigid(target, source, scale=True)
+    np.testing.assert_allclose(forward.pose.R @ backward.pose.R, np.eye(2), atol=1e-12)
+    assert forward.pose.scale * backward.pose.scale < 0.99

@@ -49,8 +49,8 @@ def test_neither_is_convex(scene):
     for field, bound in ((mmd(scene, 0.6), 4.0), (capped_field(scene.source, scene.target, 1.0), 1.0)):
         ends = np.stack([field.values(a), field.values(b)])
         assert ends.max() <= bound
-        near = field.values(a / 16), field.values(b / 16), field.values((a + b) / 32)
-        assert (near[2] > np.maximum(near[0], near[1]) + 1e-3).any()
+        values = field.values(a / 16), field.values(b / 16), field.values((a + b) / 32)
+        assert (values[2] > np.maximum(values[0], values[1]) + 1e-3).any()
 
 
 def test_false_minima_stay_when_the_rotation_is_free(scene):
@@ -86,20 +86,20 @@ def test_a_large_length_scale_moves_the_minimum(scene, why):
     """At ℓ = 2.4 u with 128 frequencies, the only minimum is 0.35 to 0.45 u off in each of ten draws; with the target
     cut to what the source has seen, it is within 0.03 u of the truth."""
     ends = np.array([mmd(scene, 2.4, draw, 128).path(np.zeros(2)).points[-1] for draw in DRAWS])
-    seen, cut = overlapping(scene), []
+    target, errors = overlapping(scene), []
     for draw in DRAWS:
         frequencies = unit_frequencies(np.array([draw]), 128, 2)[0] / 2.4
-        cut.append(np.hypot(*mmd_field(scene.source, seen, frequencies).path(np.zeros(2)).points[-1]))
+        errors.append(np.hypot(*mmd_field(scene.source, target, frequencies).path(np.zeros(2)).points[-1]))
     why(
         "what the target has seen",
         {
             "the whole room": f"{np.hypot(*ends.T).mean():.2f} u off on average",
-            "what the source has seen": f"{np.mean(cut):.2f} u off",
+            "what the source has seen": f"{np.mean(errors):.2f} u off",
         },
     )
     assert ((np.hypot(*ends.T) > 0.35) & (np.hypot(*ends.T) < 0.45)).all()
     assert all(deepest(mmd(scene, 2.4, draw, 128))[1] == 1 for draw in DRAWS)
-    assert max(cut) < 0.03
+    assert max(errors) < 0.03
 
 
 def test_resampling_moves_the_minima(scene):
@@ -117,7 +117,7 @@ def test_more_frequencies_agree_on_the_deepest_place(scene, why):
     for count in (128, 8):
         lowest = np.array([deepest(mmd(scene, 0.6, draw, count))[0] for draw in DRAWS])
         spread[count] = np.linalg.norm(lowest[:, None] - lowest, axis=-1).max()
-    why("the frequencies", {str(n): f"ten draws lie up to {far:.2f} u apart" for n, far in spread.items()})
+    why("the frequencies", {str(n): f"ten draws lie up to {gap:.2f} u apart" for n, gap in spread.items()})
     assert spread[128] == 0.0
     assert spread[8] > 0.4
 
@@ -136,9 +136,9 @@ def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
         result = 0
         for shift in shifts[np.hypot(*shifts.T) > 5.0]:
             moved = scene.source + shift
-            near = np.square(np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1))
-            used = near <= 0.09
-            if 0 < used.sum() <= 4 and near[used].mean() < truth:
+            nearest = np.square(np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1))
+            used = nearest <= 0.09
+            if 0 < used.sum() <= 4 and nearest[used].mean() < truth:
                 result += 1
                 assert field.values(shift) > 4.0 * field.values(np.zeros(2))
                 break
@@ -163,9 +163,9 @@ def test_the_capped_slope_is_the_mean_offset(scene):
     field, M = capped_field(scene.source, scene.target, 0.6), len(scene.source)
     for shift in LATTICE + 0.013:
         offsets = scene.target[None] - (scene.source + shift)[:, None]
-        near = np.take_along_axis(offsets, np.square(offsets).sum(axis=2).argmin(axis=1)[:, None, None], axis=1)[:, 0]
-        used = np.hypot(*near.T) < 0.6
-        gradient = -2.0 / M * near[used].sum(axis=0)
+        offset = np.take_along_axis(offsets, np.square(offsets).sum(axis=2).argmin(axis=1)[:, None, None], axis=1)[:, 0]
+        used = np.hypot(*offset.T) < 0.6
+        gradient = -2.0 / M * offset[used].sum(axis=0)
         h = 1e-7
         differences = [field.values(shift + h * e) - field.values(shift - h * e) for e in np.eye(2)]
         np.testing.assert_allclose(np.array(differences) / (2 * h), gradient, atol=1e-4)
@@ -199,16 +199,16 @@ def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances(why):
     frequencies = unit_frequencies(np.array([40]), 128, 2)[0] / 0.6
     scenes = [room("gradient", seed=seed) for seed in range(40, 40 + 6 * 13, 13)]
     whole = [np.hypot(*deepest(mmd(scene, 0.6, 40, 128))[0]) for scene in scenes]
-    cut = [np.hypot(*deepest(mmd_field(scene.source, overlapping(scene), frequencies))[0]) for scene in scenes]
+    errors = [np.hypot(*deepest(mmd_field(scene.source, overlapping(scene), frequencies))[0]) for scene in scenes]
     why(
         "what the target has seen",
         {
             "the whole room": f"MMD's deepest tile is {min(whole):.2f} to {max(whole):.2f} u off",
-            "what the source has seen": f"{min(cut):.2f} to {max(cut):.2f} u off",
+            "what the source has seen": f"{min(errors):.2f} to {max(errors):.2f} u off",
         },
     )
     assert min(whole) > 0.5
-    assert max(cut) < 0.1
+    assert max(errors) < 0.1
     for scene in scenes:
         assert len(overlapping(scene)) < 5 / 6 * len(scene.target)
         assert np.hypot(*deepest(capped_field(scene.source, scene.target, 1.0))[0]) < 0.1

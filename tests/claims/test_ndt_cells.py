@@ -12,13 +12,13 @@ from solvers.scenes.walls import ndt_room
 SEEDS = [40 + 13 * k for k in range(25)]
 
 
-def one_cell(points: np.ndarray, size: float = 10.0) -> NdtMap:
+def single_cell(points: np.ndarray, size: float = 10.0) -> NdtMap:
     """The map of points that all lie in one cell, with its corner at (−size/2, −size/2)."""
     return build(points[None], size, offset=np.full(2, -size / 2))
 
 
 def eigenvalues(points: np.ndarray) -> np.ndarray:
-    cells = one_cell(points)
+    cells = single_cell(points)
     assert cells.kept[0].tolist() == [True]
     return np.linalg.eigvalsh(cells.covariance[0, 0])
 
@@ -66,7 +66,7 @@ def test_the_best_place_in_a_corner_is_on_neither_wall():
     """A single point scores highest at the mean, a/4 from both walls; in the corner itself it scores e^(−3/2), less
     than a quarter of that."""
     arm = 1.0
-    cells = one_cell(corner(arm, 400))
+    cells = single_cell(corner(arm, 400))
     at = np.linspace(-0.5, 1.5, 401)
     values = score_map(cells, np.zeros((1, 2)), at, at)
     row, column = np.unravel_index(values.argmax(), values.shape)
@@ -79,7 +79,7 @@ def test_two_walls_in_a_cell_become_one_between_them():
     """Parallel walls d apart: the variance across them is d²/4, and a point in the empty middle scores one."""
     d, along = 0.8, evenly(1.0, 50) - 0.5
     walls = np.vstack([np.column_stack([along, np.full(50, side * d / 2)]) for side in (-1, 1)])
-    cells = one_cell(walls)
+    cells = single_cell(walls)
     assert cells.covariance[0, 0, 1, 1] == pytest.approx(d**2 / 4)
     scores = score_map(cells, np.zeros((1, 2)), np.zeros(1), np.array([0.0, d / 2]))[:, 0]
     assert scores == pytest.approx([1.0, np.exp(-0.5)])
@@ -92,17 +92,17 @@ def test_equal_moments_are_one_map():
     square = np.vstack([np.column_stack(p) for p in ((side, low), (side, high), (low, side), (high, side))])
     reach = np.sqrt(2 * square[:, 0].var())
     heaps = np.repeat(reach * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]), 25, axis=0)
-    one, other = one_cell(square), one_cell(heaps)
-    np.testing.assert_allclose(one.mean, other.mean, atol=1e-12)
-    np.testing.assert_allclose(one.precision, other.precision, rtol=1e-9, atol=1e-9)
-    assert one.count[0, 0] == other.count[0, 0]
+    first, second = single_cell(square), single_cell(heaps)
+    np.testing.assert_allclose(first.mean, second.mean, atol=1e-12)
+    np.testing.assert_allclose(first.precision, second.precision, rtol=1e-9, atol=1e-9)
+    assert first.count[0, 0] == second.count[0, 0]
 
 
 def test_small_cells_lose_points():
     """25 draws of the room: cells of 1 u cover more than 99 % of its points, cells of 0.4 u less than 90 %, cells of
     0.3 u less than half."""
 
-    def covered(size: float) -> float:
+    def coverage(size: float) -> float:
         parts = []
         for seed in SEEDS:
             target = ndt_room(seed=seed).target
@@ -110,27 +110,27 @@ def test_small_cells_lose_points():
             parts.append(cells.count[0][cells.kept[0]].sum() / len(target))
         return float(np.mean(parts))
 
-    assert covered(1.0) > 0.99
-    assert covered(0.4) < 0.9
-    assert covered(0.3) < 0.5
+    assert coverage(1.0) > 0.99
+    assert coverage(0.4) < 0.9
+    assert coverage(0.3) < 0.5
 
 
 def test_a_larger_cell_adds_the_scatter_of_the_means():
     """The covariance of merged cells is the weighted mean of theirs plus the covariance of their means."""
     target = ndt_room(noise=0.2).target
     small, large = build(target[None], 0.9), build(target[None], 1.8)
-    compared = 0
+    count = 0
     for k in np.flatnonzero(large.kept[0]):
         inside = np.floor((small.corner[0] + 0.45) / 1.8) == np.round(large.corner[0, k] / 1.8)
         parts = np.flatnonzero(inside.all(axis=1) & (small.count[0] > 0))
         n, means = small.count[0, parts], small.mean[0, parts]
         assert n.sum() == large.count[0, k]
-        apart = means - large.mean[0, k]
+        offsets = means - large.mean[0, k]
         within = np.einsum("k,kij->ij", n, small.covariance[0, parts])
-        between = np.einsum("k,ki,kj->ij", n, apart, apart)
+        between = np.einsum("k,ki,kj->ij", n, offsets, offsets)
         np.testing.assert_allclose(large.covariance[0, k], (within + between) / n.sum(), atol=1e-12)
-        compared += len(parts) > 1
-    assert compared >= 8
+        count += len(parts) > 1
+    assert count >= 8
 
 
 def test_a_nudge_by_a_whole_cell_changes_nothing_and_by_half_a_cell_the_map():
@@ -143,8 +143,8 @@ def test_a_nudge_by_a_whole_cell_changes_nothing_and_by_half_a_cell_the_map():
             order = [np.lexsort(cells.mean[0].T) for cells in (at_rest, whole)]
             np.testing.assert_allclose(at_rest.mean[0][order[0]], whole.mean[0][order[1]], atol=1e-12)
             np.testing.assert_allclose(at_rest.covariance[0][order[0]], whole.covariance[0][order[1]], atol=1e-12)
-            near = np.linalg.norm(half.mean[0][:, None] - at_rest.mean[0], axis=2).min(axis=1)
-            assert (near > 0.05).mean() > 0.5
+            gaps = np.linalg.norm(half.mean[0][:, None] - at_rest.mean[0], axis=2).min(axis=1)
+            assert (gaps > 0.05).mean() > 0.5
 
 
 def test_without_noise_the_floor_decides_how_sharp_a_wall_is():

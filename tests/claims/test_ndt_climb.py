@@ -24,7 +24,7 @@ def draws():
     return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
 
 
-def arrived(pose):
+def has_arrived(pose):
     """Whether each pose is within 2° and 0.1 u of the truth, which is the identity."""
     truth = Pose.identity(batch=pose.batch)
     return (np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)
@@ -37,9 +37,9 @@ def around(centre, degrees, distance, count=16):
     return Pose(R, centre + distance * np.stack([np.cos(way), np.sin(way)], axis=1) - R @ centre)
 
 
-def hessians(cells, which, moved, radius):
+def hessians(cells, row, moved, radius):
     """Gradients and Hessians with respect to (tx, ty, ρφ) of moved clouds (k, m, 2), all on one cloud's map."""
-    score = evaluate(cells, moved, moved.mean(axis=1), np.full(len(moved), which))
+    score = evaluate(cells, moved, moved.mean(axis=1), np.full(len(moved), row))
     return ndt.scaled(score.gradient, score.hessian, np.full(len(moved), radius))
 
 
@@ -58,11 +58,11 @@ def test_the_score_jumps_at_a_border():
     crossing = scene.source + across[:, None]
     jumps = []
     for a, b in ((pairs[0], pairs[1]), (crossing, crossing + np.array([1e-9, 0.0]))):
-        one, other = (
+        first, second = (
             evaluate(cells, at, np.zeros((len(at), 2)), np.zeros(len(at), dtype=int), derivatives=False)
             for at in (a, b)
         )
-        jumps.append(np.abs(other.score - one.score))
+        jumps.append(np.abs(second.score - first.score))
     assert np.median(jumps[0]) < 1e-6
     assert np.median(jumps[1]) > 0.01
 
@@ -110,7 +110,7 @@ def test_units_do_not_change_a_scaled_step():
 def test_coarse_to_fine_from_the_figures_start(draws, why):
     """From 25° and 1.4 u, cells of 0.8 u alone arrive in one of 25 draws, the run over 3.2 → 1.6 → 0.8 u in all 25."""
     start = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
-    counts = [int(arrived(register(*draws, "ndt", start=start, cells=h, **CAPS).pose).sum()) for h in (0.8, FINE)]
+    counts = [int(has_arrived(register(*draws, "ndt", start=start, cells=h, **CAPS).pose).sum()) for h in (0.8, FINE)]
     why("the cells", {"3.2, 1.6, then 0.8 u": f"{counts[1]} of 25 arrive", "0.8 u": f"{counts[0]} of 25 arrive"})
     assert counts == [1, 25]
 
@@ -123,7 +123,7 @@ def test_reach_around_the_truth(draws, why):
             register(source, target, "ndt", start=around(source.mean(axis=0), 20.0, 1.0), cells=h, **CAPS)
             for source, target in zip(draws[0][:6], draws[1][:6], strict=True)
         ]
-        counts.append(sum(int(arrived(run.pose).sum()) for run in runs))
+        counts.append(sum(int(has_arrived(run.pose).sum()) for run in runs))
     why("the cells", {"3.2, 1.6, then 0.8 u": f"{counts[1]} of 96 arrive", "0.8 u": f"{counts[0]} of 96 arrive"})
     assert counts == [2, 93]
 
@@ -134,8 +134,8 @@ def test_levels_have_summits_of_their_own(draws):
     truth = Pose.identity(batch=(25,))
     ends = [register(*draws, "ndt", start=truth, cells=h, **CAPS).pose for h in FINE]
     for a, b in ((0, 1), (1, 2)):
-        apart = rte(ends[a], ends[b]) + rre(ends[a], ends[b])
-        assert (apart > 1e-3).sum() >= 20
+        gaps = rte(ends[a], ends[b]) + rre(ends[a], ends[b])
+        assert (gaps > 1e-3).sum() >= 20
 
 
 def test_too_coarse_a_level_loses_a_good_start():
@@ -143,8 +143,8 @@ def test_too_coarse_a_level_loses_a_good_start():
     scene = ndt_room()
     start = Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
     levels = (1.2, (4.8, 2.4, 1.2))
-    one, several = (register(scene.source, scene.target, "ndt", start=start, cells=h, grids=1, **CAPS) for h in levels)
-    assert arrived(one.pose)
+    fine, several = (register(scene.source, scene.target, "ndt", start=start, cells=h, grids=1, **CAPS) for h in levels)
+    assert has_arrived(fine.pose)
     assert np.degrees(rre(several.pose, scene.truth)) > 10.0
 
 
@@ -152,7 +152,7 @@ def reach_in_degrees(source, target, way, cells):
     """The largest angle, in steps of 2°, up to which every start turned about the centroid arrives."""
     centre, angles = source.mean(axis=0), np.arange(2, 59, 2)
     R = Pose.from_angle(way * np.radians(angles)).R
-    result = arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
+    result = has_arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
     return int(angles[np.argmin(result)]) - 2
 
 
@@ -176,7 +176,7 @@ def test_converged_far_from_the_truth(draws):
     start = Pose.from_angle(np.full(25, np.radians(90.0)), DOWN_RIGHT)
     for h in (0.8, FINE):
         run = register(*draws, "ndt", start=start, cells=h, **CAPS)
-        assert not arrived(run.pose).any()
+        assert not has_arrived(run.pose).any()
         assert (np.degrees(rre(run.pose, Pose.identity(batch=(25,)))) > 20.0).all()
         assert (run.status != Status.CAPPED).all()
     assert (run.status == Status.CONVERGED).sum() == 20

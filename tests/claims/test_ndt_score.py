@@ -71,9 +71,9 @@ def test_one_point_moves_the_score_by_at_most_one_on_each_grid(grids):
     scan, cells = room(40, grids)
     before, rng = total(cells, scan), np.random.default_rng(40)
     for k in rng.choice(len(scan), 40, replace=False):
-        for place in (*rng.uniform(-5, 5, (5, 2)), (1e6, 0.0)):
+        for position in (*rng.uniform(-5, 5, (5, 2)), (1e6, 0.0)):
             moved = scan.copy()
-            moved[k] = place
+            moved[k] = position
             assert abs(total(cells, moved) - before) <= grids + 1e-9
 
 
@@ -99,26 +99,26 @@ def offsets(noise: float, grids: int = 1, size: float = 1.0, seeds: Sequence[int
 def test_25_draws_show_no_bias():
     """σ = 0.03 u, 25 draws: the summit is 0.005 to 0.02 u off on average, while the mean offset in x and in y is less
     than two standard errors from zero."""
-    off = offsets(0.03)
-    assert 0.005 < np.linalg.norm(off, axis=1).mean() < 0.02
-    assert (np.abs(off.mean(axis=0)) < 2 * off.std(axis=0, ddof=1) / 5).all()
+    summits = offsets(0.03)
+    assert 0.005 < np.linalg.norm(summits, axis=1).mean() < 0.02
+    assert (np.abs(summits.mean(axis=0)) < 2 * summits.std(axis=0, ddof=1) / 5).all()
 
 
 def test_400_draws_show_a_small_bias():
     """σ = 0.03 u, 400 draws that no other test uses: the mean offset in x is −0.001 to −0.004 u, more than three
     standard errors from zero, and a tenth to a third of the typical distance."""
-    off = offsets(0.03, seeds=range(10_000, 10_400))
-    mean = off[:, 0].mean()
+    summits = offsets(0.03, seeds=range(10_000, 10_400))
+    mean = summits[:, 0].mean()
     assert -0.004 < mean < -0.001
-    assert mean < -3 * off[:, 0].std(ddof=1) / 20
-    assert 0.1 < -mean / np.linalg.norm(off, axis=1).mean() < 0.33
+    assert mean < -3 * summits[:, 0].std(ddof=1) / 20
+    assert 0.1 < -mean / np.linalg.norm(summits, axis=1).mean() < 0.33
 
 
 def test_more_noise_moves_the_summit_further(why):
     """At σ = 0.1 u the summit is more than three times as far off on average as at 0.03 u, and the mean offset in x is
     more than two standard errors from zero."""
     calm, noisy = offsets(0.03), offsets(0.1)
-    typical = [np.linalg.norm(off, axis=1).mean() for off in (noisy, calm)]
+    typical = [np.linalg.norm(values, axis=1).mean() for values in (noisy, calm)]
     why("the noise", {"0.1 u": f"{typical[0]:.3f} u off on average", "0.03 u": f"{typical[1]:.3f} u off"})
     assert np.linalg.norm(noisy, axis=1).mean() > 3 * np.linalg.norm(calm, axis=1).mean()
     assert abs(noisy[:, 0].mean()) > 2 * noisy[:, 0].std(ddof=1) / 5
@@ -201,9 +201,9 @@ def jumps(seed: int, grids: int) -> np.ndarray:
     x = np.concatenate([to - size, to])
     x = x[np.abs(x) < 0.5]
     ahead, behind = (np.column_stack([x + side * nearly, np.zeros(len(x))]) for side in (1, -1))
-    which, pivot = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), 2))
+    rows, pivot = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), 2))
     scores = [
-        evaluate(cells, scan + shift[:, None], pivot, which, derivatives=False).score for shift in (ahead, behind)
+        evaluate(cells, scan + shift[:, None], pivot, rows, derivatives=False).score for shift in (ahead, behind)
     ]
     leaps = np.abs(scores[0] - scores[1]) / (len(scan) * grids)
     return np.asarray(leaps[leaps > 1e-6])
@@ -251,21 +251,21 @@ def test_a_share_of_outliers_widens_the_reach():
     are divided by d₂, succeeds on just as many."""
     (contestant,) = contestants(["ndt"])
     controls = Controls(degrees=45.0, distance=1.43, setting="combo")
-    mixed = replace(contestant, options={**contestant.options, "outliers": 0.55})
-    lines = benchmark(controls, contestants=[contestant, mixed])
-    plain, shared = (int(((line.rre < 5) & (line.rte < 0.2)).sum()) for line in lines)
+    mixture = replace(contestant, options={**contestant.options, "outliers": 0.55})
+    lines = benchmark(controls, contestants=[contestant, mixture])
+    plain, mixture_count = (int(((line.rre < 5) & (line.rte < 0.2)).sum()) for line in lines)
     assert plain <= 7
-    assert shared >= 11
+    assert mixture_count >= 11
 
-    def widened(problem, options):
+    def widen(problem, options):
         state = ndt.start(problem, options)
-        maps = tuple(replace(one, precision=constants(0.55)[1] * one.precision) for one in state.maps)
+        maps = tuple(replace(cells, precision=constants(0.55)[1] * cells.precision) for cells in state.maps)
         moved = state.pose.apply(problem.source)
         at = evaluate(maps[0], moved, moved.mean(axis=1))
         return replace(state, maps=maps, at=at, objective=-at.score)
 
     problem, truth = race_problem(controls)
-    method = replace(METHODS["ndt"], start=widened)
+    method = replace(METHODS["ndt"], start=widen)
     batch, _ = run(begin(method, problem, method.options(**contestant.options), MAX_STEPS))
     end = batch.pose()
-    assert int(((np.degrees(rre(end, truth)) < 5) & (rte(end, truth) < 0.2)).sum()) == shared
+    assert int(((np.degrees(rre(end, truth)) < 5) & (rte(end, truth) < 0.2)).sum()) == mixture_count

@@ -9,19 +9,19 @@ from tests.solvers.posegraph.graphs import INFORMATION, chained, noisy_streets, 
 DRAWS = range(25)
 
 
-def apart(poses, truth):
+def distance(poses, truth):
     """The RMS distance of the poses from the true ones, in u."""
     return float(np.sqrt(np.square(poses.t - truth.t).sum(axis=1).mean()))
 
 
-def ring(n, off):
+def ring(n, excess):
     """A drive round a circle of 10 u in n poses; all edges have σ = 0.01 u and are exact, except the loop-closing last
-    one, which is off by `off` σ."""
+    one, which is off by `excess` σ."""
     angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     truth = Pose.from_angle(angle + np.pi / 2.0, 10.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
     nodes = np.arange(n)
     exact = Edges.between(truth, nodes, (nodes + 1) % n, np.diag([1e4, 1e4, 1.0 / 0.003**2]))
-    shift = np.where(nodes[:, None] == n - 1, off * 0.01 / np.sqrt(2.0), 0.0)
+    shift = np.where(nodes[:, None] == n - 1, excess * 0.01 / np.sqrt(2.0), 0.0)
     return truth, Edges(exact.i, exact.j, Pose(exact.relative.R, exact.relative.t + shift), exact.information)
 
 
@@ -40,8 +40,8 @@ def test_loops_shorten_the_way_that_errors_add_up_over():
     """A walk over 60 crossings with 31 loops, in ten draws: along the walk alone the poses are more than 0.2 u off
     (RMS), and the loops more than halve that in every draw."""
     for seed in range(10):
-        truth, walked, edges, _ = noisy_streets(seed)
-        before, after = apart(walked, truth), apart(optimise(walked, edges).poses, truth)
+        truth, start, edges, _ = noisy_streets(seed)
+        before, after = distance(start, truth), distance(optimise(start, edges).poses, truth)
         assert before > 0.2
         assert after < 0.5 * before
 
@@ -51,9 +51,9 @@ def test_a_false_loop_bends_the_map(why):
     than four times as far off, in every draw."""
     ratio = []
     for seed in DRAWS:
-        truth, walked, edges, loops = noisy_streets(seed)
+        truth, start, edges, loops = noisy_streets(seed)
         wrong, _ = with_wrong_loop(edges, loops, 3, 40, Pose.identity())
-        ratio.append((apart(optimise(walked, edges).poses, truth), apart(optimise(walked, wrong).poses, truth)))
+        ratio.append((distance(optimise(start, edges).poses, truth), distance(optimise(start, wrong).poses, truth)))
     without, bent = np.array(ratio).T
     why(
         "the false edge",
@@ -66,28 +66,28 @@ def test_a_kernel_lets_go_of_false_loops(why):
     """Ten false loops beside 31 right ones, in ten draws: with Cauchy and with dynamic covariance scaling on the loops,
     the poses are less than 1.5 times as far off as without the false loops, in every draw; with Huber, or without a
     kernel, in none."""
-    near = dict.fromkeys(("none", "huber", "cauchy", "dcs"), 0)
+    counts = dict.fromkeys(("none", "huber", "cauchy", "dcs"), 0)
     rng = np.random.default_rng(1)
     for seed in range(10):
-        truth, walked, edges, loops = noisy_streets(seed)
-        right = apart(optimise(walked, edges).poses, truth)
+        truth, start, edges, loops = noisy_streets(seed)
+        right = distance(optimise(start, edges).poses, truth)
         wrong, among = edges, loops
         while len(wrong) < len(edges) + 10:
             i, j = sorted(rng.integers(0, 60, 2).tolist())
             if j - i > 5 and np.linalg.norm(truth.t[i] - truth.t[j]) > 1.5:
                 wrong, among = with_wrong_loop(wrong, among, i, j, Pose.identity())
-        for kernel in near:
-            near[kernel] += apart(optimise(walked, wrong, kernel=kernel, robust=among).poses, truth) < 1.5 * right
-    why("the kernel", {name: f"{count} of 10 draws near" for name, count in near.items()})
-    assert near["dcs"] == near["cauchy"] == 10
-    assert near["none"] == near["huber"] == 0
+        for kernel in counts:
+            counts[kernel] += distance(optimise(start, wrong, kernel=kernel, robust=among).poses, truth) < 1.5 * right
+    why("the kernel", {name: f"{count} of 10 draws near" for name, count in counts.items()})
+    assert counts["dcs"] == counts["cauchy"] == 10
+    assert counts["none"] == counts["huber"] == 0
 
 
 def test_of_a_single_loop_a_kernel_cannot_tell_whether_it_is_right():
     """A ring of 225 poses with a single loop, started from odometry: dynamic covariance scaling believes a loop edge
     that is 30 σ wrong in full, and leaves one that is 50 σ wrong less than a thousandth of its information."""
-    for off, least, most in ((30.0, 0.999, 1.0), (50.0, 0.0, 0.001)):
-        truth, edges = ring(225, off)
+    for excess, least, most in ((30.0, 0.999, 1.0), (50.0, 0.0, 0.001)):
+        truth, edges = ring(225, excess)
         loops = np.arange(225) == 224
         start = chained(edges.relative[:224], truth[0])
         weight = optimise(start, edges, kernel="dcs", robust=loops, max_steps=300).weights[-1]
@@ -98,7 +98,7 @@ def test_closing_the_loop_says_more_of_where_the_far_side_is():
     """Closing the loop cuts the halfway pose's standard deviations across and along to less than 0.8 of what they were,
     and that of its heading to less than half."""
     truth, edges = ring(40, 0.0)
-    chain, closed = (np.sqrt(np.diagonal(marginals(truth, some, [20])[0])) for some in (edges[:39], edges))
+    chain, closed = (np.sqrt(np.diagonal(marginals(truth, subset, [20])[0])) for subset in (edges[:39], edges))
     assert (closed[:2] < 0.8 * chain[:2]).all()
     assert closed[2] < 0.5 * chain[2]
 

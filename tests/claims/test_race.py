@@ -92,13 +92,13 @@ def test_mmd_reaches_the_same_optimum_from_far():
 
 def test_more_frequencies_bring_the_optimum_nearer(why):
     """From the truth, clean or noisy, 512 frequencies instead of 32 more than halve MMD-Reg's median error."""
-    usual, off = dict(contestants(["mmd"])[0].options), {}
+    usual, errors = dict(contestants(["mmd"])[0].options), {}
     for count in (32, 512):
         few = [Contestant("mmd", "MMD", {**usual, "count": count})]
         rooms = [Controls(setting=setting, degrees=0.0, distance=0.0) for setting in ("clean", "combo")]
-        off[count] = [benchmark(room, contestants=few)[0].median_rre for room in rooms]
-    why("the waves", {f"{count}": f"{a:.2f}° off in the median, noisy {b:.2f}°" for count, (a, b) in off.items()})
-    assert all(many < 0.5 * few for few, many in zip(off[32], off[512], strict=True))
+        errors[count] = [benchmark(room, contestants=few)[0].median_rre for room in rooms]
+    why("the waves", {f"{count}": f"{a:.2f}° off in the median, noisy {b:.2f}°" for count, (a, b) in errors.items()})
+    assert all(many < 0.5 * few for few, many in zip(errors[32], errors[512], strict=True))
 
 
 def test_density_alone_changes_who_arrives(why):
@@ -109,8 +109,8 @@ def test_density_alone_changes_who_arrives(why):
     messages = [" · ".join(f"{of[name].close}" for name in names[-2:]) for of in (dense, usual)]
     why("the source's density (association BP · hypothesis mixture)", {"twice": messages[0], "as usual": messages[1]})
     assert all(usual[name].close == 25 for name in names)
-    kept = {"association-bp": 0, "hypothesis-mixture": 20}
-    assert {name: dense[name].close for name in names} == {name: kept.get(name, 25) for name in names}
+    counts = {"association-bp": 0, "hypothesis-mixture": 20}
+    assert {name: dense[name].close for name in names} == {name: counts.get(name, 25) for name in names}
 
 
 def test_density_costs_association_bp_its_reach(why):
@@ -176,32 +176,32 @@ def test_in_the_noisy_room_mmds_optimum_is_elsewhere_on_two_seeds():
     """MMD-Reg leaves the truth on two of 25 seeds; with its last length scale alone it ends at the same poses."""
     problem, truth = race_problem(Controls(degrees=0.0, distance=0.0))
     usual = {"start": problem.start, "seed": problem.seed, **dict(contestants(["mmd"])[0].options)}
-    both = usual, {**usual, "lengths": usual["lengths"][-1:]}
-    ends = [register(problem.source, problem.target, "mmd", **asked).pose for asked in both]
-    left = [(np.degrees(rre(end, truth)) >= 5.0) | (rte(end, truth) >= 0.2) for end in ends]
-    np.testing.assert_array_equal(*left)
-    assert left[0].sum() == 2
-    assert max(rte(*ends)[left[0]].max(), rre(*ends)[left[0]].max()) < 0.01
+    settings = usual, {**usual, "lengths": usual["lengths"][-1:]}
+    ends = [register(problem.source, problem.target, "mmd", **options).pose for options in settings]
+    misses = [(np.degrees(rre(end, truth)) >= 5.0) | (rte(end, truth) >= 0.2) for end in ends]
+    np.testing.assert_array_equal(*misses)
+    assert misses[0].sum() == 2
+    assert max(rte(*ends)[misses[0]].max(), rre(*ends)[misses[0]].max()) < 0.01
 
 
 def test_more_waves_keep_more_of_the_schedule(why):
     """Changing only the number of waves, from 32 to 512, keeps 20 of 25 seeds instead of 10."""
-    kept = {count: with_options("mmd", LESS_SEEN, count=count).close for count in (32, 512)}
-    why("the waves", {str(count): f"{stay} of 25 stay" for count, stay in kept.items()})
-    assert kept == {32: 10, 512: 20}
+    counts = {count: with_options("mmd", LESS_SEEN, count=count).close for count in (32, 512)}
+    why("the waves", {str(count): f"{stay} of 25 stay" for count, stay in counts.items()})
+    assert counts == {32: 10, 512: 20}
 
 
 def test_stripes_split_the_field_by_what_they_compare(why):
     """With striped sampling, neither NDT nor four methods that pull point towards point place any seed; point to plane,
     GICP, RANSAC and MMD-Reg place at least 21. In the clean room, and from the truth, the four place all 25."""
     result, clean = lines(setting="striped"), lines(setting="clean")
-    none = {"icp", "soft-annealed", "association-bp", "hypothesis-mixture"}
-    striped, even = (", ".join(sorted({f"{of[name].close} of 25" for name in none})) for of in (result, clean))
+    names = {"icp", "soft-annealed", "association-bp", "hypothesis-mixture"}
+    striped, even = (", ".join(sorted({f"{of[name].close} of 25" for name in names})) for of in (result, clean))
     why("the sampling", {"in stripes": f"{striped} for each of the four", "even": f"{even} for each"})
-    there = lines(tuple(none), setting="striped", degrees=0.0, distance=0.0)
-    assert all(clean[name].close == 25 for name in none)
-    assert all(result[name].close == 0 for name in {*none, "ndt"})
-    assert all(one.close == 25 for one in there.values())
+    from_truth = lines(tuple(names), setting="striped", degrees=0.0, distance=0.0)
+    assert all(clean[name].close == 25 for name in names)
+    assert all(result[name].close == 0 for name in {*names, "ndt"})
+    assert all(line.close == 25 for line in from_truth.values())
     assert all(result[name].close >= 21 for name in ("point-to-plane", "gicp", "ransac-congruent", "mmd"))
 
 
@@ -213,14 +213,14 @@ def soft_counts(setting):
             line.close
             for line in benchmark(
                 Controls(setting=setting),
-                contestants=[replace(one, options={**one.options, "first": first}) for one in soft],
+                contestants=[replace(c, options={**c.options, "first": first}) for c in soft],
             )
         ]
         for first in (1.1, 2.2)
     }
 
 
-def told(counts):
+def messages(counts):
     """The counts as the checks page shows them."""
     return {f"{first} u": "{}, {} and {} of 25".format(*of) for first, of in counts.items()}
 
@@ -228,14 +228,14 @@ def told(counts):
 def test_a_wider_first_sigma_finds_the_noisy_room(why):
     """In the noisy room with junk, a first σ of 1.1 u lets the three place 12, 18 and 19 seeds, one of 2.2 u all 25."""
     counts = soft_counts("combo")
-    why("the first σ", told(counts))
+    why("the first σ", messages(counts))
     assert counts == {1.1: [12, 18, 19], 2.2: [25, 25, 25]}
 
 
 def test_a_wider_first_sigma_reaches_across_stripes(why):
     """In the striped room, the three place none with a first σ of 1.1 u, and 25, 25 and 10 or more with 2.2 u."""
     counts = soft_counts("striped")
-    why("the first σ", told(counts))
+    why("the first σ", messages(counts))
     assert counts[1.1] == [0, 0, 0]
     assert counts[2.2][:2] == [25, 25]
     assert counts[2.2][2] >= 10
@@ -247,13 +247,13 @@ def test_mmd_s_count_is_that_of_its_draw_of_waves():
     problem, truth = race_problem(Controls())
     (mmd,) = contestants(["mmd"])
 
-    def placed(draw, count):
-        drawn = replace(problem, seed=problem.seed + 1000 * draw)
-        batch, _ = run(replace(mmd, options={**mmd.options, "count": count}).begin(drawn))
+    def count_placed(draw, count):
+        fresh = replace(problem, seed=problem.seed + 1000 * draw)
+        batch, _ = run(replace(mmd, options={**mmd.options, "count": count}).begin(fresh))
         pose = batch.pose()
         return int(((np.degrees(rre(pose, truth)) < 5) & (rte(pose, truth) < 0.2)).sum())
 
-    few, many = ({placed(draw, count) for draw in range(1, draws + 1)} for count, draws in ((32, 8), (128, 4)))
+    few, many = ({count_placed(draw, count) for draw in range(1, draws + 1)} for count, draws in ((32, 8), (128, 4)))
     assert 18 <= min(few) < max(few) <= 25
     assert many == {25}
 
@@ -272,7 +272,7 @@ def test_another_25_seeds_say_otherwise():
 def test_steps_do_not_tell_work():
     """A step of ICP assigns every source point once, a step of the hypothesis mixture twelve times."""
     problem, _ = race_problem(Controls(), SEEDS[:2])
-    icp, mixture = (advance(one.begin(problem)).state() for one in contestants(["icp", "hypothesis-mixture"]))
+    icp, mixture = (advance(c.begin(problem)).state() for c in contestants(["icp", "hypothesis-mixture"]))
     b, m = problem.source.shape[:2]
     assert icp.pairing.rows.shape == (b, m)
     assert mixture.assignments.shape == (b, 12, m)
@@ -282,13 +282,13 @@ def test_steps_do_not_tell_work():
 def test_eight_neighbours_place_most():
     """Point to plane and GICP with normals from 4, 6, 8 and 12 neighbours, in the six settings from 45° and 1.43 u, 25
     seeds each: eight place the most of 300 runs within 5° and 0.2 u, the others at least ten fewer."""
-    placed, both = {}, contestants(("point-to-plane", "gicp"))
+    counts, methods = {}, contestants(("point-to-plane", "gicp"))
     for k in (4, 6, 8, 12):
-        field = [replace(one, options={**one.options, "neighbours": k}) for one in both]
+        field = [replace(c, options={**c.options, "neighbours": k}) for c in methods]
         runs = [benchmark(Controls(setting=setting), contestants=field) for setting in ROOM_SETTINGS]
-        placed[k] = sum(line.close for of in runs for line in of)
-    eight = placed.pop(8)
-    assert eight >= 10 + max(placed.values()), (eight, placed)
+        counts[k] = sum(line.close for of in runs for line in of)
+    eight = counts.pop(8)
+    assert eight >= 10 + max(counts.values()), (eight, counts)
 
 
 HUNDRED = tuple(40 + 13 * k for k in range(100))
@@ -297,17 +297,17 @@ HUNDRED = tuple(40 + 13 * k for k in range(100))
 def ndt_on_changed_cells(problem, truth, change):
     """How many runs of the race's NDT end within 5° and 0.2 u if every cell's covariance is changed beforehand."""
 
-    def changed(asked, options):
-        state, maps = ndt.start(asked, options), []
+    def change_cells(problem, options):
+        state, maps = ndt.start(problem, options), []
         for cells in state.maps:
             precision = np.where(cells.kept[..., None, None], inverse(change(cells.covariance))[0], 0.0)
             maps.append(replace(cells, precision=precision))
-        moved = state.pose.apply(asked.source)
+        moved = state.pose.apply(problem.source)
         at = evaluate(maps[0], moved, moved.mean(axis=1))
         return replace(state, maps=tuple(maps), at=at, objective=-at.score)
 
     (contestant,) = contestants(["ndt"])
-    method = replace(METHODS["ndt"], start=changed)
+    method = replace(METHODS["ndt"], start=change_cells)
     end = run(begin(method, problem, method.options(**contestant.options), MAX_STEPS))[0].pose()
     return int(((np.degrees(rre(end, truth)) < 5.0) & (rte(end, truth) < 0.2)).sum())
 
@@ -325,10 +325,10 @@ def test_wider_cells_alone_give_ndt_its_reach(why):
     clean, truth = race_problem(Controls(setting="clean"), HUNDRED)
     noisy, _ = race_problem(Controls(setting="combo"), HUNDRED)
     results = {
-        added: ndt_on_changed_cells(clean, truth, lambda of, added=added: of + added**2 * np.eye(2))
-        for added in (0.25, 0.44, 0.0)
+        width: ndt_on_changed_cells(clean, truth, lambda of, width=width: of + width**2 * np.eye(2))
+        for width in (0.25, 0.44, 0.0)
     }
-    messages = {f"({added:g} u)²" if added else "nothing": f"{count} of 100 arrive" for added, count in results.items()}
+    messages = {f"({width:g} u)²" if width else "nothing": f"{count} of 100 arrive" for width, count in results.items()}
     why("what is added to the covariance of every cell, without noise", messages)
     assert across(clean) < 0.03
     assert across(noisy) == pytest.approx(0.25, abs=0.01)
@@ -368,10 +368,10 @@ def test_noise_helps_ndt_in_the_map_alone(why):
 def test_three_share_the_score_of_a_miss():
     """In the race, soft targets, association BP and the hypothesis mixture use the same score of 0.12 for a point
     without a partner, and the same widths."""
-    first, *others = (one.options for one in contestants(("soft-annealed", "association-bp", "hypothesis-mixture")))
+    first, *rest = (c.options for c in contestants(("soft-annealed", "association-bp", "hypothesis-mixture")))
     assert first["miss"] == 0.12
     for name in ("miss", "first", "shrink", "last", "least_support"):
-        assert all(options[name] == first[name] for options in others)
+        assert all(options[name] == first[name] for options in rest)
 
 
 @pytest.mark.native
@@ -383,15 +383,15 @@ def test_who_is_first_below_half_differs_from_control_to_control():
     assert data["seeds"] == 100
     first, usual = {}, {"noise": 0.02, "outliers": 0.0, "overlap": 1.0, "density": 1.0}
     for control, begins in usual.items():
-        won = {
-            name: [int(one["cells"][f"{control} {value:g}"]["bits"], 16).bit_count() for value in data["axes"][control]]
-            for name, one in data["contestants"].items()
+        wins = {
+            name: [int(x["cells"][f"{control} {value:g}"]["bits"], 16).bit_count() for value in data["axes"][control]]
+            for name, x in data["contestants"].items()
         }
         at = data["axes"][control].index(begins)
-        assert [name for name in won if won[name][at] < 50] == ["ndt"]
+        assert [name for name in wins if wins[name][at] < 50] == ["ndt"]
         onward = range(at + 1, len(data["axes"][control]))
-        below = ({name for name in won if won[name][i] < 50 and name != "ndt"} for i in onward)
-        first[control] = next(names for names in below if names)
+        losers = ({name for name in wins if wins[name][i] < 50 and name != "ndt"} for i in onward)
+        first[control] = next(names for names in losers if names)
     assert first == {
         "noise": {"soft-annealed", "association-bp"},
         "outliers": {"icp"},

@@ -53,9 +53,9 @@ def race(degrees):
 @cache
 def clouds(scene):
     """The 25 draws of a scene: sources, targets and true poses."""
-    drawn = [scene(seed=seed) for seed in SEEDS]
+    scenes = [scene(seed=seed) for seed in SEEDS]
     truth = Pose(np.broadcast_to(np.eye(2), (25, 2, 2)), np.zeros((25, 2)))
-    return np.stack([s.source for s in drawn]), np.stack([s.target for s in drawn]), truth
+    return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), truth
 
 
 def proposed_and_refined(scene):
@@ -149,11 +149,11 @@ def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
 def test_the_default_sigma_misses_a_better_optimum(why):
     """With the default first σ but started at the truth, all 12 seeds stay right with every weight, and every run ends
     at a higher likelihood than the one from 20°."""
-    away, near = (
-        sum(int(part_missing(weight, from_truth=there)[0].sum()) for weight in WEIGHTS) for there in (False, True)
+    far, near = (
+        sum(int(part_missing(weight, from_truth=flag)[0].sum()) for weight in WEIGHTS) for flag in (False, True)
     )
     of = 12 * len(WEIGHTS)
-    why("the start", {"20° and 0.5 u": f"{away} of {of} runs are right", "the truth": f"{near} of {of}"})
+    why("the start", {"20° and 0.5 u": f"{far} of {of} runs are right", "the truth": f"{near} of {of}"})
     for weight in WEIGHTS:
         stays, better = part_missing(weight, from_truth=True)
         assert stays.all()
@@ -183,18 +183,18 @@ def test_refining_sharpens_only_with_a_gate_to_match(why):
     why("ICP's gate", {"0.5 u": messages[1], "2.6 u": messages[2], "no refinement": messages[0]})
     assert 0.73 * turn[0] < turn[1] < 0.77 * turn[0]
     assert 0.8 * turn[0] < turn[2] < turn[0]
-    away = [np.median(rte(pose, truth)) for pose in (before, narrow, wide)]
-    assert 0.95 * away[0] < away[1] < 1.05 * away[0]
-    assert 1.23 * away[0] < away[2] < 1.29 * away[0]
+    errors = [np.median(rte(pose, truth)) for pose in (before, narrow, wide)]
+    assert 0.95 * errors[0] < errors[1] < 1.05 * errors[0]
+    assert 1.23 * errors[0] < errors[2] < 1.29 * errors[0]
 
 
 def test_a_hasty_proposal_is_not_repaired():
     """One step of 32 hypotheses leaves 4 of 25 poses right; refining raises that to 9, though all 25 converge."""
     _, truth = problem()
     assert right(proposal(1).pose, truth).sum() == 4
-    refined = pipeline(1)
-    assert right(refined.pose, truth).sum() == 9
-    assert (refined.status == 1).all()
+    result = pipeline(1)
+    assert right(result.pose, truth).sum() == 9
+    assert (result.status == 1).all()
 
 
 def test_a_third_of_what_converges_is_wrong():
@@ -233,15 +233,15 @@ def test_no_threshold_serves_half_an_overlap(why):
     assert good.sum() == 22
     whole, whole_truth = problem()
     whole_pose = pipeline().pose
-    seen = right(whole_pose, whole_truth) & (evidence(whole.source, whole.target, whole_pose, REACH).share >= 0.75)
+    accepted = right(whole_pose, whole_truth) & (evidence(whole.source, whole.target, whole_pose, REACH).share >= 0.75)
     why(
         "how much of the room the target sees",
         {
             "half": f"three quarters accepts {(good & (share >= 0.75)).sum()} of {good.sum()} right poses",
-            "all of it": f"three quarters accepts {seen.sum()} of {right(whole_pose, whole_truth).sum()}",
+            "all of it": f"three quarters accepts {accepted.sum()} of {right(whole_pose, whole_truth).sum()}",
         },
     )
-    assert seen.sum() == 25
+    assert accepted.sum() == 25
     counts = [((good & (share >= x)).sum(), (~good & (share >= x)).sum()) for x in (0.75, 0.4, 0.5)]
     assert counts == [(0, 0), (22, 3), (7, 0)]
 
@@ -280,20 +280,20 @@ def test_the_residual_decides_whether_halves_agree_in_a_corridor(why):
     apart in the median; refined by point pairs, less than 0.05 u."""
     source, target, _ = clouds(corridor)
     pose = register(source, target, "point-to-plane", start=room_start(10.0, 0.9), gate=1.0).pose
-    apart = {
+    gaps = {
         method: float(np.median(halves(source, target, pose, method, gate=1.0))) for method in ("point-to-plane", "icp")
     }
     names = {"point-to-plane": "point to plane", "icp": "point pairs"}
-    why("the residual", {names[method]: f"{far:.2f} u apart in the median" for method, far in apart.items()})
-    assert apart["point-to-plane"] > 0.1
-    assert apart["icp"] < 0.05
+    why("the residual", {names[method]: f"{gap:.2f} u apart in the median" for method, gap in gaps.items()})
+    assert gaps["point-to-plane"] > 0.1
+    assert gaps["icp"] < 0.05
 
 
-def with_end_wall(cloud, kept):
-    """A scan of the hall that keeps at most `kept` of the points on its end wall, at x = 4.2 u."""
+def with_end_wall(cloud, count):
+    """A scan of the hall that keeps at most `count` of the points on its end wall, at x = 4.2 u."""
     end = np.flatnonzero(cloud[:, 0] > 4.1)
-    chosen = end[np.linspace(0, len(end) - 1, min(kept, len(end))).round().astype(int)]
-    return np.delete(cloud, np.setdiff1d(end, chosen), axis=0)
+    rows = end[np.linspace(0, len(end) - 1, min(count, len(end))).round().astype(int)]
+    return np.delete(cloud, np.setdiff1d(end, rows), axis=0)
 
 
 def test_halves_part_where_few_points_hold_the_pose(why):
@@ -301,15 +301,15 @@ def test_halves_part_where_few_points_hold_the_pose(why):
     point to plane end 0.12, 0.05 and less than 0.02 u apart in the median; refined by point pairs, always less than
     0.02 u."""
     source, target, truth = clouds(hall)
-    apart = {}
+    gaps = {}
     for method in ("point-to-plane", "icp"):
-        for kept in (0, 2, 99):
-            fewer = [with_end_wall(cloud, kept) for cloud in source]
-            apart[method, kept] = float(np.median(halves(fewer, list(target), truth, method, gate=0.5)))
-    plane, pairs = ([apart[method, kept] for kept in (0, 2, 99)] for method in ("point-to-plane", "icp"))
+        for count in (0, 2, 99):
+            fewer = [with_end_wall(cloud, count) for cloud in source]
+            gaps[method, count] = float(np.median(halves(fewer, list(target), truth, method, gate=0.5)))
+    plane, pairs = ([gaps[method, count] for count in (0, 2, 99)] for method in ("point-to-plane", "icp"))
     why(
         "the points of the end wall, with point to plane",
-        {name: f"{far:.2f} u apart in the median" for name, far in zip(("none", "two", "all"), plane, strict=True)},
+        {name: f"{gap:.2f} u apart in the median" for name, gap in zip(("none", "two", "all"), plane, strict=True)},
     )
     assert plane[:2] == pytest.approx([0.12, 0.05], abs=0.01)
     assert plane[2] < 0.02
@@ -350,8 +350,8 @@ def test_a_certificate_holds_under_its_model():
     fit = register(scene.source, scene.target, "kabsch").pose
     best = rms(fit, scene.source, scene.target)
     rng = np.random.default_rng(1)
-    others = Pose.from_angle(fit.angle + rng.normal(0.0, 0.3, 20_000), fit.t + rng.normal(0.0, 0.3, (20_000, 2)))
-    assert rms(others, scene.source, scene.target).min() >= best
+    poses = Pose.from_angle(fit.angle + rng.normal(0.0, 0.3, 20_000), fit.t + rng.normal(0.0, 0.3, (20_000, 2)))
+    assert rms(poses, scene.source, scene.target).min() >= best
     assert rms(scene.truth, scene.source, scene.target) > best
     assert np.degrees(rre(fit, scene.truth)) > 5.0
     assert rte(fit, scene.truth) > 0.3

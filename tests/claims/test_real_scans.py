@@ -34,21 +34,21 @@ def scan(k):
     return telecom_loop().points(k, 30.0)
 
 
-def between(way, pair):
+def relative(way, pair):
     """The pose from the first scan of a pair to the second."""
     source, target = pair
     return way[target].inverse().compose(way[source])
 
 
 def wheels(pair):
-    return between(table().way("odometry", "", False), pair)
+    return relative(table().way("odometry", "", False), pair)
 
 
 def graph(pair):
-    return between(table().way("closed", "cauchy", False), pair)
+    return relative(table().way("closed", "cauchy", False), pair)
 
 
-def begun(start, pair):
+def start_of(start, pair):
     if start == "no motion":
         return Pose.identity()
     if start == "the graph":
@@ -56,13 +56,13 @@ def begun(start, pair):
     return Pose(Pose.from_angle(np.radians(60.0)).R @ wheels(pair).R, wheels(pair).t) if "60" in start else wheels(pair)
 
 
-def off(pose, pair):
+def errors(pose, pair):
     """The distance from the graph's pose, in metres and degrees."""
     return float(np.linalg.norm(pose.t - graph(pair).t)), float(np.degrees(rre(pose, graph(pair))))
 
 
 def agrees(pose, pair):
-    shift, turn = off(pose, pair)
+    shift, turn = errors(pose, pair)
     return shift < 0.1 and turn < 1.0
 
 
@@ -72,13 +72,13 @@ def runs(name, start):
     method, options = METHODS[name]
     if name == "RANSAC" and start != STARTS[0]:  # it ignores the start, as its own tests check
         return runs(name, STARTS[0])
-    results = [register(scan(a), scan(b), method, start=begun(start, (a, b)), **options) for a, b in PAIRS]
+    results = [register(scan(a), scan(b), method, start=start_of(start, (a, b)), **options) for a, b in PAIRS]
     right = np.array([agrees(result.pose, pair) for result, pair in zip(results, PAIRS, strict=True)])
     return right, np.array([result.status == Status.CONVERGED for result in results])
 
 
 @cache
-def printed():
+def table_counts():
     """The chapter's table: method → its counts."""
     page = (Path(__file__).resolve().parents[2] / "content" / "13-reading.md").read_text("utf-8")
     lines = page.partition("| On real scans |")[2].partition("\n\n")[0].splitlines()[2:]
@@ -89,13 +89,13 @@ def printed():
 def test_the_pairs_are_a_metre_and_a_half_apart():
     """The 27 pairs match every eighth scan with the one four before it. By the graph they are 1.5 m apart in the
     median, 2.3 m at most, and turned by up to 21°; the wheels are up to 0.34 m and 6.6° off."""
-    apart = np.array([np.linalg.norm(graph(pair).t) for pair in PAIRS])
-    turned = np.array([abs(np.degrees(graph(pair).angle)) for pair in PAIRS])
-    shift, turn = np.array([off(wheels(pair), pair) for pair in PAIRS]).max(axis=0)
+    distances = np.array([np.linalg.norm(graph(pair).t) for pair in PAIRS])
+    angles = np.array([abs(np.degrees(graph(pair).angle)) for pair in PAIRS])
+    shift, turn = np.array([errors(wheels(pair), pair) for pair in PAIRS]).max(axis=0)
     assert len(PAIRS) == 27
-    assert np.median(apart) == pytest.approx(1.5, abs=0.05)
-    assert 2.25 < apart.max() < 2.3
-    assert 20.5 < turned.max() < 21.5
+    assert np.median(distances) == pytest.approx(1.5, abs=0.05)
+    assert 2.25 < distances.max() < 2.3
+    assert 20.5 < angles.max() < 21.5
     assert 0.33 < shift < 0.34
     assert 6.5 < turn < 6.6
 
@@ -104,7 +104,7 @@ def test_the_pairs_are_a_metre_and_a_half_apart():
 @pytest.mark.parametrize("name", METHODS)
 def test_the_table_is_what_the_methods_do_on_real_scans(name):
     """From each start, as many of the 27 pairs end within 10 cm and 1° of the closed graph as the chapter prints."""
-    assert tuple(int(runs(name, start)[0].sum()) for start in STARTS) == printed()[name]
+    assert tuple(int(runs(name, start)[0].sum()) for start in STARTS) == table_counts()[name]
 
 
 def test_the_start_decides_on_real_scans_as_well(why):
@@ -126,7 +126,7 @@ def test_after_a_lap_the_wheels_are_no_start():
     """Scan 192 to scan 42, where the wheels are 4.8 m and 18° off. Started from them, ICP, point to plane and GICP find
     no pair within their gate; soft targets and RANSAC end within 2 cm and 0.1° of the graph, MMD within 5 cm and 1°."""
     pair = (192, 42)
-    shift, turn = off(wheels(pair), pair)
+    shift, turn = errors(wheels(pair), pair)
     assert 4.7 < shift < 4.8
     assert 18.0 < turn < 19.0
     ends = {}
@@ -135,10 +135,10 @@ def test_after_a_lap_the_wheels_are_no_start():
     for name in ("ICP", "point to plane", "GICP"):
         assert ends[name].status == Status.DEGENERATE
     for name in ("soft targets", "RANSAC"):
-        shift, turn = off(ends[name].pose, pair)
+        shift, turn = errors(ends[name].pose, pair)
         assert shift < 0.02
         assert turn < 0.1
-    shift, turn = off(ends["MMD"].pose, pair)
+    shift, turn = errors(ends["MMD"].pose, pair)
     assert shift < 0.05
     assert turn < 1.0
 
@@ -148,12 +148,12 @@ def test_a_search_needs_no_start_after_a_lap():
     the graph; refined by point to plane it is within 2 cm and 0.1°, at −10.09° and (0.309, 0.037) m."""
     pair = (192, 42)
     result = register(scan(192), scan(42), "correlative", cell=0.3)
-    refined = register(scan(192), scan(42), "point-to-plane", start=result.pose, gate=0.5)
-    shift, turn = off(result.pose, pair)
+    refinement = register(scan(192), scan(42), "point-to-plane", start=result.pose, gate=0.5)
+    shift, turn = errors(result.pose, pair)
     assert 0.02 < shift < 0.1
     assert turn < 0.5
-    shift, turn = off(refined.pose, pair)
+    shift, turn = errors(refinement.pose, pair)
     assert shift < 0.02
     assert turn < 0.1
-    assert np.degrees(refined.pose.angle) == pytest.approx(-10.09, abs=0.01)
-    np.testing.assert_allclose(refined.pose.t, [0.309, 0.037], atol=0.001)
+    assert np.degrees(refinement.pose.angle) == pytest.approx(-10.09, abs=0.01)
+    np.testing.assert_allclose(refinement.pose.t, [0.309, 0.037], atol=0.001)

@@ -24,8 +24,8 @@ SOFT_THREE = ("soft-annealed", "association-bp", "hypothesis-mixture")
 def problem(scene, start=None):
     """One registration of a scene, from the scene's own start by default."""
     start = scene.start if start is None else start
-    one = Pose(start.R[None], start.t[None])
-    return Problem(scene.source[None], scene.target[None], np.ones((1, len(scene.source))), one, np.array([40]))
+    pose = Pose(start.R[None], start.t[None])
+    return Problem(scene.source[None], scene.target[None], np.ones((1, len(scene.source))), pose, np.array([40]))
 
 
 # CPD
@@ -50,12 +50,12 @@ def test_lowering_q_is_enough():
     least as much: a step need not be the best one."""
     rng = np.random.default_rng(5)
     scene = bird()
-    lowered = 0
+    count = 0
     for _ in range(8):
         start = Pose.from_angle(rng.uniform(-3.0, 3.0), rng.uniform(-1.5, 1.5, 2))
         sigma = float(rng.uniform(0.2, 1.5))
-        begun = begin(METHODS["cpd-rigid"], problem(scene, start), CpdOptions(sigma=sigma, volume=AREA)).state()
-        P, before = responsibilities(begun), float(begun.objective[0])
+        state = begin(METHODS["cpd-rigid"], problem(scene, start), CpdOptions(sigma=sigma, volume=AREA)).state()
+        P, before = responsibilities(state), float(state.objective[0])
 
         def auxiliary(pose, sigma, P=P):
             squares = np.square(pose.apply(scene.source)[:, None] - scene.target).sum(axis=2)
@@ -67,10 +67,10 @@ def test_lowering_q_is_enough():
             fall = auxiliary(start, sigma) - auxiliary(pose, width)
             if fall > 0.0:
                 options = CpdOptions(sigma=width, volume=AREA)
-                now = begin(METHODS["cpd-rigid"], problem(scene, pose), options).state()
-                assert before - float(now.objective[0]) >= fall - 1e-9
-                lowered += 1
-    assert lowered > 100
+                after = begin(METHODS["cpd-rigid"], problem(scene, pose), options).state()
+                assert before - float(after.objective[0]) >= fall - 1e-9
+                count += 1
+    assert count > 100
 
 
 def bird_error(**options):
@@ -89,51 +89,51 @@ def test_from_minus_80_degrees_all_three_fail_in_most_draws():
         "filterreg": {"filter": "exact", "variance": "estimated", "first": 1.1, **results},
         "gmmreg": {"first": 1.1},
     }
-    off = np.zeros((3, 25))
+    errors = np.zeros((3, 25))
     for k in range(25):
         scene = bird(seed=40 + 13 * k, noise=0.1, clutter=4)
         for i, (method, own) in enumerate(options.items()):
             run = register(scene.source, scene.target, method, start=bird_start(-80.0), max_steps=40, **own)
-            off[i, k] = np.degrees(rre(run.pose, scene.truth))
-    failed = off > 5.0
+            errors[i, k] = np.degrees(rre(run.pose, scene.truth))
+    failed = errors > 5.0
     assert failed.all(axis=0).sum() == 17
 
 
 def test_the_clutter_weight_saves_the_run(why):
     """The bird with ten clutter points: with a weight of 0.1 the run ends within 1°, with none more than 80° off."""
-    off, near = bird_error(junk=10, clutter=0.0)[0], bird_error(junk=10, clutter=0.1)[0]
-    why("the clutter weight, with ten clutter points", {"none": f"{off:.1f}° off", "0.1": f"{near:.1f}° off"})
-    assert near < 1.0
-    assert off > 80.0
+    bad, good = bird_error(junk=10, clutter=0.0)[0], bird_error(junk=10, clutter=0.1)[0]
+    why("the clutter weight, with ten clutter points", {"none": f"{bad:.1f}° off", "0.1": f"{good:.1f}° off"})
+    assert good < 1.0
+    assert bad > 80.0
 
 
 def test_stray_points_hold_sigma_up(why):
     """Without a clutter weight, σ stays above 1 u and the run ends more than 80° off if there are ten clutter points;
     if there are none, σ falls below 0.2 u and the run ends within 1°."""
-    (off, wide), (near, narrow) = (bird_error(junk=junk, clutter=0.0) for junk in (10, 0))
+    (bad, wide), (good, narrow) = (bird_error(junk=junk, clutter=0.0) for junk in (10, 0))
     why(
         "the clutter points, without a clutter weight",
         {
-            "ten in each cloud": f"σ stays at {wide:.2f} u, {off:.1f}° off",
-            "none": f"σ falls to {narrow:.2f} u, {near:.1f}° off",
+            "ten in each cloud": f"σ stays at {wide:.2f} u, {bad:.1f}° off",
+            "none": f"σ falls to {narrow:.2f} u, {good:.1f}° off",
         },
     )
     assert wide > 1.0
-    assert off > 80.0
+    assert bad > 80.0
     assert narrow < 0.2
-    assert near < 1.0
+    assert good < 1.0
 
 
 def test_a_wider_first_sigma_avoids_the_local_maximum(why):
     """From a turn of 50°, with enough steps to converge: a first σ of 1.1 u ends over 70° off, 1.5 u within 1°."""
-    scene, off = bird(), {}
+    scene, errors = bird(), {}
     for sigma in (1.1, 1.5):
         options = {"sigma": sigma, "clutter": 0.1, "volume": AREA, "max_steps": 300}
         pose = register(scene.source, scene.target, "cpd-rigid", start=bird_start(-50.0), **options).pose
-        off[sigma] = float(np.degrees(rre(pose, scene.truth)))
-    why("the first σ", {f"{sigma:g} u": f"{error:.1f}° off" for sigma, error in off.items()})
-    assert off[1.1] > 70.0
-    assert off[1.5] < 1.0
+        errors[sigma] = float(np.degrees(rre(pose, scene.truth)))
+    why("the first σ", {f"{sigma:g} u": f"{error:.1f}° off" for sigma, error in errors.items()})
+    assert errors[1.1] > 70.0
+    assert errors[1.5] < 1.0
 
 
 def test_a_local_maximum_of_the_likelihood():
@@ -141,14 +141,14 @@ def test_a_local_maximum_of_the_likelihood():
     from the truth does."""
     scene = bird()
     options = {"sigma": 1.1, "clutter": 0.1, "volume": AREA, "max_steps": 300}
-    lost, near = (
+    bad, good = (
         register(scene.source, scene.target, "cpd-rigid", start=start, **options)
         for start in (bird_start(-50.0), scene.truth)
     )
-    assert lost.status.label == near.status.label == "converged"
-    assert np.degrees(rre(lost.pose, scene.truth)) > 70.0
-    assert np.degrees(rre(near.pose, scene.truth)) < 2.0
-    assert lost.objective > near.objective + 10.0
+    assert bad.status.label == good.status.label == "converged"
+    assert np.degrees(rre(bad.pose, scene.truth)) > 70.0
+    assert np.degrees(rre(good.pose, scene.truth)) < 2.0
+    assert bad.objective > good.objective + 10.0
 
 
 def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
@@ -156,13 +156,13 @@ def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
     given 300, it converges above 0.9 of its size, over 90° off."""
     scene = bird()
     options = {"start": bird_start(-60.0), "sigma": 2.0, "clutter": 0.1, "volume": AREA}
-    early, late = (
+    first, last = (
         register(scene.source, scene.target, "cpd-similarity", max_steps=steps, **options) for steps in (40, 300)
     )
-    assert early.pose.scale < 1 / 3
-    assert late.status.label == "converged"
-    assert late.pose.scale > 0.9
-    assert np.degrees(rre(late.pose, scene.truth)) > 90.0
+    assert first.pose.scale < 1 / 3
+    assert last.status.label == "converged"
+    assert last.pose.scale > 0.9
+    assert np.degrees(rre(last.pose, scene.truth)) > 90.0
 
 
 def test_one_over_n_depends_on_the_unit():
@@ -183,7 +183,7 @@ def test_one_over_v_does_not_depend_on_the_sampling():
     """If every point of both clouds is doubled, the clutter's shares stay the same with 1/V, and all fall with 1/N."""
     scene = bird()
 
-    def given(copies, volume):
+    def shares(copies, volume):
         start = Pose(scene.start.R[None], scene.start.t[None])
         source, target = (np.repeat(c, copies, axis=0)[None] for c in (scene.source, scene.target))
         p = Problem(source, target, np.ones(source.shape[:2]), start, np.array([40]))
@@ -191,9 +191,9 @@ def test_one_over_v_does_not_depend_on_the_sampling():
         state = begin(METHODS["cpd-rigid"], p, CpdOptions(sigma=0.8, volume=volume or paper)).state()
         return 1.0 - state.row[0][::copies]
 
-    np.testing.assert_allclose(given(2, AREA), given(1, AREA), atol=1e-12)
-    some = given(1, None) > 1e-9
-    assert (given(2, None)[some] < given(1, None)[some]).all()
+    np.testing.assert_allclose(shares(2, AREA), shares(1, AREA), atol=1e-12)
+    mask = shares(1, None) > 1e-9
+    assert (shares(2, None)[mask] < shares(1, None)[mask]).all()
 
 
 # GMMReg, and the heuristic
@@ -267,12 +267,12 @@ def test_who_may_be_claimed_more_than_once():
     none more than 1.25 times by the association marginals, and none more than once by one hypothesis."""
     sums = {"soft": [], "bp": [], "hypothesis": []}
     for seed in SEEDS[:5]:
-        asked, _ = race_problem(Controls(), [seed])
-        state = {c.method: c.begin(asked).state() for c in contestants(list(SOFT_THREE))}
+        task, _ = race_problem(Controls(), [seed])
+        state = {c.method: c.begin(task).state() for c in contestants(list(SOFT_THREE))}
         sums["soft"].append(weights(state["soft-annealed"]).sum(axis=0).max())
         sums["bp"].append(marginal_matrix(state["association-bp"]).sum(axis=0).max())
-        given = state["hypothesis-mixture"].assignments[0]
-        sums["hypothesis"].append(max(np.bincount(one[one >= 0]).max() for one in given))
+        partners = state["hypothesis-mixture"].assignments[0]
+        sums["hypothesis"].append(max(np.bincount(row[row >= 0]).max() for row in partners))
     assert min(sums["soft"]) > 3.0
     assert max(sums["bp"]) < 1.25
     assert set(sums["hypothesis"]) == {1}
@@ -283,19 +283,19 @@ def test_rivals_keep_the_marginals_unlinked(why):
     but less than 20 % if it is the source's only point. Soft targets leave the same share in both cases."""
     scene, start = bird(), bird_start(0.0, 2.4)
 
-    def unlinked(method, source):
-        (one,) = contestants([method])
-        result = register(source, scene.target, method, start=start, max_steps=0, seed=40, **one.options)
+    def unlinked_share(method, source):
+        (contestant,) = contestants([method])
+        result = register(source, scene.target, method, start=start, max_steps=0, seed=40, **contestant.options)
         return 1.0 - float(result.detail("support")[0])
 
-    rivals, alone = (unlinked("association-bp", source) for source in (scene.source, scene.source[:1]))
+    rivals, alone = (unlinked_share("association-bp", source) for source in (scene.source, scene.source[:1]))
     why(
         "the other points of the source",
         {"they are there": f"{100 * rivals:.0f} % of the tip unlinked", "there are none": f"{100 * alone:.0f} %"},
     )
     assert rivals > 0.6
     assert alone < 0.2
-    soft = [unlinked("soft-annealed", source) for source in (scene.source, scene.source[:1])]
+    soft = [unlinked_share("soft-annealed", source) for source in (scene.source, scene.source[:1])]
     assert soft[0] == pytest.approx(soft[1], abs=1e-12)
 
 

@@ -17,9 +17,9 @@ def about(axis, degrees):
     return Pose.from_rotvec(np.radians(degrees) * np.asarray(axis, dtype=float))
 
 
-def off(found, truth=TRUTH):
+def error(result, truth=TRUTH):
     """Rotation errors in degrees."""
-    return np.degrees(rre(found.pose, truth))
+    return np.degrees(rre(result.pose, truth))
 
 
 def random_rotations(n, seed=1):
@@ -58,17 +58,17 @@ def test_every_rotation_has_an_axis():
     axis = np.take_along_axis(vectors, k[:, None, None], axis=2)[..., 0].real
     angle = Pose(R, np.zeros((1000, 3))).angle
     either = [Pose.from_rotvec(sign * angle[:, None] * axis).R - R for sign in (1.0, -1.0)]
-    assert np.minimum(*(np.abs(one).max(axis=(1, 2)) for one in either)).max() < 1e-6
+    assert np.minimum(*(np.abs(matrix).max(axis=(1, 2)) for matrix in either)).max() < 1e-6
 
 
-@pytest.mark.parametrize(("degrees", "apart"), [(90.0, 120.0), (10.0, 1.741), (1.0, 0.01745)])
-def test_the_order_of_turns_matters_and_less_so_for_small_ones(degrees, apart):
+@pytest.mark.parametrize(("degrees", "angle"), [(90.0, 120.0), (10.0, 1.741), (1.0, 0.01745)])
+def test_the_order_of_turns_matters_and_less_so_for_small_ones(degrees, angle):
     """Two turns about x and y in the two orders end 120° apart for quarter turns, and apart by the angle's square for
     small ones. In the plane the order makes no difference."""
     x, y = about((1, 0, 0), degrees), about((0, 1, 0), degrees)
-    assert np.degrees(rre(x.compose(y), y.compose(x))) == pytest.approx(apart, rel=2e-3)
-    one, other = Pose.from_angle(np.radians(degrees)), Pose.from_angle(1.1)
-    assert rre(one.compose(other), other.compose(one)) < 1e-15
+    assert np.degrees(rre(x.compose(y), y.compose(x))) == pytest.approx(angle, rel=2e-3)
+    first, second = Pose.from_angle(np.radians(degrees)), Pose.from_angle(1.1)
+    assert rre(first.compose(second), second.compose(first)) < 1e-15
 
 
 def test_few_rotations_lie_near_the_truth():
@@ -96,14 +96,14 @@ def test_a_line_of_pairs_leaves_a_turn(why):
     handle = np.array([[RADIUS, 0.0, 0.0]])
     source = np.concatenate([pairs.source, TRUTH.inverse().apply(handle)])
     more = register(source, np.concatenate([pairs.target, handle]), "kabsch")
-    why("a pair off the line", {"without": result.reason, "with": f"{more.status.label}, {off(more):.1f}° off"})
+    why("a pair off the line", {"without": result.reason, "with": f"{more.status.label}, {error(more):.1f}° off"})
     assert result.status is Status.DEGENERATE
     assert "rotation about their line is free" in result.reason
     assert more.status is Status.CONVERGED
-    assert off(more) < 10.0
+    assert error(more) < 10.0
 
 
-def reflected(flat, noise, draws=400, n=12):
+def reflections(flat, noise, draws=400, n=12):
     """The share of fits for which a reflection would be better, and the largest rotation error in degrees: n places
     round the mug's rim, or alternately on rim and foot, with noise on both clouds."""
     rng, turn = np.random.default_rng(5), 2 * np.pi * np.arange(n) / n
@@ -111,18 +111,18 @@ def reflected(flat, noise, draws=400, n=12):
     places = np.column_stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), height])
     source = places + noise * rng.standard_normal((draws, n, 3))
     fit = fit_rigid(source, TRUTH.apply(places + noise * rng.standard_normal((draws, n, 3))))
-    return float((fit.determinant < 0).mean()), float(off(fit).max())
+    return float((fit.determinant < 0).mean()), float(error(fit).max())
 
 
 def test_pairs_on_a_flat_rim_ask_for_a_mirror_image(why):
     """Twelve pairs round the rim, noise of 0.02 u on both clouds: in about half of 400 draws the uncorrected fit is a
     reflection; with every other place moved to the foot, in none. The corrected rotations are within 4°."""
-    (rim, far), (both, _) = reflected(True, 0.02), reflected(False, 0.02)
-    shares = {"all on the rim": rim, "on rim and foot by turns": both}
-    why("where the pairs lie", {where: f"{100 * share:.0f} % ask for a reflection" for where, share in shares.items()})
+    (rim, worst), (mixed, _) = reflections(True, 0.02), reflections(False, 0.02)
+    shares = {"all on the rim": rim, "on rim and foot by turns": mixed}
+    why("where the pairs lie", {spot: f"{100 * share:.0f} % ask for a reflection" for spot, share in shares.items()})
     assert 0.45 < rim < 0.55
-    assert both == 0.0
-    assert far < 4.0
+    assert mixed == 0.0
+    assert worst < 4.0
 
 
 # Unknown pairs
@@ -130,9 +130,9 @@ def test_pairs_on_a_flat_rim_ask_for_a_mirror_image(why):
 
 def ends(method, seeds=SEEDS, start=None, points=320, **options):
     """Rotation errors in degrees, one mug per seed, all from one start."""
-    began = mug_start() if start is None else start
+    first = mug_start() if start is None else start
     scenes = [mug(seed, points=points) for seed in seeds]
-    return np.array([off(register(s.source, s.target, method, start=began, **options)) for s in scenes])
+    return np.array([error(register(s.source, s.target, method, start=first, **options)) for s in scenes])
 
 
 def test_planes_end_nearer_than_points(why):
@@ -160,13 +160,13 @@ def test_the_axis_of_the_start_matters(why):
     about its axis, it does so in none with ICP and in three to seven with point to plane: from so far off, a machine's
     rounding decides some of the runs."""
     axes = {"across, x": (1, 0, 0), "across, y": (0, 1, 0), "its own": (0, 0, 1)}
-    near = {}
+    counts = {}
     for name, axis in axes.items():
         start = about(axis, 40.0).compose(TRUTH)
-        near[name] = [int((ends(m, SEEDS[:10], start) < 10.0).sum()) for m in ("icp", "point-to-plane")]
-    why("the axis of the start's turn", {n: f"{a} of 10 by ICP, {b} by point to plane" for n, (a, b) in near.items()})
-    assert near["across, x"] == near["across, y"] == [10, 10]
-    point, plane = near["its own"]
+        counts[name] = [int((ends(m, SEEDS[:10], start) < 10.0).sum()) for m in ("icp", "point-to-plane")]
+    why("the axis of the start's turn", {n: f"{a} of 10 by ICP, {b} by point to plane" for n, (a, b) in counts.items()})
+    assert counts["across, x"] == counts["across, y"] == [10, 10]
+    point, plane = counts["its own"]
     assert point == 0
     assert 3 <= plane <= 7
 
@@ -180,7 +180,7 @@ def test_how_far_either_reaches():
     for degrees in (20, 40, 60, 80):
         start = about(axes, degrees).compose(scene.truth)
         runs = [register(scene.source, scene.target, m, start=start, max_steps=50) for m in ("icp", "point-to-plane")]
-        counts[degrees] = [int((off(result) < 10.0).sum()) for result in runs]
+        counts[degrees] = [int((error(result) < 10.0).sum()) for result in runs]
     assert counts == {20: [25, 25], 40: [21, 25], 60: [6, 17], 80: [0, 0]}
 
 
@@ -197,7 +197,7 @@ def test_without_its_handle_the_mug_keeps_its_turn(why):
         runs = [
             register(s.source, s.target, "point-to-plane", start=mug_start(), free_below=0.05) for s in scenes
         ]
-        errors[handle] = np.array([off(result) for result in runs])
+        errors[handle] = np.array([error(result) for result in runs])
         free[handle] = [int(result.states[0].system.free[0].sum()) for result in runs]
     why(
         "the handle",

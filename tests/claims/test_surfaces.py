@@ -50,9 +50,9 @@ def test_a_wall_answers_with_its_nearest_sample():
     wall = sampled(np.array([(-6.0, 0.0), (6.0, 0.0)]), 0.15)
     scan = sampled(np.array([(-2.0, 0.3), (2.0, 0.3)]), 0.16)
     for slide in (0.0, 0.07, 0.5, 1.3, 3.1):
-        pushed = scan + np.array([slide, 0.0])
-        rows = nearest.build(wall[None]).nearest(pushed[None])[0][0]
-        along = np.abs((pushed - wall[rows])[:, 0])
+        points = scan + np.array([slide, 0.0])
+        rows = nearest.build(wall[None]).nearest(points[None])[0][0]
+        along = np.abs((points - wall[rows])[:, 0])
         assert along.max() <= 0.075 + 1e-12
 
 
@@ -86,15 +86,15 @@ def test_sliding_along_the_line_costs_nothing():
     the end."""
     rng, along, n = np.random.default_rng(3), np.array([-0.8, 0.6]), np.array([0.6, 0.8])
     wall = sampled(np.array([4.0 * along, -4.0 * along]), 0.15)
-    off = rng.uniform(0.1, 0.5, 12)
-    scan = np.outer(rng.uniform(-1.0, 1.0, 12), along) + np.outer(off, n)
+    heights = rng.uniform(0.1, 0.5, 12)
+    scan = np.outer(rng.uniform(-1.0, 1.0, 12), along) + np.outer(heights, n)
     for slide in (0.0, 0.1, 3.0, -50.0, 1e4):
         plane, point = (
             register(scan + slide * along, wall, method, max_steps=0) for method in ("point-to-plane", "icp")
         )
-        assert plane.objective == pytest.approx(np.square(off).sum(), rel=1e-7)
+        assert plane.objective == pytest.approx(np.square(heights).sum(), rel=1e-7)
         assert plane.states[0].system.gradient[0, :2] @ along == pytest.approx(0.0, abs=1e-9)
-        assert point.objective > np.square(off).sum() + 12 * np.square(max(abs(slide) - 5.0, 0.0))
+        assert point.objective > np.square(heights).sum() + 12 * np.square(max(abs(slide) - 5.0, 0.0))
 
 
 def raw_condition(moved, n, centre, unit):
@@ -114,9 +114,9 @@ def test_in_the_plane_the_fit_is_the_root_of_a_quartic(start):
         index = nearest.build(scene.target[None])
         rows = index.nearest(pose.apply(scene.source)[None])[0][0]
         n, p, q = normals(index).vectors[0, rows], scene.source, scene.target[rows]
-        turned = np.stack([-p[:, 1], p[:, 0]], axis=1)
+        quarter = np.stack([-p[:, 1], p[:, 0]], axis=1)
         free = np.eye(len(n)) - n @ np.linalg.pinv(n)  # projects out what t can explain
-        A = free @ np.stack([np.vecdot(n, p), np.vecdot(n, turned)], axis=1)
+        A = free @ np.stack([np.vecdot(n, p), np.vecdot(n, quarter)], axis=1)
         b = free @ np.vecdot(n, q)
         G, h = A.T @ A, A.T @ b
         adjugate = np.trace(G) * np.eye(2) - G
@@ -157,13 +157,13 @@ def test_walls_leave_the_slide(scene):
     """On one wall and in a corridor, point to plane finds the turn and the position across; along the walls it stays
     where it was, and reports that this slide is free."""
     for seed in SEEDS[:8]:
-        drawn = scene(seed=seed)
-        result = register(drawn.source, drawn.target, "point-to-plane", start=drawn.start, free_below=0.05)
+        case = scene(seed=seed)
+        result = register(case.source, case.target, "point-to-plane", start=case.start, free_below=0.05)
         along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
-        before, after = ((pose.apply(drawn.source) - drawn.source).mean(axis=0) for pose in (drawn.start, result.pose))
+        before, after = ((pose.apply(case.source) - case.source).mean(axis=0) for pose in (case.start, result.pose))
         assert result.status is Status.DEGENERATE
         assert "slide along" in result.reason
-        assert np.degrees(rre(result.pose, drawn.truth)) < 1.0
+        assert np.degrees(rre(result.pose, case.truth)) < 1.0
         assert abs(after[1] * along[0] - after[0] * along[1]) < 0.05
         assert along @ after == pytest.approx(along @ before, abs=0.01)
         assert abs(along @ after) > 0.4
@@ -220,9 +220,9 @@ def slides(method, **options):
 def test_on_a_noisy_wall_gicp_wanders():
     """On one wall with noise of 0.1 u, in 25 draws, GICP slides along it by more than 0.6 u, in either direction; point
     to plane with weak directions left alone stays within 0.03 u of its start along the wall."""
-    wandered = slides("gicp")
-    assert wandered.min() < -0.6
-    assert wandered.max() > 0.6
+    drifts = slides("gicp")
+    assert drifts.min() < -0.6
+    assert drifts.max() > 0.6
     assert np.abs(slides("point-to-plane", free_below=0.05)).max() < 0.03
 
 
@@ -230,9 +230,9 @@ def test_a_bad_normal_does_not_widen_its_covariance():
     """At the room's corners normals are off by up to 45°, but their covariances are as narrow as on a bare wall."""
     surface = normals(nearest.build(room("clean", noise=0.0).target[None]))
     n = surface.vectors[0]
-    off = np.degrees(np.arctan2(np.abs(n).min(axis=1), np.abs(n).max(axis=1)))
-    assert (off > 20.0).sum() == 18
-    assert off.max() == pytest.approx(45.0)
+    angles = np.degrees(np.arctan2(np.abs(n).min(axis=1), np.abs(n).max(axis=1)))
+    assert (angles > 20.0).sum() == 18
+    assert angles.max() == pytest.approx(45.0)
     widths = np.linalg.eigvalsh(surface_covariances(surface, 1.0, 0.01)[0])
     np.testing.assert_allclose(widths, np.tile([0.01, 1.0], (len(n), 1)), atol=1e-12)
 
@@ -258,8 +258,8 @@ def test_fewer_steps_are_no_rule():
     """In two or more draws of the noisy room, point to plane takes more steps than point pairs, and both find the
     room."""
     point, plane = runs("noise", "icp", MIDWAY), runs("noise", "point-to-plane", MIDWAY)
-    both = (point[1] < 5.0) & (plane[1] < 5.0)
-    assert (both & (plane[0].steps > point[0].steps)).sum() >= 2
+    valid = (point[1] < 5.0) & (plane[1] < 5.0)
+    assert (valid & (plane[0].steps > point[0].steps)).sum() >= 2
 
 
 def test_fewer_steps_are_no_better_pose():
@@ -280,8 +280,8 @@ def test_a_convex_residual_does_not_make_a_convex_objective():
     start_rows = index.nearest(scene.source[None])[0][0]
 
     def cost(shift, rows):
-        left = scene.source + np.array([shift, 0.0]) - scene.target[rows]
-        return ((left * n[rows]).sum(axis=1) ** 2).mean()
+        residuals = scene.source + np.array([shift, 0.0]) - scene.target[rows]
+        return ((residuals * n[rows]).sum(axis=1) ** 2).mean()
 
     fixed = np.array([cost(shift, start_rows) for shift in x])
     np.testing.assert_allclose(np.diff(fixed, 3), 0.0, atol=1e-10)
@@ -300,19 +300,19 @@ def test_equal_residuals_get_unequal_weights():
     for method in ("point-to-plane", "gicp"):
         state = register(scene.source, scene.target, method, start=room_start(*NEAR), max_steps=0, weight="tukey")
         pairing, precision = state.states[0].pairing, state.states[0].precision
-        left = pairing.moved - scene.target[pairing.rows]
-        residual = np.sqrt(np.maximum(np.einsum("mi,mij,mj->m", *_one(left, precision, left)), 0.0))
+        gap = pairing.moved - scene.target[pairing.rows]
+        residual = np.sqrt(np.maximum(np.einsum("mi,mij,mj->m", *_single(gap, precision, gap)), 0.0))
         r, w = pairing.distances.reshape(-1), pairing.weights.reshape(-1)
-        apart = np.abs(np.subtract.outer(np.log(residual + 1e-9), np.log(residual + 1e-9)))
+        distance = np.abs(np.subtract.outer(np.log(residual + 1e-9), np.log(residual + 1e-9)))
         alike = np.abs(np.subtract.outer(r, r)) < 0.01 * r[:, None]
-        assert apart[alike].max() > np.log(5.0)
-        same = apart < 0.05
+        assert distance[alike].max() > np.log(5.0)
+        same = distance < 0.05
         assert (
             np.abs(np.subtract.outer(w, w))[same].max() > 0.15
         )  # over 5 % of a residual, no kernel falls by even half as much
 
 
-def _one(*arrays):
+def _single(*arrays):
     return [np.asarray(a).reshape(-1, *np.shape(a)[-k:]) for a, k in zip(arrays, (1, 2, 1), strict=True)]
 
 
@@ -323,9 +323,9 @@ def test_a_scale_of_distances_is_not_that_of_plane_residuals():
     state = register(scene.source, scene.target, "point-to-plane", max_steps=0).states[0]
     r = np.ravel(state.pairing.distances)
     rows = np.ravel(state.pairing.rows)
-    left = scene.source - scene.target[rows]
+    gap = scene.source - scene.target[rows]
     n = np.reshape(state.normals.vectors, (-1, 2))[rows]
-    across = np.abs((left * n).sum(axis=1))
+    across = np.abs((gap * n).sum(axis=1))
     assert np.median(r) > 2.0 * np.median(across)
     down = robust.weights("huber", r[None], robust.threshold("huber", r[None]))[0] < 1.0
     usual = across < 1.345 * 1.4826 * np.median(across)
@@ -335,11 +335,11 @@ def test_a_scale_of_distances_is_not_that_of_plane_residuals():
 def test_from_near_robust_weights_halve_the_error(why):
     """With a fifth of each cloud junk, from the near start, each of the three weights lowers each residual's median
     rotation error, and Welsch more than halves it."""
-    off = {
+    errors = {
         weight: np.median(runs("outliers", "icp", NEAR, weight=weight)[1])
         for weight in ("none", "huber", "tukey", "welsch")
     }
-    why("the weight, of point pairs", {w.capitalize(): f"{error:.2f}° off in the median" for w, error in off.items()})
+    why("the weight, of point pairs", {w.capitalize(): f"{e:.2f}° off in the median" for w, e in errors.items()})
     for method in ("icp", "point-to-plane", "gicp"):
         plain = np.median(runs("outliers", method, NEAR)[1])
         for weight in ("huber", "tukey", "welsch"):
@@ -360,10 +360,10 @@ def test_from_midway_robust_weights_find_no_more_rooms():
 def test_tukey_throws_away_the_wall_that_matters(why):
     """The long wall fits, so the scale is small, and the end wall, 0.6 u off, lies beyond Tukey's threshold: the slide
     is never corrected. Huber bounds the end wall's pull but keeps it, and closes the gap."""
-    left = {name: abs(gaps("point-to-plane", 40, weight=name)[-1]) for name in ("tukey", "huber")}
-    why("the weight", {name.capitalize(): f"{gap:.2f} u left open" for name, gap in left.items()})
-    assert left["huber"] < 0.03
-    assert left["tukey"] > 0.55
+    open_gaps = {name: abs(gaps("point-to-plane", 40, weight=name)[-1]) for name in ("tukey", "huber")}
+    why("the weight", {name.capitalize(): f"{gap:.2f} u left open" for name, gap in open_gaps.items()})
+    assert open_gaps["huber"] < 0.03
+    assert open_gaps["tukey"] > 0.55
 
 
 def test_about_the_median_itself_the_scale_is_smaller():
@@ -386,12 +386,12 @@ def test_about_the_median_itself_the_scale_is_smaller():
 def test_trimming_pure_noise_costs_accuracy(why):
     """The noisy room has no wrong points. Dropping the farthest 30 % of the pairs there multiplies the RMS rotation
     error over 25 draws by more than two for point pairs, and by more than 1.5 for point to plane and GICP."""
-    off = {
+    results = {
         method: [np.sqrt((runs("noise", method, NEAR, trim=t)[1] ** 2).mean()) for t in (0.0, 0.3)]
         for method in ("icp", "point-to-plane", "gicp")
     }
-    messages = [" · ".join(f"{errors[k]:.2f}°" for errors in off.values()) for k in (1, 0)]
+    messages = [" · ".join(f"{errors[k]:.2f}°" for errors in results.values()) for k in (1, 0)]
     why("how many pairs are dropped (point · plane · GICP)", {"30 %": messages[0], "none": messages[1]})
     for method, factor in (("icp", 2.0), ("point-to-plane", 1.5), ("gicp", 1.5)):
-        whole, cut = off[method]
+        whole, cut = results[method]
         assert cut > factor * whole

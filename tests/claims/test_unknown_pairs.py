@@ -70,11 +70,11 @@ def test_both_halves_of_a_step_lower_the_sum():
     for k, state in enumerate(states):
         partners = np.take_along_axis(clouds[1], rows[..., None], axis=1)
         moved = np.square(state.pose.apply(clouds[0]) - partners).sum(axis=(1, 2))
-        matched = np.square(state.pairing.distances).sum(axis=1)
+        squares = np.square(state.pairing.distances).sum(axis=1)
         assert (moved <= sums * (1 + 1e-9)).all()
-        assert (matched <= moved * (1 + 1e-9)).all()
-        assert k > 0 or ((matched < 0.99 * moved).all() and (moved < 0.99 * sums).all())
-        rows, sums = state.pairing.rows, matched
+        assert (squares <= moved * (1 + 1e-9)).all()
+        assert k > 0 or ((squares < 0.99 * moved).all() and (moved < 0.99 * sums).all())
+        rows, sums = state.pairing.rows, squares
 
 
 def test_pairs_that_repeat_end_the_run():
@@ -85,10 +85,10 @@ def test_pairs_that_repeat_end_the_run():
         for state in course((scene.source, scene.target), NEAR):
             poses.append(state.pose.matrix[0])
             rows.append(state.pairing.rows[0])
-        same = [k for k in range(1, len(rows)) if (rows[k] == rows[k - 1]).all()]
-        assert same
-        assert same[0] >= len(rows) - 2
-        np.testing.assert_allclose(poses[-1], poses[same[0]], atol=1e-9)
+        repeats = [k for k in range(1, len(rows)) if (rows[k] == rows[k - 1]).all()]
+        assert repeats
+        assert repeats[0] >= len(rows) - 2
+        np.testing.assert_allclose(poses[-1], poses[repeats[0]], atol=1e-9)
 
 
 def test_pairing_a_straight_wall_says_nothing_along_it():
@@ -113,9 +113,9 @@ def test_a_gate_lets_the_rms_rise():
     first = rises.argmax(axis=0) + 1
     assert rises.any(axis=0).all()
     assert first.max() < 6
-    off = np.stack([metrics.rre(state.pose, Pose.identity()) for state in states])
-    assert (off[first, np.arange(25)] > np.radians(35.0)).all()
-    assert (off[-1] < np.radians(5.0)).all()
+    errors = np.stack([metrics.rre(state.pose, Pose.identity()) for state in states])
+    assert (errors[first, np.arange(25)] > np.radians(35.0)).all()
+    assert (errors[-1] < np.radians(5.0)).all()
     assert (metrics.rte(states[-1].pose, Pose.identity()) < 0.2).all()
 
 
@@ -127,9 +127,9 @@ def test_trimming_alone_is_a_fixed_count():
         for method, options in (("icp", {"trim": 0.2}), ("trimmed-icp", {"keep": 0.8}))
     )
     assert len(trimmed) == 10
-    for one, other in zip(trimmed, count, strict=True):
-        np.testing.assert_allclose(one.pose.matrix, other.pose.matrix, atol=1e-12)
-        assert (one.pairing.count == 106).all()
+    for a, b in zip(trimmed, count, strict=True):
+        np.testing.assert_allclose(a.pose.matrix, b.pose.matrix, atol=1e-12)
+        assert (a.pairing.count == 106).all()
 
 
 def test_a_gate_and_a_cap_take_the_same_steps():
@@ -139,9 +139,9 @@ def test_a_gate_and_a_cap_take_the_same_steps():
         course(clouds, USUAL, method, steps=10, **options)
         for method, options in (("icp", {"gate": 0.6}), ("capped-icp", {"cap": 0.6}))
     )
-    for one, other in zip(gated, capped, strict=True):
-        np.testing.assert_allclose(one.pose.matrix, other.pose.matrix, atol=1e-12)
-        np.testing.assert_array_equal(one.pairing.used, other.pairing.used)
+    for a, b in zip(gated, capped, strict=True):
+        np.testing.assert_allclose(a.pose.matrix, b.pose.matrix, atol=1e-12)
+        np.testing.assert_array_equal(a.pairing.used, b.pairing.used)
     sums = np.stack([state.objective for state in capped])
     assert (np.diff(sums, axis=0) <= 1e-9 * sums[0]).all()
     assert (np.diff(np.stack([state.pairing.rms for state in gated]), axis=0) > 1e-9).any()
@@ -201,10 +201,10 @@ def test_a_gate_leaves_out_the_pairs_with_most_to_say(why):
     ends = {name: arrivals(rooms("noise"), USUAL, rule) for name, rule in rules.items()}
     counts = {name: int(((turn < 5.0) & (shift < 0.2)).sum()) for name, (turn, shift) in ends.items()}
     why("which pairs are left out", {name: f"{count} of 25 arrive" for name, count in counts.items()})
-    gate, random, late = counts.values()
+    gate, random, last = counts.values()
     assert gate <= 3
     assert random == 25
-    assert late >= 23
+    assert last >= 23
 
 
 def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
@@ -214,8 +214,8 @@ def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
     all_pairs = old_pairs = 0
     for before, after in pairwise(states):
         rises = after.pairing.rms > before.pairing.rms * (1 + 1e-9)
-        kept = np.where(before.pairing.used, np.square(after.pairing.distances), 0.0).sum(axis=1)
-        over_old = np.sqrt(kept / before.pairing.used.sum(axis=1))
+        squares = np.where(before.pairing.used, np.square(after.pairing.distances), 0.0).sum(axis=1)
+        over_old = np.sqrt(squares / before.pairing.used.sum(axis=1))
         all_pairs += int(rises.sum())
         old_pairs += int((rises & (over_old > before.pairing.rms * (1 + 1e-9))).sum())
     why(
@@ -232,14 +232,14 @@ def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
 def test_trimming_junk_lowers_the_error(why):
     """With a fifth of both scans junk, keeping 80 % of the pairs more than halves the median translation error."""
     clouds = rooms("outliers")
-    (plain, right), (kept, right_kept) = runs(clouds, NEAR), runs(clouds, NEAR, "trimmed-icp", keep=0.8)
-    errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, kept)]
+    (plain, right), (trimmed, right_trimmed) = runs(clouds, NEAR), runs(clouds, NEAR, "trimmed-icp", keep=0.8)
+    errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, trimmed)]
     why(
         "how many pairs are kept",
         {"the nearest 80 %": f"{errors[1]:.3f} u off in the median", "all": f"{errors[0]:.3f} u off"},
     )
     assert right.all()
-    assert right_kept.all()
+    assert right_trimmed.all()
     assert errors[1] < errors[0] / 2
 
 
@@ -286,11 +286,11 @@ def pillars(first: int, last: int) -> FloatArray:
 def test_equal_pillars_fit_one_period_off():
     """Three of seven equal pillars, 2 u apart, started nearer to the next one: they fit it, one period off, without any
     residual."""
-    row, seen = pillars(0, 6), pillars(2, 4)
-    for start, where in ((0.3, 0.0), (1.7, 2.0)):
-        result = solvers.register(seen, row, start=Pose.from_angle(0.0, (start, 0.1)))
+    row, piece = pillars(0, 6), pillars(2, 4)
+    for start, shift in ((0.3, 0.0), (1.7, 2.0)):
+        result = solvers.register(piece, row, start=Pose.from_angle(0.0, (start, 0.1)))
         assert result.status == Status.CONVERGED
-        assert result.pose.t[0] == pytest.approx(where, abs=1e-9)
+        assert result.pose.t[0] == pytest.approx(shift, abs=1e-9)
         assert result.detail("pairing").rms < 1e-9
 
 
@@ -298,11 +298,11 @@ def test_the_end_of_a_row_tells_its_periods_apart():
     """Three pillars from within the row fit exactly both at the truth and one period off. If one of them is the last of
     the row, they fit exactly only at the truth, and have an RMS above 0.5 u one period off."""
     row = pillars(0, 6)
-    for last, off in ((4, 0.0), (6, 0.5)):
+    for last, least in ((4, 0.0), (6, 0.5)):
         for start in (0.3, 1.7):
-            asked = Pose.from_angle(0.0, (start, 0.1))
-            rms = solvers.register(pillars(last - 2, last), row, start=asked).detail("pairing").rms
-            assert rms > off if start > 1.0 and off else rms < 1e-9
+            guess = Pose.from_angle(0.0, (start, 0.1))
+            rms = solvers.register(pillars(last - 2, last), row, start=guess).detail("pairing").rms
+            assert rms > least if start > 1.0 and least else rms < 1e-9
 
 
 def test_what_is_seen_once_pulls_on_every_fit(why):
@@ -319,18 +319,18 @@ def test_without_what_is_seen_once_plain_icp_arrives(why):
     """The same rooms and start: plain ICP fails in all 25 draws, but arrives in all without the source points that are,
     at the truth, farther than 0.3 u from everything the target saw."""
     clouds = rooms(overlap=0.6)
-    arrived = 0
+    count = 0
     for source, target in zip(*clouds, strict=True):
         common = source[np.linalg.norm(source[:, None] - target, axis=2).min(axis=1) < 0.3]
         degrees, units = off_truth(solvers.register(common, target, start=NEAR).pose)
-        arrived += int(degrees < 5.0 and units < 0.2)
+        count += int(degrees < 5.0 and units < 0.2)
     plain = runs(clouds, NEAR)[1].sum()
     why(
         "which source points there are",
-        {"all": f"{plain} of 25 arrive", "those of walls that the target saw": f"{arrived} of 25 arrive"},
+        {"all": f"{plain} of 25 arrive", "those of walls that the target saw": f"{count} of 25 arrive"},
     )
     assert plain == 0
-    assert arrived == 25
+    assert count == 25
 
 
 def test_a_wall_alone_makes_a_better_fit_than_the_truth(why):
@@ -355,15 +355,15 @@ def test_stripes_pull_a_trimmed_fit_along_the_walls(why):
     clouds = rooms("striped")
     _, right = runs(clouds, NEAR)
     result, _ = runs(clouds, NEAR, "trimmed-icp", keep=0.8)
-    off = metrics.rte(result.pose, Pose.identity()) > 0.2
+    wrong = metrics.rte(result.pose, Pose.identity()) > 0.2
     why(
         "how many pairs are kept",
-        {"the nearest 80 %": f"{off.sum()} of 25 more than 0.2 u off", "all": f"{(~right).sum()} of 25"},
+        {"the nearest 80 %": f"{wrong.sum()} of 25 more than 0.2 u off", "all": f"{(~right).sum()} of 25"},
     )
     assert right.all()
-    assert off.sum() >= 15
-    assert (metrics.rre(result.pose, Pose.identity())[off] < np.radians(0.5)).all()
-    assert (result.detail("pairing").rms[off] < 0.075).all()
+    assert wrong.sum() >= 15
+    assert (metrics.rre(result.pose, Pose.identity())[wrong] < np.radians(0.5)).all()
+    assert (result.detail("pairing").rms[wrong] < 0.075).all()
 
 
 def test_stripes_trim_the_walls_that_would_object():
@@ -373,10 +373,10 @@ def test_stripes_trim_the_walls_that_would_object():
     result, _ = runs((source, target), NEAR, "trimmed-icp", keep=0.8)
     n, used = normals(nearest.build(source)).vectors, result.detail("pairing").used
     vertical = np.abs(n[..., 0]) > np.abs(n[..., 1])
-    off = np.flatnonzero(metrics.rte(result.pose, Pose.identity()) > 0.2)
-    out = [[(~used[i][vertical[i] == side]).mean() for i in off] for side in (True, False)]
-    assert np.mean(out[0]) > 0.9
-    assert 0.05 < np.mean(out[1]) < 0.15
+    rows = np.flatnonzero(metrics.rte(result.pose, Pose.identity()) > 0.2)
+    shares = [[(~used[i][vertical[i] == side]).mean() for i in rows] for side in (True, False)]
+    assert np.mean(shares[0]) > 0.9
+    assert 0.05 < np.mean(shares[1]) < 0.15
 
 
 def test_sparing_the_walls_that_object_saves_the_trimmed_fit(why):
@@ -386,15 +386,15 @@ def test_sparing_the_walls_that_object_saves_the_trimmed_fit(why):
     n = normals(nearest.build(source)).vectors
     vertical, fifth = np.abs(n[..., 0]) > np.abs(n[..., 1]), round(0.2 * source.shape[1])
 
-    def farthest_left_out(distances):
+    def farthest(distances):
         return (-distances).argsort(axis=1).argsort(axis=1) >= fifth
 
     rules = {
-        "the farthest of all": lambda k, d: farthest_left_out(d),
-        "the farthest on horizontal walls": lambda k, d: farthest_left_out(np.where(vertical, -1.0, d)),
+        "the farthest of all": lambda k, d: farthest(d),
+        "the farthest on horizontal walls": lambda k, d: farthest(np.where(vertical, -1.0, d)),
     }
-    off = [int((arrivals((source, target), NEAR, rule, 100)[1] > 0.2).sum()) for rule in rules.values()]
-    messages = [f"{count} of 25 more than 0.2 u off" for count in off]
+    counts = [int((arrivals((source, target), NEAR, rule, 100)[1] > 0.2).sum()) for rule in rules.values()]
+    messages = [f"{count} of 25 more than 0.2 u off" for count in counts]
     why("which fifth of the pairs is trimmed", dict(zip(rules, messages, strict=True)))
-    assert off[0] >= 15
-    assert off[1] == 0
+    assert counts[0] >= 15
+    assert counts[1] == 0
