@@ -48,8 +48,8 @@ def pairs(seed: int, units: tuple[float, ...] = UNITS) -> Iterator[tuple[Array, 
         if kinship < 0.4:
             target = source * (np.r_[-1.0, np.ones(d - 1)] if kinship < 0.1 else 1.0)
         unit = float(rng.choice(units))
-        other = unit if rng.random() < 0.8 else float(rng.choice(units))
+        second = unit if rng.random() < 0.8 else float(rng.choice(units))
         shift = unit * float(rng.choice(APART)) * rng.standard_normal(d)
         with np.errstate(over="ignore", under="ignore"):
-            source, target = unit * source, other * target + shift
+            source, target = unit * source, second * target + shift
         yield source.clip(-LARGEST, LARGEST), target.clip(-LARGEST, LARGEST)

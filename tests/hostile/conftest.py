@@ -20,17 +20,17 @@ def calls(pytestconfig: pytest.Config) -> int:
 @pytest.fixture
 def tally(request: pytest.FixtureRequest) -> Iterator[Tally]:
     """The outcomes of the test's calls, shown at the end of the run."""
-    counted = Tally(request.node.name.removeprefix("test_").replace("_", " ").replace("[", " ").rstrip("]"))
-    yield counted
-    request.node.user_properties.append(("hostile", [counted.what, *(counted.counts[each] for each in OUTCOMES)]))
+    result = Tally(request.node.name.removeprefix("test_").replace("_", " ").replace("[", " ").rstrip("]"))
+    yield result
+    request.node.user_properties.append(("hostile", [result.what, *(result.counts[outcome] for outcome in OUTCOMES)]))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     reports = [report for stats in terminalreporter.stats.values() for report in stats]
-    ended = [report for report in reports if getattr(report, "when", "") == "teardown"]
-    rows = [row for report in ended for name, row in report.user_properties if name == "hostile"]
+    teardowns = [report for report in reports if getattr(report, "when", "") == "teardown"]
+    rows = [row for report in teardowns for name, row in report.user_properties if name == "hostile"]
     if rows:
         terminalreporter.section("what was tried")
-        terminalreporter.write_line(f"{'':50}{'calls':>9}" + "".join(f"{each:>12}" for each in OUTCOMES))
-        for what, *counts in rows:
-            terminalreporter.write_line(f"{what:50}{sum(counts):9,}" + "".join(f"{each:12,}" for each in counts))
+        terminalreporter.write_line(f"{'':50}{'calls':>9}" + "".join(f"{outcome:>12}" for outcome in OUTCOMES))
+        for title, *counts in rows:
+            terminalreporter.write_line(f"{title:50}{sum(counts):9,}" + "".join(f"{outcome:12,}" for outcome in counts))

@@ -22,14 +22,14 @@ class Tally:
     counts: Counter[str] = field(default_factory=Counter)
     errors: list[str] = field(default_factory=list)
 
-    def tries(self, told: object, call: Callable[[], str]) -> None:
+    def tries(self, subject: object, call: Callable[[], str]) -> None:
         """Count one call. `call` returns its outcome; a ValueError that our code raises counts as a refusal."""
         try:
             outcome = call()
         except Exception as error:
             outcome = "refused" if isinstance(error, ValueError) and _ours(error) else "error"
             if outcome == "error":
-                self.errors.append(f"{told}:\n{''.join(traceback.format_exception(error, limit=-3))}")
+                self.errors.append(f"{subject}:\n{''.join(traceback.format_exception(error, limit=-3))}")
         self.counts[outcome] += 1
 
     def closes(self) -> None:
@@ -43,5 +43,5 @@ def _ours(error: ValueError) -> bool:
     passing. Errors in JSON are the exception: json's own messages are best."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     line = linecache.getline(last.filename, last.lineno or 0)
-    written = isinstance(error, json.JSONDecodeError) or line.strip().startswith("raise ")
-    return written and 0 < len(str(error)) < 1000
+    is_raised = isinstance(error, json.JSONDecodeError) or line.strip().startswith("raise ")
+    return is_raised and 0 < len(str(error)) < 1000

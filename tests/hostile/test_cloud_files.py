@@ -30,43 +30,43 @@ def test_files_of_points(tally: Tally, calls: int) -> None:
         kind = draw.choice(list(WRITERS))
         data = WRITERS[kind](cloud(draw))
         for _ in range(draw.choice((0, 1, 1, 1, 2, 4))):
-            data = damaged(draw, data)
-        tally.tries(f"{k}, {kind}: {data[:600]!r}", lambda data=data: found(data))
+            data = damage(draw, data)
+        tally.tries(f"{k}, {kind}: {data[:600]!r}", lambda data=data: outcome(data))
     tally.closes()
 
 
 def cloud(draw: random.Random) -> np.ndarray:
     d = draw.choice((2, 3))
-    near, far = (lambda: draw.gauss(0, 1)), (lambda: draw.gauss(0, 1e9))
-    kinds = (near, near, far, lambda: -1e149, lambda: 5e-324)
+    small, large = (lambda: draw.gauss(0, 1)), (lambda: draw.gauss(0, 1e9))
+    kinds = (small, small, large, lambda: -1e149, lambda: 5e-324)
     return np.array([[draw.choice(kinds)() for _ in range(d)] for _ in range(4)])
 
 
-def damaged(draw: random.Random, data: bytes) -> bytes:
+def damage(draw: random.Random, data: bytes) -> bytes:
     """Bytes cut out or put in, a line copied over another or swapped with it, or a number replaced."""
     at = draw.randrange(len(data) + 1)
-    what = draw.randrange(6)
-    if what == 0:
+    kind = draw.randrange(6)
+    if kind == 0:
         return data[:at]
-    if what == 1:
+    if kind == 1:
         return data[:at] + data[min(len(data), at + draw.randrange(9)) :]
-    if what == 2:
+    if kind == 2:
         return data[:at] + draw.choice(PARTS) + data[at:]
-    if what == 3:
+    if kind == 3:
         return data[:at] + draw.randbytes(draw.randrange(1, 9)) + data[at:]
     lines = data.split(b"\n")
-    one, other = (draw.randrange(len(lines)) for _ in range(2))
-    if what == 4:
-        lines[one], lines[other] = lines[other], lines[draw.choice((one, other))]
+    first, second = (draw.randrange(len(lines)) for _ in range(2))
+    if kind == 4:
+        lines[first], lines[second] = lines[second], lines[draw.choice((first, second))]
     else:
-        numbers = list(re.finditer(rb"\b\d+\b", lines[one]))
+        numbers = list(re.finditer(rb"\b\d+\b", lines[first]))
         if numbers:
             spot = draw.choice(numbers)
-            lines[one] = lines[one][: spot.start()] + draw.choice(NUMBERS) + lines[one][spot.end() :]
+            lines[first] = lines[first][: spot.start()] + draw.choice(NUMBERS) + lines[first][spot.end() :]
     return b"\n".join(lines)
 
 
-def found(data: bytes) -> str:
+def outcome(data: bytes) -> str:
     points = read(data).points
     assert points.ndim == 2
     assert points.shape[1] in (2, 3)

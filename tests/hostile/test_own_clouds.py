@@ -34,16 +34,16 @@ def test_own_clouds(units: tuple[float, ...], tally: Tally, calls: int) -> None:
     for k, (source, target) in enumerate(itertools.islice(pairs(66, units), -(-calls // len(OWN) // 2))):
         host, given = Host(), {}
 
-        def give(place: str, points: Array, host: Host = host, given: dict[str, str] = given) -> str:
-            asked = json.dumps({"widget": WIDGET.name, "name": f"{place}.csv"})
-            given[place] = json.loads(host.give(asked, text(points)))["key"]
+        def give(side: str, points: Array, host: Host = host, given: dict[str, str] = given) -> str:
+            request = json.dumps({"widget": WIDGET.name, "name": f"{side}.csv"})
+            given[side] = json.loads(host.give(request, text(points)))["key"]
             return "ok"
 
-        for place, points in (("source", source), ("target", target)):
-            tally.tries(f"pair {k}, {place}", lambda place=place, points=points: give(place, points[:, :3]))
+        for side, points in (("source", source), ("target", target)):
+            tally.tries(f"pair {k}, {side}", lambda side=side, points=points: give(side, points[:, :3]))
         for method in OWN:
             record = state(draw, method, given)
-            tally.tries(f"pair {k}, {record}", lambda record=record, host=host: drawn(host, record))
+            tally.tries(f"pair {k}, {record}", lambda record=record, host=host: outcome(host, record))
     tally.closes()
 
 
@@ -63,7 +63,7 @@ def state(draw: random.Random, method: str, given: dict[str, str]) -> dict[str, 
     return {**preset(WIDGET, "default", controls).plain(), "log": draw.choice(LOGS), "given": given}
 
 
-def drawn(host: Host, record: dict[str, Any]) -> str:
+def outcome(host: Host, record: dict[str, Any]) -> str:
     """The outcome of drawing one state; a record that the page wrote must never be refused."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -72,7 +72,7 @@ def drawn(host: Host, record: dict[str, Any]) -> str:
         except ValueError as error:
             raise AssertionError("this is a state of the page") from error
     check_any_frame(record, frame)
-    (stop,) = (each["value"] for each in frame["readouts"] if each["name"] == "stop")
+    (stop,) = (r["value"] for r in frame["readouts"] if r["name"] == "stop")
     if stop == "not begun" and "files" in frame:  # both clouds are there; the method says why it cannot begin
         assert frame["note"].startswith("Stopped at step 0: ")
         return "refused"

@@ -34,8 +34,8 @@ def test_records_of_every_figure(tally: Tally, calls: int) -> None:
             spoil(draw, record)
         text = json.dumps({"figure": "fig-x", "record": record})
         if draw.random() < 0.1:
-            text = torn(draw, text)
-        tally.tries(f"{k}: {text[:300]}", lambda text=text, host=hosts[name]: drawn(host, text))
+            text = tear(draw, text)
+        tally.tries(f"{k}: {text[:300]}", lambda text=text, host=hosts[name]: outcome(host, text))
     tally.closes()
 
 
@@ -66,10 +66,10 @@ def spoil(draw: random.Random, record: dict[str, Any]) -> None:
         if isinstance(at[key], (dict, list)) and draw.random() < 0.8:
             at = at[key]
             continue
-        what = draw.random()
-        if what < 0.7:
+        chance = draw.random()
+        if chance < 0.7:
             at[key] = draw.choice(JUNK)
-        elif what < 0.85:
+        elif chance < 0.85:
             del at[key]
         elif isinstance(at, dict):
             at[f"{key} "] = at[key]
@@ -78,18 +78,18 @@ def spoil(draw: random.Random, record: dict[str, Any]) -> None:
         return
 
 
-def torn(draw: random.Random, text: str) -> str:
+def tear(draw: random.Random, text: str) -> str:
     """The text with a piece cut out, and sometimes another put in, such as thousands of opening brackets."""
     at = draw.randrange(len(text))
     end = draw.randrange(at, min(len(text), at + 9) + 1)
-    put = draw.choice(("", "{", "}", "[" * 3000, '"', ",", "1e999", "-", "null", "\\ud800", "\0"))
-    return text[:at] + put + text[end:]
+    piece = draw.choice(("", "{", "}", "[" * 3000, '"', ",", "1e999", "-", "null", "\\ud800", "\0"))
+    return text[:at] + piece + text[end:]
 
 
-def drawn(host: Host, text: str) -> str:
+def outcome(host: Host, text: str) -> str:
     host.frame(text)
     request = json.loads(text)
-    asked = request["record"]
+    record = request["record"]
     frame = json.loads(host.frame(json.dumps({**request, "figure": "fig-x"})))  # under the name that the checks use
-    check_any_frame(parsed(WIDGETS[asked["widget"]], asked).plain(), frame)
+    check_any_frame(parsed(WIDGETS[record["widget"]], record).plain(), frame)
     return "ok"

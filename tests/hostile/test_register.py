@@ -19,11 +19,11 @@ pytestmark = pytest.mark.hostile
 def test_any_clouds_through_every_method(tally: Tally, calls: int) -> None:
     for k, (source, target) in enumerate(itertools.islice(pairs(14), -(-calls // len(METHODS)))):
         for name in METHODS:
-            tally.tries(f"pair {k}, {name}", partial(registered, source, target, name, k))
+            tally.tries(f"pair {k}, {name}", partial(outcome, source, target, name, k))
     tally.closes()
 
 
-def registered(source: Array, target: Array, name: str, seed: int) -> str:
+def outcome(source: Array, target: Array, name: str, seed: int) -> str:
     """The outcome of one call. A numpy warning counts as an error, and so does a ValueError: clouds are never
     refused."""
     method = METHODS[name]

@@ -33,18 +33,18 @@ def actions(widget: Widget) -> st.SearchStrategy[list[Any]]:
         *(["click", c] for c in widget.clicks),
         *(["hover", c] for c in widget.hovers),
     ]
-    placed = st.tuples(st.sampled_from(aims), PLACES, PLACES).map(lambda a: [*a[0], a[1], a[2]]) if aims else None
-    pressed = st.sampled_from(presses) if presses else None
-    kinds = [kind for kind in (pressed, placed) if kind is not None]
+    spots = st.tuples(st.sampled_from(aims), PLACES, PLACES).map(lambda a: [*a[0], a[1], a[2]]) if aims else None
+    buttons = st.sampled_from(presses) if presses else None
+    kinds = [kind for kind in (buttons, spots) if kind is not None]
     return st.one_of(kinds) if kinds else st.nothing()
 
 
 @st.composite
 def records(draw: st.DrawFn, widget: Widget, longest: int = 6) -> dict[str, Any]:
     """A plain record with a log of at most `longest` actions."""
-    known = specs(widget.controls)
-    changed = draw(st.sets(st.sampled_from(sorted(known))))
-    changes = {name: draw(values(known[name])) for name in sorted(changed)}
+    by_name = specs(widget.controls)
+    names = draw(st.sets(st.sampled_from(sorted(by_name))))
+    changes = {name: draw(values(by_name[name])) for name in sorted(names)}
     plain = preset(widget, draw(st.sampled_from(sorted(widget.presets))), changes).plain()
     possible = actions(widget)
     log = [] if possible.is_empty else draw(st.lists(possible, max_size=longest))

@@ -10,5 +10,5 @@ from widgets.engine.registry import WIDGETS
 def figures(request: pytest.FixtureRequest) -> list[str]:
     """The figures named by the cases of this module that are to run."""
     cases = [getattr(item, "callspec", None) for item in request.session.items if item.path == request.path]
-    named = {case.params.get("name") for case in cases if case}
-    return [name for name in WIDGETS if name in named]
+    names = {case.params.get("name") for case in cases if case}
+    return [name for name in WIDGETS if name in names]

@@ -25,8 +25,8 @@ def frame_after(
     return (host or Host()).render("f", {**plain, "seed": seed, "log": [*log]})
 
 
-def readouts(shown: Picture | dict[str, Any]) -> dict[str, str]:
+def readouts(picture: Picture | dict[str, Any]) -> dict[str, str]:
     """The readouts of a picture or a frame, by name."""
-    if isinstance(shown, Picture):
-        return {readout.name: readout.value for readout in shown.readouts}
-    return {readout["name"]: readout["value"] for readout in shown["readouts"]}
+    if isinstance(picture, Picture):
+        return {readout.name: readout.value for readout in picture.readouts}
+    return {readout["name"]: readout["value"] for readout in picture["readouts"]}

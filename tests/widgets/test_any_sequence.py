@@ -46,20 +46,20 @@ def test_any_actions_in_any_order(name: str) -> None:
     def follow(record: dict[str, Any], data: st.DataObject) -> None:
         host = Host()
         prefixes = [{**record, "log": record["log"][:k]} for k in range(len(record["log"]) + 1)]
-        frames = [host.frame(asked(plain)) for plain in prefixes]
+        frames = [host.frame(request(plain)) for plain in prefixes]
         for plain, frame in zip(prefixes, frames, strict=True):
             check_any_frame(plain, json.loads(frame))
             layouts.add(layout(json.loads(frame)))
         assert len(layouts) == 1, f"{name}: readouts or panels come, go or change size: {sorted(layouts)}"
-        back = data.draw(st.integers(0, len(frames) - 1))
-        again = f"{at(record)}: the same record draws two pictures; start, act and draw may keep nothing between calls"
-        assert host.frame(asked(prefixes[back])) == frames[back], again
-        assert Host().frame(asked(record)) == frames[-1], again
+        index = data.draw(st.integers(0, len(frames) - 1))
+        reason = f"{at(record)}: the same record draws two pictures; start, act and draw may keep nothing between calls"
+        assert host.frame(request(prefixes[index])) == frames[index], reason
+        assert Host().frame(request(record)) == frames[-1], reason
 
     follow()
 
 
-def asked(plain: Mapping[str, Any]) -> str:
+def request(plain: Mapping[str, Any]) -> str:
     return json.dumps({"figure": "fig-x", "record": plain})
 
 
@@ -88,16 +88,16 @@ def check_handles(name: str, frame: dict[str, Any]) -> None:
     """Each handle belongs to the figure, lies within its panel, and says what it is and where."""
     panels = {panel["name"] for panel in frame["panels"]}
     for handle in frame["handles"]:
-        what = f"{name}, {handle}"
-        named = handle["name"] in WIDGETS[name].handles
-        assert named or "sets" in handle, f"{what}: WIDGET.handles does not name it"
-        assert handle["panel"] in panels, f"{what}: the picture has no such panel"
-        assert set(handle["also"]) <= panels, f"{what}: `also` names a panel that the picture does not have"
-        assert 0 <= handle["left"] <= 100, f"{what}: outside its panel's window; limit where it can be put"
-        assert 0 <= handle["top"] <= 100, f"{what}: outside its panel's window; limit where it can be put"
-        assert handle["label"], f"{what}: without a label"
-        assert handle["value"], f"{what}: without a value in words"
-        assert not re.search(r"\b(nan|inf|None)\b", handle["value"]), f"{what}: its value is no number"
+        grip = f"{name}, {handle}"
+        is_named = handle["name"] in WIDGETS[name].handles
+        assert is_named or "sets" in handle, f"{grip}: WIDGET.handles does not name it"
+        assert handle["panel"] in panels, f"{grip}: the picture has no such panel"
+        assert set(handle["also"]) <= panels, f"{grip}: `also` names a panel that the picture does not have"
+        assert 0 <= handle["left"] <= 100, f"{grip}: outside its panel's window; limit where it can be put"
+        assert 0 <= handle["top"] <= 100, f"{grip}: outside its panel's window; limit where it can be put"
+        assert handle["label"], f"{grip}: without a label"
+        assert handle["value"], f"{grip}: without a value in words"
+        assert not re.search(r"\b(nan|inf|None)\b", handle["value"]), f"{grip}: its value is no number"
 
 
 def layout(frame: dict[str, Any]) -> str:
@@ -120,9 +120,9 @@ def test_handles_stay_within_reach(name: str) -> None:
                 frame = host.render("f", {**preset(widget).plain(), "log": log})
                 check_handles(name, frame)
                 views = {panel["name"]: panel["view"] for panel in frame["panels"]}
-                for one, other in combinations(frame["handles"], 2):
-                    if one["panel"] == other["panel"]:
-                        x0, x1, *_ = views[one["panel"]]
-                        px = dist(one["world"], other["world"]) * 358 / (x1 - x0)
-                        near = f"{name}: {one['name']} and {other['name']} are {px:.0f} px apart on a phone after {log}"
-                        assert px >= 40, f"{near}; keep them 40 px apart, as Placing's `least` does"
+                for a, b in combinations(frame["handles"], 2):
+                    if a["panel"] == b["panel"]:
+                        x0, x1, *_ = views[a["panel"]]
+                        px = dist(a["world"], b["world"]) * 358 / (x1 - x0)
+                        message = f"{name}: {a['name']} and {b['name']} are {px:.0f} px apart on a phone after {log}"
+                        assert px >= 40, f"{message}; keep them 40 px apart, as Placing's `least` does"

@@ -40,15 +40,15 @@ def test_eight_steps_of_points_come_less_far_than_of_planes() -> None:
 def test_a_short_length_scale_breaks_the_landscape() -> None:
     """7.1: at 0.3 u fewer of the 49 starts reach the truth, and there are more minima and more ends."""
     usual, short = readouts("landscape", "default", "sow"), readouts("landscape", "default", "sow", length=0.3)
-    arrived = [int(result["reached"].split(" ")[0]) for result in (usual, short)]
-    assert arrived[1] < arrived[0]
+    counts = [int(result["reached"].split(" ")[0]) for result in (usual, short)]
+    assert counts[1] < counts[0]
     assert int(short["minima"]) > int(usual["minima"])
     assert int(short["places"]) > int(usual["places"])
 
 
 def test_refining_need_not_sharpen_the_run_that_is_shown() -> None:
     """8.1: refining leaves the rotation error of the figure's run unchanged; with the race's gate it is larger."""
-    proposed, refined = (readouts("pipeline", "default", *["next"] * k)["rotation_error"] for k in (1, 2))
+    proposal, refinement = (readouts("pipeline", "default", *["next"] * k)["rotation_error"] for k in (1, 2))
     wide = readouts("pipeline", "default", "next", "next", gate=2.6)["rotation_error"]
-    assert proposed == refined
-    assert float(refined) < float(wide) < 5.0
+    assert proposal == refinement
+    assert float(refinement) < float(wide) < 5.0

@@ -41,7 +41,7 @@ def records(name: str) -> Iterator[dict[str, Any]]:
 
 
 @cache
-def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+def tape_frames(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """Those records with their frames, all drawn in order by one host, so that each press costs one step. Equal
     settings from two presets are drawn once."""
     host = Host()
@@ -53,7 +53,7 @@ def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 def ends(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """The first and last record of each series of presses."""
-    results = taped(name)
+    results = tape_frames(name)
     logs = [len(plain["log"]) for plain, _ in results]
     return [pair for pair, k, after in zip(results, logs, [*logs[1:], 0], strict=True) if k == 0 or after <= k]
 
@@ -61,7 +61,7 @@ def ends(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 @pytest.mark.parametrize("name", WIDGETS)
 def test_a_state_draws_reads_and_describes(name: str) -> None:
     """Panels, readouts as finite text, a description in sentences; prefixed ids; no colour or float in the SVG."""
-    for plain, frame in taped(name):
+    for plain, frame in tape_frames(name):
         check_frame(plain, frame)
 
 
@@ -72,46 +72,46 @@ def at(plain: dict[str, Any]) -> str:
 
 
 def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
-    widget, here = WIDGETS[plain["widget"]], at(plain)
-    assert frame["panels"], f"{here}: a Picture has at least one Panel"
+    widget, case = WIDGETS[plain["widget"]], at(plain)
+    assert frame["panels"], f"{case}: a Picture has at least one Panel"
     names = [panel["name"] for panel in frame["panels"]]
-    assert len(set(names)) == len(names), f"{here}: give each Panel a name of its own, not {names}"
+    assert len(set(names)) == len(names), f"{case}: give each Panel a name of its own, not {names}"
     for panel in frame["panels"]:
         svg = panel["svg"]
         assert svg.startswith('<svg class="plot" viewBox="0 0 ')
-        assert "<path" in svg, f"{here}: the panel {panel['name']} shows no mark; draw something in every state"
+        assert "<path" in svg, f"{case}: the panel {panel['name']} shows no mark; draw something in every state"
         assert all(i.startswith(f"fig-x-{panel['name']}-") for i in re.findall(r' id="([^"]*)"', svg))
         wrong = re.search(
             r"style=|fill=|stroke=|nan|inf|\d\.\d", re.sub(r'>[^<]*</text>|aria-label="[^"]*"', "", svg), re.IGNORECASE
         )
-        assert not wrong, f"{here}: the panel {panel['name']} has {wrong[0]!r} in its markup; marks hold finite numbers"
-    assert frame["readouts"], f"{here}: a Picture has at least one Readout"
+        assert not wrong, f"{case}: the panel {panel['name']} has {wrong[0]!r} in its markup; marks hold finite numbers"
+    assert frame["readouts"], f"{case}: a Picture has at least one Readout"
     for readout in frame["readouts"]:
-        text = f"{here}: {readout['name']} shows {readout['value']!r}"
+        text = f"{case}: {readout['name']} shows {readout['value']!r}"
         assert readout["value"].strip(), f'{text}; where there is no value yet, show "–"'
         assert not re.search(r"nan|inf|e-\d|-", readout["value"]), f"{text}; write numbers by picture.number"
         assert readout["role"] == "" or readout["role"] in ROLES, f"{text}; its role is none of {', '.join(ROLES)}"
     message = frame["description"]
     sentences = re.fullmatch(r"[A-Z0-9].{60,}\.", message)
-    assert sentences, f"{here}: describe what is seen in whole sentences, 60 characters or more, not {message!r}"
+    assert sentences, f"{case}: describe what is seen in whole sentences, 60 characters or more, not {message!r}"
     wrong = re.search(r"\bnan\b|\binf\b|  ", message + frame["note"])
-    assert not wrong, f"{here}: {wrong[0]!r} in the description or the note: {message!r}, {frame['note']!r}"
+    assert not wrong, f"{case}: {wrong[0]!r} in the description or the note: {message!r}, {frame['note']!r}"
     words = unescape(json.dumps({key: part for key, part in frame.items() if key != "python"}, ensure_ascii=False))
     straight = re.search(r".{0,30}(?:[a-zA-Z]'|'[a-zA-Z]).{0,30}", words)
-    assert not straight, f"{here}: write an apostrophe as ’, quotes as ‘…’, in {straight[0]!r}"
+    assert not straight, f"{case}: write an apostrophe as ’, quotes as ‘…’, in {straight[0]!r}"
     buttons = {button.name for button in widget.buttons}
-    assert set(frame["disabled"]) <= buttons, f"{here}: disabled names {frame['disabled']}; the buttons are {buttons}"
+    assert set(frame["disabled"]) <= buttons, f"{case}: disabled names {frame['disabled']}; the buttons are {buttons}"
     assert frame["controls"] == plain["controls"]
     for motion in frame["motions"]:
-        group, drawn = motion["group"], "".join(panel["svg"] for panel in frame["panels"])
-        missing = f"{here}: motion names {group}, and draw puts no Group of that name into that panel"
-        assert f'id="{group}"' in drawn, missing
+        group, markup = motion["group"], "".join(panel["svg"] for panel in frame["panels"])
+        missing = f"{case}: motion names {group}, and draw puts no Group of that name into that panel"
+        assert f'id="{group}"' in markup, missing
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_readout_names_and_panels_stay(name: str) -> None:
     """A page lays out readouts and panels once, so every state has the same names, labels and views."""
-    frames = [frame for _, frame in taped(name)]
+    frames = [frame for _, frame in tape_frames(name)]
     layouts = {
         json.dumps([[(r["name"], r["label"]) for r in f["readouts"]], [(p["name"], p["view"]) for p in f["panels"]]])
         for f in frames
@@ -126,52 +126,52 @@ def test_readout_names_and_panels_stay(name: str) -> None:
 def test_keys_are_drags(name: str) -> None:
     """Each arrow key of each handle is a drag that the record accepts and that takes the handle to the key's place."""
     host = Host()
-    done = [pair for pair in ends(name) if pair[0]["log"]]
-    for plain, frame in [*(pair for pair in ends(name) if not pair[0]["log"]), *done[:1], *done[-1:]]:
+    moves = [pair for pair in ends(name) if pair[0]["log"]]
+    for plain, frame in [*(pair for pair in ends(name) if not pair[0]["log"]), *moves[:1], *moves[-1:]]:
         check_keys(host, plain, frame)
 
 
 def check_keys(host: Host, plain: dict[str, Any], frame: dict[str, Any]) -> None:
-    widget, here = WIDGETS[plain["widget"]], at(plain)
-    drawn = {handle["name"] for handle in frame["handles"] if "sets" not in handle}
-    assert drawn <= set(widget.handles), f"{here}: draw has the handles {drawn}, WIDGET.handles names {widget.handles}"
+    widget, case = WIDGETS[plain["widget"]], at(plain)
+    names = {handle["name"] for handle in frame["handles"] if "sets" not in handle}
+    assert names <= set(widget.handles), f"{case}: draw has the handles {names}, WIDGET.handles names {widget.handles}"
     for handle in frame["handles"]:
-        what, arrows = f"{here}: the handle {handle['name']}", [f"Arrow{w}" for w in ("Left", "Right", "Up", "Down")]
+        grip, arrows = f"{case}: the handle {handle['name']}", [f"Arrow{w}" for w in ("Left", "Right", "Up", "Down")]
         keys = {*arrows, *(f"Shift+{arrow}" for arrow in arrows)}
-        assert set(handle["keys"]) == keys, f"{what} has other keys; make them by move_keys, turn_keys or slide_keys"
-        assert handle["panel"] in {panel["name"] for panel in frame["panels"]}, f"{what} is in no panel of the picture"
-        assert 0 <= handle["left"] <= 100, f"{what} lies outside its panel's window; limit where it can be put"
-        assert 0 <= handle["top"] <= 100, f"{what} lies outside its panel's window; limit where it can be put"
-        for key, place in handle["keys"].items():
-            after = host.render("f", put(plain, handle, place))
-            (there,) = (h for h in after["handles"] if h["name"] == handle["name"])
-            stays = there["world"] == handle["world"] and there["value"] == handle["value"]
-            ended = "sets" in handle and place == handle["world"] and place[0] in handle["slider"][:2]
-            assert not stays or ended, f"{what} does not move by {key}; act takes a drag to {place} for nothing"
+        assert set(handle["keys"]) == keys, f"{grip} has other keys; make them by move_keys, turn_keys or slide_keys"
+        assert handle["panel"] in {panel["name"] for panel in frame["panels"]}, f"{grip} is in no panel of the picture"
+        assert 0 <= handle["left"] <= 100, f"{grip} lies outside its panel's window; limit where it can be put"
+        assert 0 <= handle["top"] <= 100, f"{grip} lies outside its panel's window; limit where it can be put"
+        for key, point in handle["keys"].items():
+            after = host.render("f", put(plain, handle, point))
+            (result,) = (h for h in after["handles"] if h["name"] == handle["name"])
+            stays = result["world"] == handle["world"] and result["value"] == handle["value"]
+            at_end = "sets" in handle and point == handle["world"] and point[0] in handle["slider"][:2]
+            assert not stays or at_end, f"{grip} does not move by {key}; act takes a drag to {point} for nothing"
             if handle["kind"] != "turn":
-                landed = dist(there["world"], place) < 2e-4
-                assert landed, f"{what} goes to {there['world']} by {key}, which names {place}; act puts it elsewhere"
+                landed = dist(result["world"], point) < 2e-4
+                assert landed, f"{grip} goes to {result['world']} by {key}, which names {point}; act puts it elsewhere"
 
 
-def put(plain: dict[str, Any], handle: dict[str, Any], place: list[float]) -> dict[str, Any]:
+def put(plain: dict[str, Any], handle: dict[str, Any], point: list[float]) -> dict[str, Any]:
     """The record after a handle is put at a place, as `put` in templates/assets/js/base/record.js makes it."""
     if "sets" in handle:
-        return {**plain, "controls": {**plain["controls"], handle["sets"]: place[0]}}
-    return {**plain, "log": [*plain["log"], ["drag", handle["name"], *place]]}
+        return {**plain, "controls": {**plain["controls"], handle["sets"]: point[0]}}
+    return {**plain, "log": [*plain["log"], ["drag", handle["name"], *point]]}
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_two_handles_do_not_cover_each_other(name: str) -> None:
     """At 358 px wide, the centres of two 44 px touch targets are at least 40 px apart."""
-    for plain, frame in taped(name):
+    for plain, frame in tape_frames(name):
         views = {panel["name"]: panel["view"] for panel in frame["panels"]}
-        for i, one in enumerate(frame["handles"]):
-            for other in frame["handles"][:i]:
-                if one["panel"] == other["panel"]:
-                    x0, x1, *_ = views[one["panel"]]
-                    px = dist(one["world"], other["world"]) * 358 / (x1 - x0)
-                    near = f"{at(plain)}: {one['name']} and {other['name']} are {px:.0f} px apart on a phone"
-                    assert px >= 40, f"{near}; keep them 40 px apart, as Placing's `least` does"
+        for i, a in enumerate(frame["handles"]):
+            for b in frame["handles"][:i]:
+                if a["panel"] == b["panel"]:
+                    x0, x1, *_ = views[a["panel"]]
+                    px = dist(a["world"], b["world"]) * 358 / (x1 - x0)
+                    message = f"{at(plain)}: {a['name']} and {b['name']} are {px:.0f} px apart on a phone"
+                    assert px >= 40, f"{message}; keep them 40 px apart, as Placing's `least` does"
 
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if any(b.does == "reseed" for b in WIDGETS[name].buttons)])
@@ -179,16 +179,16 @@ def test_another_seed_is_another_draw(name: str) -> None:
     """If a figure has a button for a new draw, the next seed changes the picture of some preset."""
     widget, host = WIDGETS[name], Host()
     plains = [preset(widget, start).plain() for start in widget.presets]
-    drawn = [[host.render("f", {**plain, "seed": plain["seed"] + k})["panels"] for k in (0, 13)] for plain in plains]
-    differ = any(one != other for one, other in drawn)
+    pairs = [[host.render("f", {**plain, "seed": plain["seed"] + k})["panels"] for k in (0, 13)] for plain in plains]
+    differ = any(a != b for a, b in pairs)
     assert differ, f"{name}: a button draws anew, and no preset's picture depends on the seed; take the button away"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_legend_names_only_what_is_drawn(name: str) -> None:
     """Each key of the legend appears in at least one recorded state."""
-    drawn = "".join(p["svg"] for _, frame in taped(name) for p in frame["panels"])
-    classes = {word for group in re.findall(r'class="([^"]*)"', drawn) for word in group.split()}
+    svg = "".join(p["svg"] for _, frame in tape_frames(name) for p in frame["panels"])
+    classes = {word for group in re.findall(r'class="([^"]*)"', svg) for word in group.split()}
     for key in WIDGETS[name].legend:
         assert key.shape in SHAPES, f"{name}: the legend's {key.label!r} has the shape {key.shape}; there are {SHAPES}"
         assert key.role in classes, f"{name}: no state of the tape draws {key.role!r}, the legend's {key.label!r}"
@@ -222,7 +222,7 @@ def test_what_moves_is_drawn_as_the_source(name: str) -> None:
 def test_the_words_follow_the_state(name: str) -> None:
     """Every description is whole sentences with numbers; after the tape's presses it differs from the first."""
     first: dict[str, str] = {}
-    for plain, frame in taped(name):
+    for plain, frame in tape_frames(name):
         words = frame["description"]
         whole = re.fullmatch(r"[A-Z0-9].*\d.*\.", words, re.DOTALL)
         assert whole, f"{at(plain)}: a description is whole sentences with a number in them, not {words!r}"
@@ -238,25 +238,25 @@ def test_the_words_follow_the_state(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in WIDGETS if "noise" in specs(WIDGETS[name].controls)])
 def test_the_words_tell_the_settings(name: str) -> None:
     """The noise and the fraction of outliers are stated as they are set, in the description or a caption."""
-    host, known = Host(), specs(WIDGETS[name].controls)
+    host, by_name = Host(), specs(WIDGETS[name].controls)
     for control in ("noise", "outliers"):
-        if control not in known or (name == "ransac" and control == "outliers"):  # a share that is stated as a count
+        if control not in by_name or (name == "ransac" and control == "outliers"):  # a share that is stated as a count
             continue
-        spec = known[control]
+        spec = by_name[control]
         for part in (0.4, 0.8):
             value = round(spec.low + spec.step * round(part * (spec.high - spec.low) / spec.step), spec.decimals)
             frame = host.render("fig-x", preset(WIDGETS[name], "default", {control: value}).plain())
             words = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
             share = value if spec.unit == "%" else 100 * value
-            shown = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
-            match = re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", words)
-            assert match, f"{name}: {control} is {value}; say {shown!r} in the description or a caption, not {words!r}"
+            text = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
+            match = re.search(rf"(?<![\d.]){re.escape(text)}(?!\d)", words)
+            assert match, f"{name}: {control} is {value}; say {text!r} in the description or a caption, not {words!r}"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_every_panel_and_handle_has_a_name_of_its_own(name: str) -> None:
     """No two pictures of a figure and no two handles of a panel share a label; pictures' labels have several words."""
-    for _, frame in taped(name):
+    for _, frame in tape_frames(name):
         labels = [re.search(r'aria-label="([^"]*)"', panel["svg"]).group(1) for panel in frame["panels"]]  # type: ignore[union-attr]
         assert len(set(labels)) == len(labels), f"{name}: give each Panel a label of its own, not {labels}"
         worded = all(len(label.split()) > 1 for label in labels)
@@ -264,6 +264,6 @@ def test_every_panel_and_handle_has_a_name_of_its_own(name: str) -> None:
         handles = [(handle["panel"], handle["label"]) for handle in frame["handles"]]
         assert len(set(handles)) == len(handles), f"{name}: give each Handle of a panel its own label, not {handles}"
         for handle in frame["handles"]:
-            least, most, now = handle["slider"]
-            assert least <= now <= most, f"{name}: the handle {handle['name']} is at {now}, beyond {least} … {most}"
+            least, most, value = handle["slider"]
+            assert least <= value <= most, f"{name}: the handle {handle['name']} is at {value}, beyond {least} … {most}"
             assert handle["value"].strip(), f"{name}: the handle {handle['name']} has no value in words"

@@ -51,26 +51,26 @@ def test_labels_units_and_roles_agree_with_names(name: str) -> None:
 
 def check(figure: str, readout: dict[str, Any], length: str, residual: str) -> None:
     """Check one readout. `length` and `residual` are the units of lengths that UNITS gives in u, and of a residual."""
-    here = f"{figure}: the readout {readout['name']} ({readout})"
+    case = f"{figure}: the readout {readout['name']} ({readout})"
     label, parts = readout["label"].lower(), readout["name"].split("_")
     number = readout["value"].lstrip("−").replace(".", "").isdigit()
     for part in parts:
-        assert WORDS.get(part, "") in label, f"{here} is to have {WORDS.get(part)!r} in its label, as its name says"
+        assert WORDS.get(part, "") in label, f"{case} is to have {WORDS.get(part)!r} in its label, as its name says"
         if part in ROLES:
-            assert readout["role"] == ROLES[part], f"{here} is to have the role {ROLES[part]!r}, as its name says"
+            assert readout["role"] == ROLES[part], f"{case} is to have the role {ROLES[part]!r}, as its name says"
     for word, usual in UNITS.items():
         unit = length if usual == "u" else usual
         if number and (word in parts or (word in label and "<" not in label)):
-            assert readout["unit"] == unit, f"{here} is to be in {unit}: its name or label says {word}"
+            assert readout["unit"] == unit, f"{case} is to be in {unit}: its name or label says {word}"
     if number and "rms" in label:
         unit = "" if "rises" in parts else residual
-        assert readout["unit"] == unit, f"{here} is to have the unit {unit!r}, as a residual"
+        assert readout["unit"] == unit, f"{case} is to have the unit {unit!r}, as a residual"
     if "at the start" in label or "all pairs" in label:
-        assert readout["role"] == "ghost", f"{here} is to have the role 'ghost': it is not of what is shown now"
+        assert readout["role"] == "ghost", f"{case} is to have the role 'ghost': it is not of what is shown now"
     if readout["name"] == "rms":
-        assert readout["role"] in ("source", ""), f"{here} is to have the role 'source' or none"
+        assert readout["role"] in ("source", ""), f"{case} is to have the role 'source' or none"
     if readout["value"] in ("–", "…"):
-        assert readout["unit"] == "", f"{here} has no value, and so no unit"
+        assert readout["unit"] == "", f"{case} has no value, and so no unit"
 
 
 @pytest.mark.parametrize(
@@ -80,6 +80,6 @@ def check(figure: str, readout: dict[str, Any], length: str, residual: str) -> N
 def test_a_share_in_percent_is_one(name: str, figure: str, log: list[Any], unit: str) -> None:
     """A share of many is a number of percent, not a fraction with a percent sign."""
     frame = Host().render("fig-x", {**preset(WIDGETS[figure]).plain(), "log": log})
-    (readout,) = (each for each in frame["readouts"] if each["name"] == name)
+    (readout,) = (r for r in frame["readouts"] if r["name"] == name)
     assert readout["unit"] == unit
     assert 1 < float(readout["value"]) <= 100

@@ -120,9 +120,9 @@ def test_names_of_lines_keep_clear_of_the_name_of_the_axis(last: list[tuple[int,
     left, right, top, bottom = boxes.pop(title)
     names = [box for text, box in boxes.items() if text.startswith("line")]
     assert len(names) == len(last)
-    for one in names:
-        assert one[0] >= right or one[1] <= left or one[2] >= bottom or one[3] <= top
-        assert one[2] >= 0
+    for box in names:
+        assert box[0] >= right or box[1] <= left or box[2] >= bottom or box[3] <= top
+        assert box[2] >= 0
 
 
 def test_a_name_of_a_line_that_has_just_begun_does_not_cover_the_ticks() -> None:
@@ -147,8 +147,8 @@ def test_an_axis_of_x_may_be_logarithmic_too() -> None:
 
 def test_given_ticks_stand_in_for_round_values() -> None:
     """An axis may show another quantity than its window: its tick labels are then the given texts."""
-    ticked = chart("c", "c", [], Axis("x", 0, 1), Axis("y", 0, 1, ((0.0, "0.01"), (0.75, "ten"))))
-    texts = [mark.text for mark in ticked.marks if isinstance(mark, Label)]
+    panel = chart("c", "c", [], Axis("x", 0, 1), Axis("y", 0, 1, ((0.0, "0.01"), (0.75, "ten"))))
+    texts = [mark.text for mark in panel.marks if isinstance(mark, Label)]
     assert "ten" in texts
     assert "0.01" in texts
     assert "0.25" not in texts[texts.index("0.01") :]

@@ -42,15 +42,15 @@ def test_small(value: float, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "text"),
+    ("words", "text"),
     [
         ("every pair's weight is zero", "every pair’s weight is zero"),
         ("moved by -1.5 and -0.000", "moved by −1.5 and 0.000"),
         ("point-to-plane: expected 'x'", "point-to-plane: expected 'x'"),
     ],
 )
-def test_a_solvers_words_are_as_the_site_prints_them(said: str, text: str) -> None:
-    assert worded(said) == text
+def test_a_solvers_words_are_as_the_site_prints_them(words: str, text: str) -> None:
+    assert worded(words) == text
 
 
 @pytest.mark.parametrize(

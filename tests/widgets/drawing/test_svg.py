@@ -177,13 +177,13 @@ def test_rounding_error_does_not_reach_the_bytes(halves: list[tuple[int, int]], 
     rng = np.random.default_rng(seed)
     exact = np.array(halves) / 20 / VIEW.scale  # multiples of half a tenth of a px
 
-    def drawn() -> str:
+    def drawing() -> str:
         xy = exact + rng.uniform(-1e-14, 1e-14, exact.shape)
         covariance = np.array([[1.0, 0.2], [0.2, 0.5]]) + rng.uniform(-1e-14, 1e-14)
         marks: list[Mark] = [Points(xy, "source"), Segments(xy, xy[::-1], "pair"), Path(xy, "ghost")]
         return body(*marks, Ellipses(xy, [covariance] * len(xy), "target"), Ring(xy[0], "truth"), Label(xy[0], "a"))
 
-    assert drawn() == drawn()
+    assert drawing() == drawing()
 
 
 def test_far_away_is_clamped_and_nan_is_refused() -> None:
@@ -200,14 +200,14 @@ def test_far_away_is_clamped_and_nan_is_refused() -> None:
 
 def rims(text: str) -> list[list[list[int]]]:
     """The points of each ellipse in a path: four cubic curves, their points relative to where each curve begins."""
-    every = []
+    shapes = []
     for ellipse in re.findall(r"M[^z]*z", text):
         begin, *rest = np.array([int(v) for v in re.findall(r"-?\d+", ellipse)]).reshape(-1, 2)
         points = [begin]
         for curve in np.reshape(rest, (4, 3, 2)):
             points.extend(points[-1] + curve)
-        every.append(np.array(points).tolist())
-    return every
+        shapes.append(np.array(points).tolist())
+    return shapes
 
 
 @settings(deadline=None)
@@ -232,7 +232,7 @@ def test_flat_ellipses_are_drawn() -> None:
     text = body(Ellipses([[5, 5], [5, 5]], [[[4, 0], [0, 0]], [[0, 0], [0, 0]]], "target"))
     first, second = rims(text)
     assert {y for _, y in first} == {500}
-    assert {place for point in second for place in point} == {500}
+    assert {value for point in second for value in point} == {500}
 
 
 # Heat
@@ -257,8 +257,8 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
     result = np.full((2, 3), -1)
     for level, d in re.findall(r'class="h(\d+)" d="([^"]*)"', text):
         p = q = 0
-        for place in re.findall(r"[Mm](-?\d+) ?(-?\d+)h(\d+)v-(\d+)h", d):
-            dx, dy, w, h = (int(v) // 10 for v in place)
+        for numbers in re.findall(r"[Mm](-?\d+) ?(-?\d+)h(\d+)v-(\d+)h", d):
+            dx, dy, w, h = (int(v) // 10 for v in numbers)
             p, q = x, y = p + dx, q + dy
             assert (result[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
             result[2 - y : 2 - y + h, x : x + w] = int(level)
@@ -313,8 +313,8 @@ def test_hatching_ends_where_its_area_does() -> None:
     assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100-100m100-100l100-100"
     assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200-200"
     assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300v-300"
-    both = hatch([[0] * 3] * 3, "end-half")
-    assert both.lower().count("m") == 6  # every second diagonal of three by three tiles, in both directions
+    pattern = hatch([[0] * 3] * 3, "end-half")
+    assert pattern.lower().count("m") == 6  # every second diagonal of three by three tiles, in both directions
 
 
 # The grid
@@ -375,7 +375,7 @@ def test_lines_lie_where_their_ends_are(ends: list[tuple[float, float, float, fl
     (d,) = re.findall(r' d="([^"]*)"', body(Segments(a, b, "pair")))
     at, lines, moves = np.zeros(2, dtype=int), [], 0
     for command, numbers in re.findall(r"([Mmhvl])([-\d ]+)", d):
-        values = [int(each) for each in re.findall(r"-?\d+", numbers)]
+        values = [int(number) for number in re.findall(r"-?\d+", numbers)]
         step = {"h": [*values, 0], "v": [0, *values]}.get(command, values)
         to = np.array(step) if command == "M" else at + step
         if command in "Mm":

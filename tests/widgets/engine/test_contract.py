@@ -118,14 +118,14 @@ def test_any_json_is_a_frame_or_a_reason(record: Any) -> None:
     assert answer.startswith("<svg") or 0 < len(answer) < 400
 
 
-def nested(levels: int) -> list[Any]:
+def nest(levels: int) -> list[Any]:
     deep: list[Any] = []
     for _ in range(levels):
         deep = [deep]
     return deep
 
 
-DEEP = nested(100_000)
+DEEP = nest(100_000)
 BAD = st.just(DEEP) | st.just({"x": DEEP}) | st.sampled_from(["\ud800", "a" * 10_000, 10**400, -(2**63), ()]) | JSON
 
 
@@ -139,8 +139,8 @@ def test_what_is_wrong_anywhere_in_a_record_is_a_short_reason(
     widget = WIDGETS[name]
     plain = preset(widget).plain()
     if place == "controls" and data.draw(st.booleans()):
-        known = sorted(plain["controls"])
-        plain["controls"] = {**plain["controls"], data.draw(st.sampled_from([*known, "\udfff", "x" * 999])): bad}
+        names = sorted(plain["controls"])
+        plain["controls"] = {**plain["controls"], data.draw(st.sampled_from([*names, "\udfff", "x" * 999])): bad}
     elif place == "log" and data.draw(st.booleans()):
         entry: list[Any] = ["drag", "source", 0.5, 0.5][: data.draw(st.integers(1, 4))]
         entry[data.draw(st.integers(0, len(entry) - 1))] = bad
@@ -185,8 +185,8 @@ def test_names_are_what_the_registry_says() -> None:
         names = [*buttons, *widget.handles, *(job.name for job in widget.jobs), *widget.presets]
         assert sorted(names) == sorted(set(names)), name
         assert not {field.name for field in fields(widget.controls)} & {*buttons}, name
-        settings_ = [preset(widget, each).controls for each in widget.presets]
-        assert not any(one == other for one, other in combinations(settings_, 2)), name
+        settings_ = [preset(widget, key).controls for key in widget.presets]
+        assert not any(a == b for a, b in combinations(settings_, 2)), name
         assert sum(button.primary for button in widget.buttons) <= 1
         for button in widget.buttons:
             presses = {b.name for b in widget.buttons if b.does == "press"}

@@ -30,9 +30,9 @@ def test_defaults_and_specs() -> None:
 
 def test_a_slider_is_called_by_what_it_stands_for() -> None:
     """If the option has no name for it, or no option is known, the slider has its own label."""
-    named = slider(1, "Length", 0, 2, 1, named=("method", {"icp": "Gate", "cpd": "First σ"})).metadata["spec"]
+    spec = slider(1, "Length", 0, 2, 1, named=("method", {"icp": "Gate", "cpd": "First σ"})).metadata["spec"]
     methods: tuple[dict[str, str], ...] = ({"method": "icp"}, {"method": "cpd"}, {"method": "ndt"}, {})
-    assert [named.called(controls) for controls in methods] == ["Gate", "First σ", "Length", "Length"]
+    assert [spec.called(controls) for controls in methods] == ["Gate", "First σ", "Length", "Length"]
     assert specs(Some)["noise"].called({"scene": "noisy"}) == "Noise"
 
 
@@ -59,7 +59,7 @@ def test_rounding_at_the_ends_is_clamped() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("values", "message"),
     [
         ({"nois": 0.1}, "no control 'nois'; did you mean 'noise'?"),
         ({"zzz": 0.1}, "no control 'zzz'; there are scene, noise, correct"),
@@ -76,6 +76,6 @@ def test_rounding_at_the_ends_is_clamped() -> None:
         ({"correct": "true"}, "correct: 'true' is neither true nor false"),
     ],
 )
-def test_refusals_name_the_control_and_the_nearest_right_name(given: dict[str, Any], message: str) -> None:
+def test_refusals_name_the_control_and_the_nearest_right_name(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        validated(Some, given)
+        validated(Some, values)

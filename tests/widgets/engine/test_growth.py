@@ -31,14 +31,14 @@ def logs(widget: Widget, numbers: Iterable[int]) -> list[list[Any]]:
 
 def growth(host: Host, widget: Widget) -> int:
     """How many more blocks Python holds after a round of actions than before, in the round that adds least."""
-    plain, held = preset(widget).plain(), list[int]()
+    plain, blocks = preset(widget).plain(), list[int]()
     for first in range(0, ROUNDS * ACTIONS, ACTIONS):
         for log in logs(widget, range(first, first + ACTIONS)):
             host.frame(json.dumps({"figure": "fig-x", "record": {**plain, "log": log}, "detail": 0}))
         gc.collect()
-        held.append(sys.getallocatedblocks())
-    assert held[0] > 10_000, "this Python does not count its blocks"
-    return min(after - before for before, after in pairwise(held))
+        blocks.append(sys.getallocatedblocks())
+    assert blocks[0] > 10_000, "this Python does not count its blocks"
+    return min(after - before for before, after in pairwise(blocks))
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -51,11 +51,11 @@ def test_many_actions_leave_nothing_behind(name: str) -> None:
 def test_states_that_are_kept_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a host that retains every state."""
     states: list[Any] = []
-    drawn = Host._drawn
+    draw = Host._drawn
 
     def keeping(host: Host, figure: str, widget: Widget, record: Any, reached: list[Any], detail: int | None) -> Any:
         states.append(reached[-1])
-        return drawn(host, figure, widget, record, reached, detail)
+        return draw(host, figure, widget, record, reached, detail)
 
     monkeypatch.setattr(Host, "_drawn", keeping)
     assert growth(Host(), WIDGETS[name]) > SPARE

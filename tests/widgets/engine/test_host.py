@@ -99,41 +99,41 @@ def test_one_action_costs_one_act() -> None:
 def test_figures_do_not_share_their_past() -> None:
     """Two figures of the same widget on a page replay independently, and their ids differ."""
     host, calls = _counting()
-    one, other = host.render("fig-a", record(SOLVE)), host.render("fig-b", record())
+    first, second = host.render("fig-a", record(SOLVE)), host.render("fig-b", record())
     assert calls.count("start") == 2
-    assert host.render("fig-a", record(SOLVE)) == one
-    assert 'id="fig-b-main-source"' in other["panels"][0]["svg"]
-    assert "fig-a" not in json.dumps(other)
+    assert host.render("fig-a", record(SOLVE)) == first
+    assert 'id="fig-b-main-source"' in second["panels"][0]["svg"]
+    assert "fig-a" not in json.dumps(second)
 
 
 def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """While a scan is dragged, the room beside it is not rendered again; a new room is."""
-    drawn: list[str] = []
+    names: list[str] = []
 
-    def counted(panel: Panel, *rest: Any) -> str:
-        drawn.append(panel.name)
+    def count(panel: Panel, *rest: Any) -> str:
+        names.append(panel.name)
         return panel_svg(panel, *rest)
 
-    monkeypatch.setattr("widgets.engine.host.panel_svg", counted)
+    monkeypatch.setattr("widgets.engine.host.panel_svg", count)
     plain, host = preset(two_poses.WIDGET).plain(), Host()
     host.render("f", plain)
     for x in (1.0, 2.0):
         host.render("f", {**plain, "log": [["drag", "source", x, 0.0]]})
-    assert drawn == ["world", "robot", "robot", "robot"]
-    other = {**plain, "seed": 53}
-    assert host.render("f", other) == Host().render("f", other)
+    assert names == ["world", "robot", "robot", "robot"]
+    variant = {**plain, "seed": 53}
+    assert host.render("f", variant) == Host().render("f", variant)
 
 
 def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three panels share a view and a cloud, one of them inside a group: the cloud is rendered once, and not again for
     the next picture."""
-    drawn: list[Mark] = []
+    marks: list[Mark] = []
 
-    def counted(mark: Mark, view: View, prefix: str) -> str:
-        drawn.append(mark)
+    def count(mark: Mark, view: View, prefix: str) -> str:
+        marks.append(mark)
         return mark_svg(mark, view, prefix)
 
-    monkeypatch.setattr("widgets.engine.host.mark_svg", counted)
+    monkeypatch.setattr("widgets.engine.host.mark_svg", count)
     view, cloud = View(0, 1, 0, 1), Points([[0.5, 0.5]], "target")
 
     def draw(state: int) -> Picture:
@@ -152,13 +152,13 @@ def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch)
     )
     host = Host({"kabsch": widget})
     first = host.render("f", PLAIN)
-    assert [type(mark) for mark in drawn] == [Points] * 4
-    assert drawn[0] is cloud
+    assert [type(mark) for mark in marks] == [Points] * 4
+    assert marks[0] is cloud
     assert all('class="dot m target" d="M3200 3200h1"' in panel["svg"] for panel in first["panels"])
     assert 'id="f-p2-source"' in first["panels"][2]["svg"]
-    drawn.clear()
+    marks.clear()
     second = host.render("f", record(SOLVE))
-    assert cloud not in drawn
+    assert cloud not in marks
     assert second["panels"] == Host({"kabsch": widget}).render("f", record(SOLVE))["panels"]
 
 
@@ -189,8 +189,8 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
     assert "-0.0," not in text
     assert "NaN" not in text
     for handle in frame["handles"]:
-        for place in (handle["world"], *handle["keys"].values()):
-            assert all(v == round(v, 4) for v in place)
+        for point in (handle["world"], *handle["keys"].values()):
+            assert all(v == round(v, 4) for v in point)
         assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
 
 
@@ -240,8 +240,8 @@ def test_every_panel_has_its_own_motion(widget: Widget, press: str) -> None:
         if panel["name"] in names:
             motion = moved[f"f-{panel['name']}-source"]
             c, s = np.cos(np.radians(motion["turn"])), np.sin(np.radians(motion["turn"]))
-            turned = (places(before, k) - motion["about"]) @ np.array([[c, -s], [s, c]]).T
-            np.testing.assert_allclose(turned + motion["about"] + motion["shift"], places(after, k), atol=3)
+            points = (places(before, k) - motion["about"]) @ np.array([[c, -s], [s, c]]).T
+            np.testing.assert_allclose(points + motion["about"] + motion["shift"], places(after, k), atol=3)
 
 
 def test_a_coarse_drawing_has_no_motion_yet() -> None:
@@ -253,18 +253,18 @@ def test_a_coarse_drawing_has_no_motion_yet() -> None:
 def test_descents_are_traced_where_they_have_just_begun_and_are_known() -> None:
     """All 49 descents need a finer map than the first; those that were already drawn are not in the group."""
     host, plain = Host(), preset(landscape.WIDGET).plain()
-    clicked = ["click", "map", 1.0, 1.0]
+    click = ["click", "map", 1.0, 1.0]
     last = landscape.BANDS
     traces = {
-        level: host.render("f", {**plain, "log": [clicked, ["press", "sow"]]}, level)["motions"] for level in (0, last)
+        level: host.render("f", {**plain, "log": [click, ["press", "sow"]]}, level)["motions"] for level in (0, last)
     }
     assert traces == {0: [], last: [{"group": "f-map-descents", "trace": True}]}
-    drawn = host.render("f", {**plain, "log": [clicked, ["press", "sow"]]}, last)["panels"][0]["svg"]
-    before, _, group = drawn.partition('<g id="f-map-descents"')
+    svg = host.render("f", {**plain, "log": [click, ["press", "sow"]]}, last)["panels"][0]["svg"]
+    before, _, group = svg.partition('<g id="f-map-descents"')
     begins = {re.search(r"M[\d ]+", line)[0] for line in re.findall(r'class="line source" d="[^"]*"', group)}  # type: ignore[index]
     assert len(begins) >= landscape.SIDE**2
     assert before.count('class="line source"') == 1
-    for log in ([clicked, ["press", "clear"]], [["press", "sow"], ["press", "sow"]], [["press", "resample"]]):
+    for log in ([click, ["press", "clear"]], [["press", "sow"], ["press", "sow"]], [["press", "resample"]]):
         assert host.render("f", {**plain, "log": log}, last)["motions"] == []
 
 
@@ -342,7 +342,7 @@ def test_a_frame_leaves_nothing_to_the_cycle_collector(name: str) -> None:
         for plain in plains[1:]:
             host.render("f", plain, detail)
         gc.collect()
-        left = [one for one in gc.garbage if type(one).__module__.partition(".")[0] in ("widgets", "solvers", "numpy")]
+        left = [obj for obj in gc.garbage if type(obj).__module__.partition(".")[0] in ("widgets", "solvers", "numpy")]
     finally:
         gc.set_debug(0)
         gc.garbage.clear()

@@ -21,7 +21,7 @@ COLUMNS = (Column("error", "Error", "°", 2), Column("count", "Count"), Column("
 PANEL = Panel("dots", "A panel", View(0, 1, 0, 1, width=100), (Path([[0, 0], [1, 1]], "ink"),))
 
 
-def found(n: int) -> Result:
+def result_of(n: int) -> Result:
     rows = tuple(
         Row(f"r{i}", 'one, "two"' if i == 0 else f"Row {i}", (i + 1 / 3, i, 7.0), "by-means", dashed=i > 0)
         for i in range(n)
@@ -32,7 +32,7 @@ def found(n: int) -> Result:
 def counting(controls: Any, seed: int) -> Iterator[Progress]:
     """Ten pieces, with a row after every fifth."""
     for k in range(1, 11):
-        yield Progress(k / 10, f"piece {k}", found(k // 5) if k % 5 == 0 else None)
+        yield Progress(k / 10, f"piece {k}", result_of(k // 5) if k % 5 == 0 else None)
 
 
 JOB = Job("count", "Count", counting)
@@ -68,7 +68,7 @@ def test_a_slice_begins_no_piece_that_would_make_it_long(piece: float, slices: i
 def test_the_result_does_not_depend_on_the_slices(piece: float) -> None:
     """Whatever the clock says, the last result is the same, and the fraction done grows to one."""
     slices = all_slices(Running(Clock(piece)))
-    assert [s["result"] for s in slices if s["result"]][-1] == plain(found(2), "f-count")
+    assert [s["result"] for s in slices if s["result"]][-1] == plain(result_of(2), "f-count")
     parts = [s["part"] for s in slices]
     assert parts == sorted(parts)
     assert parts[-1] == 1
@@ -98,11 +98,11 @@ def test_another_begin_begins_anew() -> None:
 
 
 def test_a_job_that_fails_is_over() -> None:
-    def broken(controls: Any, seed: int) -> Iterator[Progress]:
+    def work(controls: Any, seed: int) -> Iterator[Progress]:
         yield Progress(0.5, "half")
         raise RuntimeError("broken")
 
-    running, job = Running(Clock(SLICE)), Job("b", "B", broken)
+    running, job = Running(Clock(SLICE)), Job("b", "B", work)
     running.begin("f", job, CONTROLS, 40)
     running.slice("f", job)
     with pytest.raises(RuntimeError, match="broken"):
@@ -113,22 +113,22 @@ def test_a_job_that_fails_is_over() -> None:
 
 def test_what_a_machine_takes_is_left_out_of_a_build() -> None:
     """The table in a built page has no times, neither as shown nor in its CSV; everything else is equal."""
-    built, live = finished(JOB, CONTROLS, 40, "f-count"), plain(found(2), "f-count")
-    assert [row["texts"] for row in built["rows"]] == [["0.33", "0", "–"], ["1.33", "1", "–"]]
+    build, live = finished(JOB, CONTROLS, 40, "f-count"), plain(result_of(2), "f-count")
+    assert [row["texts"] for row in build["rows"]] == [["0.33", "0", "–"], ["1.33", "1", "–"]]
     assert [row["texts"] for row in live["rows"]] == [["0.33", "0", "7"], ["1.33", "1", "7"]]
-    assert built["rows"][1]["values"] == [4 / 3, 1, None]
-    assert {k: v for k, v in built.items() if k not in ("rows", "csv")} == {
+    assert build["rows"][1]["values"] == [4 / 3, 1, None]
+    assert {k: v for k, v in build.items() if k not in ("rows", "csv")} == {
         k: v for k, v in live.items() if k not in ("rows", "csv")
     }
     assert [row["mark"] for row in live["rows"]] == ["by-means", "by-means dashed"]
-    assert built["panels"][0]["svg"].startswith("<svg")
+    assert build["panels"][0]["svg"].startswith("<svg")
     with pytest.raises(ValueError, match="without a result"):
         finished(Job("n", "N", lambda controls, seed: iter([Progress(1, "done")])), CONTROLS, 40, "f")
 
 
 def test_csv_is_read_back_in_full() -> None:
     """Any CSV reader gets the names, including commas and quotes, and every digit of the numbers."""
-    table = list(csv.reader(io.StringIO(plain(found(2), "f")["csv"])))
+    table = list(csv.reader(io.StringIO(plain(result_of(2), "f")["csv"])))
     assert table[0] == ["Solver", "Error (°)", "Count", "Wall time (ms)"]
     assert table[1][0] == 'one, "two"'
     assert [float(v) for v in table[2][1:]] == [4 / 3, 1.0, 7.0]

@@ -71,12 +71,12 @@ def any_action(name: str, frame: Mapping[str, Any], random: Random) -> list[Any]
     presses = [b.name for b in widget.buttons if b.does == "press" and b.name not in frame["disabled"]]
     doable: list[list[Any]] = [["press", name] for name in presses]
     views = {panel["name"]: panel["view"] for panel in frame["panels"]}
-    placed = [("drag", handle["name"], handle["panel"]) for handle in frame["handles"] if "sets" not in handle]
-    placed += [("click", panel, panel) for panel in widget.clicks]
-    placed += [("hover", panel, panel) for panel in widget.hovers]
-    for kind, what, panel in placed:
+    spots = [("drag", handle["name"], handle["panel"]) for handle in frame["handles"] if "sets" not in handle]
+    spots += [("click", panel, panel) for panel in widget.clicks]
+    spots += [("hover", panel, panel) for panel in widget.hovers]
+    for kind, target, panel in spots:
         x0, x1, y0, y1, *_ = views[panel]
-        doable.append([kind, what, round(random.uniform(x0, x1), 4), round(random.uniform(y0, y1), 4)])
+        doable.append([kind, target, round(random.uniform(x0, x1), 4), round(random.uniform(y0, y1), 4)])
     return random.choice(doable) if doable else None
 
 
@@ -87,11 +87,11 @@ def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
     for start in widget.presets:
         random = Random(f"{name} {start}")
         names = list(specs(widget.controls))
-        for changed, actions in ((0, 0), (0, 3), (2, 4)):
-            chosen = random.sample(names, min(changed, len(names)))
-            changes = {each: any_value(specs(widget.controls)[each], random) for each in chosen}
+        for count, actions in ((0, 0), (0, 3), (2, 4)):
+            subset = random.sample(names, min(count, len(names)))
+            changes = {key: any_value(specs(widget.controls)[key], random) for key in subset}
             plain = preset(widget, start, changes).plain()
-            plain["seed"] += 13 * changed
+            plain["seed"] += 13 * count
             for _ in range(actions):
                 action = any_action(name, host.render("f", plain, 0), random)  # coarse: offers the same actions
                 if action is not None:
@@ -108,18 +108,18 @@ def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any],
     host, names = Host(), figures(request)
     frames = [(name, frame) for name in names for frame in states(name, host)]
     scripts = list({frame["python"]: None for _, frame in frames})  # some states share a script
-    done = subprocess.run(
+    run = subprocess.run(
         [sys.executable, "-I", "-c", RUNNER, str(ROOT)],
         input=json.dumps(scripts),
         capture_output=True,
         text=True,
         encoding="utf-8",
     )
-    assert done.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{done.stderr}"
+    assert run.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{run.stderr}"
     result: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
-    printed = dict(zip(scripts, json.loads(done.stdout), strict=True))
+    outputs = dict(zip(scripts, json.loads(run.stdout), strict=True))
     for name, frame in frames:
-        result[name].append((frame, printed[frame["python"]]))
+        result[name].append((frame, outputs[frame["python"]]))
     return result
 
 
@@ -127,16 +127,16 @@ def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any],
 def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
     """With numpy and solvers alone, in every preset, after presses, drags and picks, with other controls and seeds."""
     for frame, text in runs[name]:
-        printed = dict(line.split(" ", 1) for line in text.splitlines())
-        shown = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
+        output = dict(line.split(" ", 1) for line in text.splitlines())
+        texts = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
         few = f"{name}: a script prints three readouts or more, as print(\"name\", value); this one:\n{frame['python']}"
-        assert len(printed) >= 3, few
-        assert set(printed) <= set(shown), f"{name}: {sorted(set(printed) - set(shown))} are printed and no readouts"
-        for readout, value in printed.items():
-            decimals = len(shown[readout].partition(".")[2])
-            close = pytest.approx(float(shown[readout]), abs=0.51 * 10**-decimals)
+        assert len(output) >= 3, few
+        assert set(output) <= set(texts), f"{name}: {sorted(set(output) - set(texts))} are printed and no readouts"
+        for readout, value in output.items():
+            decimals = len(texts[readout].partition(".")[2])
+            close = pytest.approx(float(texts[readout]), abs=0.51 * 10**-decimals)
             assert float(value) == close, (
-                f"{name}: the script prints {value} for {readout}, the figure shows {shown[readout]}, "
+                f"{name}: the script prints {value} for {readout}, the figure shows {texts[readout]}, "
                 f"at {frame['record']}:\n{frame['python']}"
             )
 

@@ -31,10 +31,10 @@ class _Clock:
         return Host({"kabsch": replace(WIDGET, start=self._taking(WIDGET.start), act=self._taking(WIDGET.act))}, self)
 
     def _taking(self, work: Callable[..., Any]) -> Callable[..., Any]:
-        def taking(*given: Any) -> Any:
+        def taking(*arguments: Any) -> Any:
             self.time += 0.5
             self.calls += 1
-            return work(*given)
+            return work(*arguments)
 
         return taking
 
@@ -42,10 +42,10 @@ class _Clock:
 LONG = [["drag", "source", 0.5 * k, -0.25 * k] if k % 2 else SOLVE for k in range(6)]
 
 
-def sliced(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
+def answer(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
     """A host's answer: a frame, or how far the replay is."""
-    answer: dict[str, Any] = json.loads(host.frame(json.dumps({"figure": "f", "record": plain, "slices": True})))
-    return answer
+    frame: dict[str, Any] = json.loads(host.frame(json.dumps({"figure": "f", "record": plain, "slices": True})))
+    return frame
 
 
 def test_a_long_replay_is_answered_in_slices() -> None:
@@ -53,7 +53,7 @@ def test_a_long_replay_is_answered_in_slices() -> None:
     clock, plain = _Clock(), record(*LONG)
     host, answers, calls = clock.host(), [], []
     while not answers or "replayed" in answers[-1]:
-        answers.append(sliced(host, plain))
+        answers.append(answer(host, plain))
         calls.append(clock.calls)
     assert answers[:-1] == [{"replayed": k, "of": 6} for k in range(6)]
     assert calls == [1, 2, 3, 4, 5, 6, 7]
@@ -63,11 +63,11 @@ def test_a_long_replay_is_answered_in_slices() -> None:
 
 def test_quick_work_is_one_slice_and_one_slow_action_too() -> None:
     """A request with time for the whole replay, and any single action on a cached state, are answered at once."""
-    assert sliced(Host({"kabsch": WIDGET}, lambda: 0.0), record(*LONG)) == Host().render("f", record(*LONG))
+    assert answer(Host({"kabsch": WIDGET}, lambda: 0.0), record(*LONG)) == Host().render("f", record(*LONG))
     host, log = _Clock().host(), []
-    for one in ([], *LONG):
-        log = [*log, one] if one else []
-        assert sliced(host, record(*log)) == Host().render("f", record(*log))
+    for action in ([], *LONG):
+        log = [*log, action] if action else []
+        assert answer(host, record(*log)) == Host().render("f", record(*log))
 
 
 def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
@@ -75,17 +75,17 @@ def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
     what was replayed of an older one."""
     clock = _Clock()
     host = clock.host()
-    while "replayed" in sliced(host, record(*LONG)):
+    while "replayed" in answer(host, record(*LONG)):
         pass
     for _ in range(3):
-        assert "replayed" in sliced(host, record(*LONG, noise=0.3))
+        assert "replayed" in answer(host, record(*LONG, noise=0.3))
     clock.calls = 0
-    frame = sliced(host, record(*LONG, SOLVE))
+    frame = answer(host, record(*LONG, SOLVE))
     assert (clock.calls, frame) == (1, Host().render("f", record(*LONG, SOLVE)))
     for k in range(4):
-        assert sliced(host, record(*LONG, noise=0.3)) == {"replayed": k, "of": 6}
+        assert answer(host, record(*LONG, noise=0.3)) == {"replayed": k, "of": 6}
     clock.calls = 0
-    assert sliced(host, record(*LONG[:3], SOLVE, noise=0.3)) == Host().render("f", record(*LONG[:3], SOLVE, noise=0.3))
+    assert answer(host, record(*LONG[:3], SOLVE, noise=0.3)) == Host().render("f", record(*LONG[:3], SOLVE, noise=0.3))
     assert clock.calls == 1
 
 
@@ -94,42 +94,42 @@ def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
 def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[int, bool, int]]) -> None:
     """Replays of records that share more or less are begun, abandoned and resumed: every frame byte for byte."""
     host = _Clock().host()
-    for length, other, patience in asked:
-        log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if other else LONG[:length]
+    for length, with_turn, patience in asked:
+        log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if with_turn else LONG[:length]
         for _ in range(patience):
-            answer = sliced(host, record(*log))
-            if "replayed" not in answer:
-                assert answer == Host().render("f", record(*log))
+            frame = answer(host, record(*log))
+            if "replayed" not in frame:
+                assert frame == Host().render("f", record(*log))
                 break
 
 
 def test_a_long_action_is_answered_in_slices() -> None:
     """A widget that acts in pieces does one per slice here and none twice; a request without slices continues after the
     last piece; another action begins anew. The frame is that of `act`."""
-    done: list[str] = []
+    calls: list[str] = []
 
     def pieces(state: Any, action: Action) -> Pieces:
         for k in range(3):
             clock.time += 0.5
-            done.append(f"{action.name} {k}")
+            calls.append(f"{action.name} {k}")
             yield
         return WIDGET.act(state, action)
 
     clock = _Clock()
     host = Host({"kabsch": replace(WIDGET, pieces=pieces)}, clock)
-    assert sliced(host, record()) == Host().render("f", record())
+    assert answer(host, record()) == Host().render("f", record())
     # The clock that limits a slice advances only after a first piece.
-    answers = [sliced(host, record(SOLVE)) for _ in range(3)]
+    answers = [answer(host, record(SOLVE)) for _ in range(3)]
     assert answers == [{"replayed": 0, "of": 1}] * 3
-    assert sliced(host, record(SOLVE)) == Host().render("f", record(SOLVE))
-    assert done == ["solve 0", "solve 1", "solve 2"]
-    done.clear()
+    assert answer(host, record(SOLVE)) == Host().render("f", record(SOLVE))
+    assert calls == ["solve 0", "solve 1", "solve 2"]
+    calls.clear()
     drag = ["drag", "source", 1.0, 0.0]
-    assert sliced(host, record(SOLVE, drag)) == {"replayed": 1, "of": 2}
-    assert sliced(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
-    assert done == ["source 0", "solve 0"]
+    assert answer(host, record(SOLVE, drag)) == {"replayed": 1, "of": 2}
+    assert answer(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
+    assert calls == ["source 0", "solve 0"]
     assert host.render("f", record(SOLVE, SOLVE)) == Host().render("f", record(SOLVE, SOLVE))
-    assert done == ["source 0", "solve 0", "solve 1", "solve 2"]
+    assert calls == ["source 0", "solve 0", "solve 1", "solve 2"]
 
 
 def test_pieces_of_another_past_are_not_taken_up() -> None:
@@ -144,15 +144,15 @@ def test_pieces_of_another_past_are_not_taken_up() -> None:
 
     host = Host({"kabsch": replace(WIDGET, pieces=pieces)}, clock)
     host.render("f", record(SOLVE))
-    assert sliced(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
+    assert answer(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
     drag = ["drag", "source", 1.0, 0.0]
-    assert sliced(host, record(drag, SOLVE)) == {"replayed": 0, "of": 2}
+    assert answer(host, record(drag, SOLVE)) == {"replayed": 0, "of": 2}
     assert host.render("f", record(drag, SOLVE)) == Host().render("f", record(drag, SOLVE))
 
 
 def test_a_long_replay_ends_though_another_was_under_way() -> None:
     host = _Clock().host()
     for _ in range(2):
-        sliced(host, record(*LONG[:1]))
-    answers = [sliced(host, record(["drag", "turn", 1.0, 2.0], *LONG)) for _ in range(7)]
+        answer(host, record(*LONG[:1]))
+    answers = [answer(host, record(["drag", "turn", 1.0, 2.0], *LONG)) for _ in range(7)]
     assert "panels" in answers[-1]

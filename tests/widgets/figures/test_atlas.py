@@ -29,11 +29,11 @@ TRUTH = Pose.identity()
 run = partial(state_after, WIDGET)
 
 
-def place(row: int, column: int, kind: Any = "click") -> Action:
+def pick(row: int, column: int, kind: Any = "click") -> Action:
     return Action(kind, "map", float(TURNS[column]), float(OFFSETS[row]))
 
 
-def shown(state: State, level: int = 0) -> dict[str, str]:
+def texts(state: State, level: int = 0) -> dict[str, str]:
     return {r.name: r.value for r in draw(state, level).readouts}
 
 
@@ -56,10 +56,10 @@ def test_levels_add_up_to_the_full_lattice() -> None:
 def test_what_a_level_shows_is_known_by_then(level: int) -> None:
     """A tile shows its own start's end or that of one at most two rows and columns away, and finally its own."""
     rows, columns = basins.seen(level)
-    known = basins.run_at(level)
-    assert known[rows, columns].all()
-    np.testing.assert_array_equal(rows[known], np.nonzero(known)[0])
-    np.testing.assert_array_equal(columns[known], np.nonzero(known)[1])
+    mask = basins.run_at(level)
+    assert mask[rows, columns].all()
+    np.testing.assert_array_equal(rows[mask], np.nonzero(mask)[0])
+    np.testing.assert_array_equal(columns[mask], np.nonzero(mask)[1])
     assert np.abs(rows - np.arange(ROWS)[:, None]).max() <= 2
     assert np.abs(columns - np.arange(COLUMNS)).max() <= 2
 
@@ -88,10 +88,10 @@ def test_the_coarse_map_is_the_full_maps_own() -> None:
 
 def test_how_fine_a_map_is_does_not_depend_on_what_another_has_drawn() -> None:
     ask = basins.Ask("icp", 0.6, "clean", SEED, 0.02, 0.0)
-    one, other = basins.Atlas(ask), basins.Atlas(ask)
-    other.ends(1)
-    one.ends(0)
-    assert (one.known, other.known) == (0, 1)
+    first, second = basins.Atlas(ask), basins.Atlas(ask)
+    second.ends(1)
+    first.ends(0)
+    assert (first.known, second.known) == (0, 1)
 
 
 @METHODS
@@ -113,7 +113,7 @@ def test_a_tile_ends_as_a_single_run_from_its_start_does(method: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("turn", "away", "status", "kind"),
+    ("turn", "shift", "status", "kind"),
     [
         (0.0, 0.0, Status.CONVERGED, basins.TRUTH),
         (-4.9, 0.19, Status.STALLED, basins.TRUTH),
@@ -129,13 +129,13 @@ def test_a_tile_ends_as_a_single_run_from_its_start_does(method: str) -> None:
     ],
 )
 def test_ends_are_called_by_their_errors_and_by_how_the_run_stopped(
-    turn: float, away: float, status: Status, kind: int
+    turn: float, shift: float, status: Status, kind: int
 ) -> None:
-    pose = Pose.from_angle(np.radians(turn), (0.0, away))
+    pose = Pose.from_angle(np.radians(turn), (0.0, shift))
     assert basins.kinds(pose, TRUTH, status) == kind
     world = Pose.from_angle(1.0, (3.0, -2.0))  # errors are relative: the truth may lie anywhere
-    near = Pose(pose.R @ world.R, world.t + pose.t)
-    assert basins.kinds(near, world, status) == kind
+    end = Pose(pose.R @ world.R, world.t + pose.t)
+    assert basins.kinds(end, world, status) == kind
 
 
 @METHODS
@@ -172,7 +172,7 @@ def test_a_gate_deforms_the_map_and_ndt_has_none() -> None:
 def test_the_shares_are_the_maps_own(level: int) -> None:
     """They count each start run so far once."""
     state = run(gate=0.4)
-    text, ends = shown(state, level), state.atlas.ends(level)
+    text, ends = texts(state, level), state.atlas.ends(level)
     kinds = ends.kind[basins.run_at(level)]
     for name, kind in (("reached", basins.TRUTH), ("shifted", SHIFTED), ("quarter", QUARTER), ("unfit", NONE)):
         assert float(text[name]) == pytest.approx(100.0 * (kinds == kind).mean(), abs=0.051)
@@ -191,7 +191,7 @@ def test_it_opens_before_its_run_and_the_end_is_told_when_it_is_there() -> None:
     """At the first start nothing has happened; single steps lead to the same end that pressing "finish" shows."""
     state = run()
     assert state.tile == FIRST
-    assert shown(state)["end"] == "–"
+    assert texts(state)["end"] == "–"
     for _ in range(state.track.steps):
         assert "step" not in draw(state, 0).disabled
         before, state = state, act(state, STEP)
@@ -199,24 +199,24 @@ def test_it_opens_before_its_run_and_the_end_is_told_when_it_is_there() -> None:
         assert moved is not None
         assert moved.panel == "room"
     assert "step" in draw(state, 0).disabled
-    assert shown(state) == shown(run(FINISH))
-    assert shown(state)["end"] in basins.NAMES
+    assert texts(state) == texts(run(FINISH))
+    assert texts(state)["end"] in basins.NAMES
 
 
 @pytest.mark.parametrize("kind", ["click", "hover"])
 def test_a_place_that_is_picked_or_pointed_at_shows_its_whole_run(kind: str) -> None:
     """Its end is the one shown by its tile, and a step begins the run anew."""
-    state = run(place(1, 33, kind))
-    assert shown(state)["end"] == "the truth"
+    state = run(pick(1, 33, kind))
+    assert texts(state)["end"] == "the truth"
     assert state.pose.t == pytest.approx(state.atlas.ends(0).pose.t[1, 33], abs=1e-9)
-    again = act(state, STEP)
-    assert again.steps == 1
-    assert motion(state, again) is None  # the jump from the end back to the start is not animated
-    assert act(again, FINISH).steps == state.steps
+    result = act(state, STEP)
+    assert result.steps == 1
+    assert motion(state, result) is None  # the jump from the end back to the start is not animated
+    assert act(result, FINISH).steps == state.steps
 
 
 def test_the_gate_of_the_first_start_saves_it_and_a_narrow_one_does_not() -> None:
-    ends = [shown(run(FINISH, gate=gate))["end"] for gate in (3.0, 1.0, 0.5)]
+    ends = [texts(run(FINISH, gate=gate))["end"] for gate in (3.0, 1.0, 0.5)]
     assert [end == "the truth" for end in ends] == [False, True, False]
 
 
@@ -236,13 +236,13 @@ def test_borders_lie_between_what_differs() -> None:
 
 
 def test_the_orange_line_surrounds_the_starts_that_end_together() -> None:
-    state = run(place(1, 33))
+    state = run(pick(1, 33))
     ends = state.atlas.ends(0)
-    together = basins.alike(ends.pose, state.track.poses[-1])
-    assert together[1, 33]
-    assert (ends.kind[together] == basins.TRUTH).mean() > 0.9
+    region = basins.alike(ends.pose, state.track.poses[-1])
+    assert region[1, 33]
+    assert (ends.kind[region] == basins.TRUTH).mean() > 0.9
     lines = [m for m in draw(state, 0).panels[0].marks if isinstance(m, Segments) and m.role == "source"]
-    np.testing.assert_array_equal(np.asarray(lines[0].a), basins.around(together)[0])
+    np.testing.assert_array_equal(np.asarray(lines[0].a), basins.around(region)[0])
     assert not [m for m in draw(run(), 0).panels[0].marks if isinstance(m, Segments) and m.role == "source"]
 
 
@@ -251,4 +251,4 @@ def test_rms_is_that_of_the_nearest_points() -> None:
     scene = room("clean", seed=SEED)
     moved = state.pose.apply(scene.source[::2])
     gaps = np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1)
-    assert float(shown(state)["rms"]) == pytest.approx(float(np.sqrt(np.mean(gaps**2))), abs=5e-4)
+    assert float(texts(state)["rms"]) == pytest.approx(float(np.sqrt(np.mean(gaps**2))), abs=5e-4)

@@ -26,7 +26,7 @@ def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
     """With the position known, four steps leave less than a fifth of the circle, and no excluded heading has a value
     lower than the ceiling by more than the gap."""
     state = after(4, "turns")
-    gone = np.isinf(state.floors.headings)
+    mask = np.isinf(state.floors.headings)
     assert 0.8 < state.floors.share_gone < 1.0
     turns = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
     mean = state.scene.source.mean(axis=0)
@@ -34,9 +34,9 @@ def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
     moved = Pose(R, mean - R @ mean).apply(state.scene.source)
     squares = np.square(moved[:, :, None] - state.scene.target).sum(axis=-1).min(axis=-1)
     values = np.minimum(squares, state.controls.cap**2).mean(axis=1)
-    assert values[gone].min() > state.course[-1][0] - state.controls.gap
-    floors = state.floors.headings[~gone]
-    assert (floors <= values[~gone] + 1e-12).all()
+    assert values[mask].min() > state.course[-1][0] - state.controls.gap
+    floors = state.floors.headings[~mask]
+    assert (floors <= values[~mask] + 1e-12).all()
 
 
 def test_every_open_arc_has_a_tick_at_its_ends() -> None:
@@ -45,11 +45,11 @@ def test_every_open_arc_has_a_tick_at_its_ends() -> None:
     for steps, count in enumerate((1, 2, 4, 8)):
         ends = after(steps, "turns").floors.ends
         np.testing.assert_allclose(ends, np.arange(count) * 2.0 * np.pi / count - np.pi, atol=1e-12)
-    later = after(6, "turns")
-    boxes = later.ground.in_world(later.now.boxes[0])
+    state = after(6, "turns")
+    boxes = state.ground.in_world(state.now.boxes[0])
     result = np.unique(np.concatenate([boxes.middle[:, 0] - boxes.half[:, 0], boxes.middle[:, 0] + boxes.half[:, 0]]))
-    assert len(later.floors.ends) == len(np.unique(result.round(9)))
-    np.testing.assert_allclose(later.floors.ends, np.unique(result.round(9)), atol=np.pi / marks.HEADINGS)
+    assert len(state.floors.ends) == len(np.unique(result.round(9)))
+    np.testing.assert_allclose(state.floors.ends, np.unique(result.round(9)), atol=np.pi / marks.HEADINGS)
 
 
 def test_the_ceiling_is_seen_to_fall() -> None:
@@ -57,13 +57,13 @@ def test_the_ceiling_is_seen_to_fall() -> None:
     otherwise on the outer rim."""
     for steps in range(5):
         state = after(steps, "turns")
-        now, before = state.course[-1][0], state.course[max(steps - 1, 0)][0]
+        top, before = state.course[-1][0], state.course[max(steps - 1, 0)][0]
         rims = [mark for mark in figure.draw(state).panels[0].marks if getattr(mark, "role", "") == "source"]
         (rim,) = (mark.reach for mark in rims if isinstance(mark, Ring))
         assert rim is not None
-        assert (rim - marks.INNER) / (marks.OUTER - marks.INNER) == pytest.approx(now / before)
+        assert (rim - marks.INNER) / (marks.OUTER - marks.INNER) == pytest.approx(top / before)
         labels = {mark.text for mark in figure.draw(state).panels[0].marks if isinstance(mark, Label)}
-        assert labels == {"ceiling", f"{now:.4f} u²", *(["one step ago", f"{before:.4f} u²"] if now < before else [])}
+        assert labels == {"ceiling", f"{top:.4f} u²", *(["one step ago", f"{before:.4f} u²"] if top < before else [])}
     first, second = (after(steps, "turns").course[-1][0] for steps in (0, 1))
     assert second < 0.5 * first
 
@@ -78,18 +78,18 @@ def test_floors_of_the_raster_are_the_lowest_bounds() -> None:
     low = np.array([-np.pi, 1.3 - 9.7, -0.4 - 9.7])
     middle = low + (2 * k + 1) * np.stack([turn, side, side], axis=1)
     boxes = Boxes(middle, np.stack([turn, side], axis=1), rng.random(300))
-    shown = boxes.of(rng.random(300) < 0.1)
-    result = marks.floors(root, shown, boxes, held=False)
+    visible = boxes.of(rng.random(300) < 0.1)
+    result = marks.floors(root, visible, boxes, held=False)
     at = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
-    covers = np.abs(at[:, None] - shown.middle[:, 0]) < shown.half[:, 0] + np.pi / marks.HEADINGS - 1e-9
-    np.testing.assert_array_equal(result.headings, np.where(covers, shown.bound, np.inf).min(axis=1))
+    covers = np.abs(at[:, None] - visible.middle[:, 0]) < visible.half[:, 0] + np.pi / marks.HEADINGS - 1e-9
+    np.testing.assert_array_equal(result.headings, np.where(covers, visible.bound, np.inf).min(axis=1))
     tile = 9.7 / marks.TILES
     x, y = (low[d] + (np.arange(marks.TILES) + 0.5) * 2.0 * tile for d in (1, 2))
-    reach = shown.half[:, 1] + tile - 1e-9
-    over = (np.abs(x[None, :, None] - shown.middle[:, 1]) < reach) & (
-        np.abs(y[:, None, None] - shown.middle[:, 2]) < reach
+    reach = visible.half[:, 1] + tile - 1e-9
+    inside = (np.abs(x[None, :, None] - visible.middle[:, 1]) < reach) & (
+        np.abs(y[:, None, None] - visible.middle[:, 2]) < reach
     )
-    np.testing.assert_array_equal(result.places, np.where(over, shown.bound, np.inf).min(axis=2))
+    np.testing.assert_array_equal(result.places, np.where(inside, visible.bound, np.inf).min(axis=2))
     assert not (result.headings_gone & np.isfinite(result.headings)).any()
 
 
@@ -106,8 +106,8 @@ def test_the_end_is_a_proof_and_nothing_is_left_to_press() -> None:
 
 
 def test_steps_one_by_one_are_the_run_to_the_end() -> None:
-    one, whole = after(60, "turns"), figure.act(after(0, "turns"), Action("press", "finish"))
-    assert one.course == whole.course
+    stepwise, whole = after(60, "turns"), figure.act(after(0, "turns"), Action("press", "finish"))
+    assert stepwise.course == whole.course
     floor = [low for _, low in whole.course]
     assert floor == sorted(floor)
 

@@ -19,10 +19,10 @@ from widgets.parts.room import problem
 
 
 def state(*drags: tuple[float, float], seed: int = SEED, **controls: Any) -> State:
-    one = start(preset(WIDGET, "default", controls).controls, seed)
+    result = start(preset(WIDGET, "default", controls).controls, seed)
     for x, y in drags:
-        one = act(one, Action("drag", "source", x, y))
-    return one
+        result = act(result, Action("drag", "source", x, y))
+    return result
 
 
 def frame(log: list[Any] | None = None, **controls: Any) -> dict[str, Any]:
@@ -33,22 +33,22 @@ def test_there_are_nine_and_all_are_drawn() -> None:
     """One panel, readout and caption for each contestant of the race, in the race's order."""
     names = [c.method for c in CONTESTANTS]
     assert set(LINKS) == set(names) == set(CAPTIONS)
-    shown = frame()
-    assert [p["name"] for p in shown["panels"]] == names
-    assert [r["label"] for r in shown["readouts"]] == [c.label for c in CONTESTANTS]
+    picture = frame()
+    assert [p["name"] for p in picture["panels"]] == names
+    assert [r["label"] for r in picture["readouts"]] == [c.label for c in CONTESTANTS]
 
 
 @pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 28.0])
 def test_icps_link_is_the_nearest_point(point: float) -> None:
     """Its length is the distance to the nearest target point; beyond the gate, the readout says there is none."""
-    one = state(point=point)
-    x = one.pose.apply(one.scene.source)[round(point) - 1]
-    apart = np.linalg.norm(one.scene.target - x, axis=1).min()
-    result = linked(one)["icp"]
+    case = state(point=point)
+    x = case.pose.apply(case.scene.source)[round(point) - 1]
+    distance = np.linalg.norm(case.scene.target - x, axis=1).min()
+    result = linked(case)["icp"]
     (line,) = result.marks
     assert isinstance(line, Segments)
-    assert np.linalg.norm(np.subtract(line.a, line.b)) == pytest.approx(apart)
-    assert (result.value == "none within the gate") == (apart > 2.6)
+    assert np.linalg.norm(np.subtract(line.a, line.b)) == pytest.approx(distance)
+    assert (result.value == "none within the gate") == (distance > 2.6)
 
 
 def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
@@ -62,11 +62,11 @@ def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
 @pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])
 def test_soft_targets_lie_among_their_threads(method: str) -> None:
     """The diamond is a mean of target points, so it lies inside their bounding box."""
-    one = state()
-    marks = linked(one)[method].marks
+    case = state()
+    marks = linked(case)[method].marks
     (diamond,) = (m for m in marks if isinstance(m, Points))
     assert diamond.shape == "diamond"
-    low, high = one.scene.target.min(axis=0), one.scene.target.max(axis=0)
+    low, high = case.scene.target.min(axis=0), case.scene.target.max(axis=0)
     assert (low <= diamond.xy).all()
     assert (diamond.xy <= high).all()
 
@@ -74,8 +74,8 @@ def test_soft_targets_lie_among_their_threads(method: str) -> None:
 def test_ransac_ignores_the_pose() -> None:
     """Wherever the source is placed, the motion found by RANSAC takes the point to the same place."""
 
-    def goal(one: State) -> Any:
-        return one.known[SEARCH].pose[0].apply(one.scene.source)
+    def goal(case: State) -> Any:
+        return case.known[SEARCH].pose[0].apply(case.scene.source)
 
     np.testing.assert_array_equal(goal(state()), goal(state((2.0, 1.0), turn=90.0)))
     assert linked(state())[SEARCH].value == linked(state((2.0, 1.0)))[SEARCH].value
@@ -101,9 +101,9 @@ def test_what_is_kept_changes_no_answer(contestant: Contestant) -> None:
     """Caching changes nothing: each contestant links the moved point exactly as one that begins there does."""
     if contestant.method == SEARCH:
         return
-    one = state((2.0, 1.0), turn=30.0)
-    fresh = contestant.begin(problem(one.scene, one.pose)).state()
-    of = LINKS[contestant.method](fresh, round(one.controls.point) - 1, VIEW)
-    kept = linked(one)[contestant.method]
-    assert (kept.value, kept.unit) == (of.value, of.unit)
-    assert [mark_svg(mark, VIEW, "f") for mark in kept.marks] == [mark_svg(mark, VIEW, "f") for mark in of.marks]
+    case = state((2.0, 1.0), turn=30.0)
+    fresh = contestant.begin(problem(case.scene, case.pose)).state()
+    of = LINKS[contestant.method](fresh, round(case.controls.point) - 1, VIEW)
+    cached = linked(case)[contestant.method]
+    assert (cached.value, cached.unit) == (of.value, of.unit)
+    assert [mark_svg(mark, VIEW, "f") for mark in cached.marks] == [mark_svg(mark, VIEW, "f") for mark in of.marks]

@@ -43,7 +43,7 @@ def test_the_pieces_of_a_line_are_in_a_row(rng_field: Array) -> None:
     assert 10 < len(lines) < len(a) / 5
     for line in lines:
         begin, end = a[line[0]], b[line[-1]]
-        at_border = [np.any(np.abs(place) >= (1.0, 1.2)) for place in (begin, end)]
+        at_border = [np.any(np.abs(point) >= (1.0, 1.2)) for point in (begin, end)]
         assert np.array_equal(begin, end) or all(at_border)
     along, middle = b - a, (a + b) / 2
     right = 1e-6 * np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
@@ -89,15 +89,15 @@ def test_a_line_is_cut_at_the_window() -> None:
     an end of the walk."""
     window = (-1.0, 1.0, -1.0, 1.0)
     way = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
-    one, two = within(way, window)
-    np.testing.assert_allclose(one, [[0.0, 0.0], [1.0, 0.0]])
-    np.testing.assert_allclose(two, [[1.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
+    first, second = within(way, window)
+    np.testing.assert_allclose(first, [[0.0, 0.0], [1.0, 0.0]])
+    np.testing.assert_allclose(second, [[1.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
     assert within(way + 3.0, window) == []
     assert within(way[:1], window) == []
     assert within(np.array([[0.0, 2.0], [2.0, 0.0]]), window) == []  # it only touches a corner
-    (same,) = within(way * 0.4, window)
-    np.testing.assert_allclose(same, way * 0.4)
-    rng, met = np.random.default_rng(1), 0
+    (line,) = within(way * 0.4, window)
+    np.testing.assert_allclose(line, way * 0.4)
+    rng, count = np.random.default_rng(1), 0
     for _ in range(50):
         walk = np.cumsum(rng.standard_normal((20, 2)), axis=0)
         parts = within(walk, window)
@@ -107,7 +107,7 @@ def test_a_line_is_cut_at_the_window() -> None:
             for end, own in ((part[0], walk[0]), (part[-1], walk[-1])):
                 assert np.array_equal(end, own) or np.abs(end).max() == pytest.approx(1.0, abs=1e-12)
         inside = walk[(np.abs(walk) < 1.0).all(axis=1)]
-        kept = np.concatenate([np.zeros((0, 2)), *parts])
-        assert (inside[:, None] == kept).all(axis=2).any(axis=1).all()
-        met += len(parts)
-    assert met > 50
+        points = np.concatenate([np.zeros((0, 2)), *parts])
+        assert (inside[:, None] == points).all(axis=2).any(axis=1).all()
+        count += len(parts)
+    assert count > 50

@@ -41,7 +41,7 @@ def run(dial: Dial, turn: float, **more: Any) -> Any:
     )
 
 
-def shown(name: str, *presses: str, **changes: Any) -> dict[str, str]:
+def texts(name: str, *presses: str, **changes: Any) -> dict[str, str]:
     plain = preset(figure.WIDGET, name, changes).plain()
     frame = Host().render("f", {**plain, "log": [["press", press] for press in presses]})
     return {readout["name"]: readout["value"] for readout in frame["readouts"]}
@@ -51,11 +51,11 @@ def test_the_ring_of_known_pairs_is_the_sum_of_squares() -> None:
     """The ring equals the sum written out, and the cosine that expanding the squares gives."""
     dial = of("pairs")
     p, q = dial.clouds.source, dial.clouds.target
-    turned = [Pose.from_angle(turn).apply(p) for turn in headings()]
-    np.testing.assert_allclose(dial.ring, [((one - q) ** 2).sum() for one in turned])
+    clouds = [Pose.from_angle(turn).apply(p) for turn in headings()]
+    np.testing.assert_allclose(dial.ring, [((cloud - q) ** 2).sum() for cloud in clouds])
     cosine, sine = (p * q).sum(), (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()
-    closed = (p**2).sum() + (q**2).sum() - 2 * (cosine * np.cos(headings()) + sine * np.sin(headings()))
-    np.testing.assert_allclose(dial.ring, closed)
+    expected = (p**2).sum() + (q**2).sum() - 2 * (cosine * np.cos(headings()) + sine * np.sin(headings()))
+    np.testing.assert_allclose(dial.ring, expected)
     assert len(valleys(dial.ring)) == 1
 
 
@@ -82,7 +82,7 @@ def test_a_flow_has_no_objective() -> None:
     steps = np.diff(run(dial, 1.0).history.objective[1:])
     assert steps.min() < 0.0 < steps.max()
     assert np.ptp(marks.heights(dial, True)) == 0.0
-    assert shown("flow")["objective_start"] == "–"
+    assert texts("flow")["objective_start"] == "–"
     _, chart = figure.draw(state_after(figure.WIDGET, name="flow")).panels
     assert not [mark for mark in chart.marks if isinstance(mark, Path) and mark.role == "accent"]
     assert any("no objective" in mark.text for mark in chart.marks if isinstance(mark, Label))
@@ -92,9 +92,9 @@ def test_a_flow_has_no_objective() -> None:
 def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> None:
     """The note also gives both errors that decide whether the end is the truth."""
     frame = Host().render("f", {**preset(figure.WIDGET, name, {}).plain(), "log": [["press", "roll"]]})
-    off = shown(name, "roll")
+    result = texts(name, "roll")
     assert frame["note"].startswith(words)
-    assert f"{off['rotation_error']}° and {off['translation_error']} u off: not the truth" in frame["note"]
+    assert f"{result['rotation_error']}° and {result['translation_error']} u off: not the truth" in frame["note"]
 
 
 @pytest.mark.parametrize(("name", "steps"), [("pairs", "1 step, "), ("default", "13 steps, ")])
@@ -120,8 +120,8 @@ def test_a_tick_marks_each_valley_that_is_counted(name: str) -> None:
     coarse = [mark for panel in figure.draw(state, 0).panels for mark in panel.marks]
     assert not [mark for mark in coarse if isinstance(mark, Segments) and mark.role == "ink"]
     bottoms = marks.at(state.dial, True, headings()[valleys(state.dial.ring)])
-    away = np.linalg.norm(np.asarray(marks.valley_ticks(state.dial).a) - bottoms, axis=1)
-    np.testing.assert_allclose(away, marks.TICK[0])
+    distances = np.linalg.norm(np.asarray(marks.valley_ticks(state.dial).a) - bottoms, axis=1)
+    np.testing.assert_allclose(distances, marks.TICK[0])
 
 
 @pytest.mark.parametrize("name", RUNGS)
@@ -148,26 +148,26 @@ def test_what_knows_its_pairs_takes_no_account_of_the_start(name: str) -> None:
 
 
 def test_four_pairs_in_ten_are_wrong_on_rung_2() -> None:
-    one, other = of("pairs").clouds, of("corrupted").clouds
-    assert not one.wrong.any()
-    assert other.wrong.sum() == round(0.4 * len(other.source))
-    np.testing.assert_array_equal((one.target != other.target).any(axis=1), other.wrong)
+    clean, corrupted = of("pairs").clouds, of("corrupted").clouds
+    assert not clean.wrong.any()
+    assert corrupted.wrong.sum() == round(0.4 * len(corrupted.source))
+    np.testing.assert_array_equal((clean.target != corrupted.target).any(axis=1), corrupted.wrong)
 
 
 @pytest.mark.parametrize("name", LOCAL)
 def test_every_start_is_a_run_of_its_own(name: str) -> None:
     """The slices give the same ends as single runs, however many are requested and in whatever order."""
-    dial, again = fresh(name), fresh(name)
-    all_of_them = dial.arrivals()
-    assert len(all_of_them) == len(starts())
-    assert again.slices == 0
-    np.testing.assert_array_equal(again.arrivals(2), all_of_them[: 2 * len(starts()) // SLICES])
-    assert again.slices == 2
+    dial, second = fresh(name), fresh(name)
+    arrivals = dial.arrivals()
+    assert len(arrivals) == len(starts())
+    assert second.slices == 0
+    np.testing.assert_array_equal(second.arrivals(2), arrivals[: 2 * len(starts()) // SLICES])
+    assert second.slices == 2
     for k in (0, 14, 18, 25):
         course = dial.course(starts()[k])
         close = course.rotation < CLOSE_DEGREES and course.translation < CLOSE_DISTANCE
-        assert course.arrived == close == all_of_them[k]
-    assert 0 < all_of_them.sum() < len(all_of_them)
+        assert course.arrived == close == arrivals[k]
+    assert 0 < arrivals.sum() < len(arrivals)
 
 
 def test_valleys_are_counted_round_the_circle() -> None:
@@ -185,14 +185,14 @@ def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
     """The truth is at the top; a positive turn is anticlockwise, as on the scan; keys turn by their stated angle."""
     state = figure.start(figure.Controls(), 40)
     x, y = place(np.radians(turn), 5.0).tolist()
-    dragged = figure.act(state, Action("drag", "turn", x, y))
-    assert np.degrees(dragged.heading) == pytest.approx(turn) or abs(turn) == 180
-    nose = Pose.from_angle(dragged.heading).apply(np.array([[0.0, 1.0]]))[0]
+    result = figure.act(state, Action("drag", "turn", x, y))
+    assert np.degrees(result.heading) == pytest.approx(turn) or abs(turn) == 180
+    nose = Pose.from_angle(result.heading).apply(np.array([[0.0, 1.0]]))[0]
     np.testing.assert_allclose(nose * 5.0, [x, y], atol=1e-9)
-    handle = figure.draw(dragged).handles[0]
+    handle = figure.draw(result).handles[0]
     np.testing.assert_allclose(handle.xy, nose * marks.HAND, atol=1e-9)
-    left = figure.act(dragged, Action("drag", "turn", *handle.keys["ArrowLeft"]))
-    assert np.sin(left.heading - dragged.heading) == pytest.approx(np.sin(np.radians(1.0)))
+    left = figure.act(result, Action("drag", "turn", *handle.keys["ArrowLeft"]))
+    assert np.sin(left.heading - result.heading) == pytest.approx(np.sin(np.radians(1.0)))
 
 
 def test_a_turn_of_the_robot_leaves_the_ring() -> None:
@@ -204,11 +204,11 @@ def test_a_turn_of_the_robot_leaves_the_ring() -> None:
 def test_dragging_after_the_first_run_runs_again() -> None:
     state = figure.act(figure.start(figure.Controls(), 40), Action("press", "roll"))
     at = place(0.1, 5.0).tolist()
-    near = figure.act(state, Action("drag", "turn", *at))
+    result = figure.act(state, Action("drag", "turn", *at))
     assert state.course
-    assert near.course
+    assert result.course
     assert not state.course.arrived
-    assert near.course.arrived
+    assert result.course.arrived
 
 
 def test_the_band_grows_slice_by_slice_and_the_count_waits_for_all() -> None:
@@ -225,14 +225,14 @@ def test_the_band_grows_slice_by_slice_and_the_count_waits_for_all() -> None:
 def test_known_pairs_have_one_valley_and_guessed_ones_several() -> None:
     """Over ten draws: what the first rung's dial shows does not depend on one lucky draw."""
     for seed in range(40, 50):
-        one, other = made("pairs", seed, 0.02, 1.0), made("nearest", seed, 0.02, 6.0)
-        assert len(valleys(one.ring)) == 1 < len(valleys(other.ring))
-        assert one.arrivals().all()
-        assert other.arrivals().sum() < len(starts()) / 2
+        first, second = made("pairs", seed, 0.02, 1.0), made("nearest", seed, 0.02, 6.0)
+        assert len(valleys(first.ring)) == 1 < len(valleys(second.ring))
+        assert first.arrivals().all()
+        assert second.arrivals().sum() < len(starts()) / 2
 
 
 def test_shorter_waves_make_more_valleys() -> None:
-    counts = [int(shown("means", length=length)["valleys"]) for length in (2.4, 1.2, 0.6)]
+    counts = [int(texts("means", length=length)["valleys"]) for length in (2.4, 1.2, 0.6)]
     assert counts == sorted(counts)
     assert counts[0] < counts[-1]
 
@@ -243,7 +243,7 @@ def test_the_map_is_eight_dials_of_one_heading() -> None:
     frame = ladder_map.draw(state)
     assert [panel.name for panel in frame.panels] == list(RUNGS)
     values = {readout.name: readout.value for readout in frame.readouts}
-    own = {name: shown("default" if name == "nearest" else name, "roll", turn=60.0) for name in RUNGS}
+    own = {name: texts("default" if name == "nearest" else name, "roll", turn=60.0) for name in RUNGS}
     assert values["rotation_pairs"] == own["pairs"]["rotation_error"]
     assert values["rotation_nearest"] == own["nearest"]["rotation_error"]
     assert values["valleys_nearest"] == own["nearest"]["valleys"]
@@ -287,7 +287,7 @@ def test_no_ball_or_ring_of_the_map_is_cut() -> None:
 
 
 def test_an_objective_of_thousands_has_a_comma() -> None:
-    assert shown("pairs", turn=100.0)["objective_start"] == "1,680.558"
+    assert texts("pairs", turn=100.0)["objective_start"] == "1,680.558"
 
 
 @pytest.mark.parametrize("turn", [-180.0, 180.0])

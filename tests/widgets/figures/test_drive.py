@@ -18,7 +18,7 @@ from widgets.parts import drive_table as table
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
 
-def shown(state: State) -> dict[str, str]:
+def texts(state: State) -> dict[str, str]:
     return readouts(draw(state))
 
 
@@ -32,40 +32,40 @@ def test_the_table_is_what_the_solvers_find() -> None:
 
     To write the file again: python -c "from widgets.parts import drive_solved; drive_solved.write()".
     """
-    kept, result = table.table(), table.read(drive_solved.made())
-    assert np.array_equal(kept.later, result.later)
-    assert np.array_equal(kept.earlier, result.earlier)
-    assert kept.ways.keys() == result.ways.keys()
+    cached, result = table.table(), table.read(drive_solved.made())
+    assert np.array_equal(cached.later, result.later)
+    assert np.array_equal(cached.earlier, result.earlier)
+    assert cached.ways.keys() == result.ways.keys()
     for name, way in result.ways.items():
-        assert np.abs(way.t - kept.ways[name].t).max() < 0.005, name
-        assert np.abs(way.R - kept.ways[name].R).max() < 0.001, name
-    assert np.abs(result.loops.t - kept.loops.t).max() < 0.005
+        assert np.abs(way.t - cached.ways[name].t).max() < 0.005, name
+        assert np.abs(way.R - cached.ways[name].R).max() < 0.001, name
+    assert np.abs(result.loops.t - cached.loops.t).max() < 0.005
 
 
 def test_pressing_on_shows_all_scans_in_the_end() -> None:
     state = start(preset(WIDGET, "default").controls, 40)
-    seen = []
+    counts = []
     while not draw(state).disabled:
         state = act(state, STEP)
-        seen.append(state.seen)
-    assert seen == sorted(set(seen))
-    assert seen[-1] == SCANS
+        counts.append(state.seen)
+    assert counts == sorted(set(counts))
+    assert counts[-1] == SCANS
     assert act(state, STEP) == state
 
 
 def test_each_kind_of_poses_misses_the_loops_by_less() -> None:
-    missed = [float(shown(at_the_end(poses=poses))["apart"]) for poses in ("odometry", "matched", "closed")]
-    assert missed[0] > 4.0
-    assert 0.05 < missed[1] < 0.2
-    assert missed[2] < 0.01
+    misses = [float(texts(at_the_end(poses=poses))["apart"]) for poses in ("odometry", "matched", "closed")]
+    assert misses[0] > 4.0
+    assert 0.05 < misses[1] < 0.2
+    assert misses[2] < 0.01
 
 
 def test_the_wrong_loop_bends_what_no_kernel_holds() -> None:
-    bent = [float(shown(at_the_end(poses="closed", wrong=True, kernel=k))["bent"]) for k in table.KERNELS]
+    bent = [float(texts(at_the_end(poses="closed", wrong=True, kernel=k))["bent"]) for k in table.KERNELS]
     assert bent[0] > 5.0
     assert 0.1 < bent[1] < 1.0
     assert bent[2] < 0.05
-    assert shown(at_the_end(poses="closed"))["bent"] == "0.00"
+    assert texts(at_the_end(poses="closed"))["bent"] == "0.00"
 
 
 def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
@@ -76,8 +76,8 @@ def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
 
     assert "outlier" in roles(at_the_end(poses="closed", wrong=True))
     assert "outlier" not in roles(at_the_end(poses="matched", wrong=True))
-    early = start(preset(WIDGET, "wrong").controls, 40)
-    assert "outlier" not in roles(early)
+    state = start(preset(WIDGET, "wrong").controls, 40)
+    assert "outlier" not in roles(state)
 
 
 @pytest.mark.parametrize("kernel", table.KERNELS)
@@ -97,8 +97,8 @@ def test_each_scan_of_the_wrong_loop_is_ringed_once_it_has_been_made() -> None:
     while state.seen < SCANS:
         marks = draw(state).panels[0].marks
         assert sum(isinstance(mark, Ring) for mark in marks) == sum(state.seen > scan for scan in table.WRONG)
-        named = "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
-        assert named is (state.seen > max(table.WRONG))
+        has_label = "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
+        assert has_label is (state.seen > max(table.WRONG))
         state = act(state, STEP)
 
 
@@ -110,10 +110,10 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
 
 
 @pytest.mark.parametrize("controls", [{"wrong": True}, {"kernel": "cauchy"}])
-@pytest.mark.parametrize(("poses", "told"), [("odometry", True), ("matched", True), ("closed", False)])
-def test_what_has_no_effect_says_so(controls: dict[str, object], poses: str, told: bool) -> None:
+@pytest.mark.parametrize(("poses", "is_told"), [("odometry", True), ("matched", True), ("closed", False)])
+def test_what_has_no_effect_says_so(controls: dict[str, object], poses: str, is_told: bool) -> None:
     """Loops affect only the closed poses."""
-    assert ("only on closed poses" in draw(at_the_end(poses=poses, **controls)).note) == told
+    assert ("only on closed poses" in draw(at_the_end(poses=poses, **controls)).note) == is_told
 
 
 @pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
@@ -146,10 +146,10 @@ def test_the_whole_map_is_light_enough_to_play() -> None:
     took = []
     while not draw(state).disabled:
         state = act(state, STEP)
-        begun = perf_counter()
+        t0 = perf_counter()
         panel = draw(state).panels[0]
         markup = [mark_svg(mark, panel.view, "") for mark in panel.marks]
-        took.append(perf_counter() - begun)
+        took.append(perf_counter() - t0)
         assert sum(len(text) for text in markup if text not in before) < 12_000
         before = set(markup)
     assert sum(map(len, before)) < 80_000

@@ -36,31 +36,31 @@ def panels(state: State) -> dict[str, Panel]:
     return {panel.name: panel for panel in draw(state).panels}
 
 
-def shown(state: State) -> dict[str, str]:
+def texts(state: State) -> dict[str, str]:
     return {readout.name: readout.value.replace("−", "-") for readout in draw(state).readouts}
 
 
-def told(state: State) -> list[str]:
+def captions(state: State) -> list[str]:
     return [panel.caption for panel in draw(state).panels]
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_jump_shows_what_walking_there_shows(scene: str) -> None:
     """Each stage reached directly, forwards or back, has the same captions and numbers as by pressing Next."""
-    walked = [run(*[NEXT] * k, scene=scene) for k in range(2 * STAGES)]
+    walks = [run(*[NEXT] * k, scene=scene) for k in range(2 * STAGES)]
     for k in range(1, STAGES + 1):
-        for jumped, there in (
-            (run(stage(k), scene=scene), walked[k - 1]),
-            (run(ITERATE, stage(5), stage(2), stage(k), scene=scene), walked[STAGES + k - 1]),
+        for jump, walk in (
+            (run(stage(k), scene=scene), walks[k - 1]),
+            (run(ITERATE, stage(5), stage(2), stage(k), scene=scene), walks[STAGES + k - 1]),
         ):
-            assert told(jumped) == told(there)
-            assert shown(jumped) == shown(there)
+            assert captions(jump) == captions(walk)
+            assert texts(jump) == texts(walk)
 
 
 def test_an_iteration_is_five_stages() -> None:
     """Next iteration keeps the stage and leads to the same state as five presses of Next."""
     for k in range(1, STAGES + 1):
-        assert told(run(stage(k), ITERATE)) == told(run(*[NEXT] * (k - 1 + STAGES)))
+        assert captions(run(stage(k), ITERATE)) == captions(run(*[NEXT] * (k - 1 + STAGES)))
 
 
 def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> None:
@@ -70,21 +70,21 @@ def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> Non
             stages = PARTS[name].STAGES
             assert f"{min(k, len(stages))} of {len(stages)} · {stages[min(k, len(stages)) - 1]}" in panel.caption
     fourth, fifth = run(stage(4)), run(stage(5))
-    for one, other in zip(fourth.walk.looks(), fifth.walk.looks(), strict=True):
-        if one.track.name != "cpd":
-            assert one.errors() == other.errors()
-            drawn = [
-                len(PARTS[look.track.name].shown(look).marks) for look in (one, other)
+    for a, b in zip(fourth.walk.looks(), fifth.walk.looks(), strict=True):
+        if a.track.name != "cpd":
+            assert a.errors() == b.errors()
+            counts = [
+                len(PARTS[look.track.name].shown(look).marks) for look in (a, b)
             ]  # the same number of marks as at the fourth
-            assert drawn[0] == drawn[1]
-    assert shown(fourth) == shown(fifth)
+            assert counts[0] == counts[1]
+    assert texts(fourth) == texts(fifth)
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
     """The readouts agree with `register`, given the same options and number of steps, from the cloud as it lies."""
     state = run(ITERATE, ITERATE, stage(4), scene=scene, turn=45.0)
-    text, walk = shown(state), state.walk
+    text, walk = texts(state), state.walk
     moved = walk.start.apply(walk.scene.source)
     calls: dict[str, dict[str, Any]] = {
         "cpd": {"method": "cpd-similarity", "clutter": 0.12, "volume": AREA},
@@ -106,8 +106,8 @@ def test_cpds_stages_lead_to_its_next_pose() -> None:
     for actions in ((stage(4),), (ITERATE, stage(4)), (ITERATE, ITERATE, stage(4))):
         look = run(*actions, scene="clutter").walk.looks()[0]
         step = cpd.stages(look.before)
-        composed = Pose(step.rotation, step.translation, step.scale)
-        assert composed.apply(look.given) == pytest.approx(look.went.apply(look.walk.scene.source), abs=1e-9)
+        pose = Pose(step.rotation, step.translation, step.scale)
+        assert pose.apply(look.given) == pytest.approx(look.went.apply(look.walk.scene.source), abs=1e-9)
         assert step.sigma == pytest.approx(float(look.after.sigma[0]))
 
 
@@ -118,8 +118,8 @@ def test_beside_the_bars_stand_the_clouds_that_they_were_made_of() -> None:
     for index in (2, 3):
         small = [m for m in panels(run(stage(index)))["mmd"].marks if isinstance(m, Points)]
         for mark, cloud in zip(small, (state.walk.scene.target, look.moved), strict=True):
-            away = np.asarray(mark.xy) / mmd.SMALL - cloud
-            np.testing.assert_allclose(away - away[0], 0.0, atol=1e-12)
+            offsets = np.asarray(mark.xy) / mmd.SMALL - cloud
+            np.testing.assert_allclose(offsets - offsets[0], 0.0, atol=1e-12)
 
 
 def test_the_bars_are_the_96_means_and_their_difference() -> None:
@@ -131,37 +131,37 @@ def test_the_bars_are_the_96_means_and_their_difference() -> None:
     state = run(stage(2), scene="noisy")
     above, below = bars(panels(state)["mmd"])
     assert len(np.asarray(above.a)) == len(np.asarray(below.a)) == 96
-    (one,) = bars(panels(run(stage(3), scene="noisy"))["mmd"])
-    lengths = (np.asarray(one.b) - np.asarray(one.a))[:, 1] / mmd.TALL
+    (bar,) = bars(panels(run(stage(3), scene="noisy"))["mmd"])
+    lengths = (np.asarray(bar.b) - np.asarray(bar.a))[:, 1] / mmd.TALL
     objective = float(state.walk.tracks[2].before.objective()[0])
     assert float((lengths**2).sum() / 48) == pytest.approx(objective, rel=1e-9)
 
 
 def test_the_filter_spreads_and_keeps_the_mass() -> None:
     """The blurred density covers over 1.5 times as much as the unblurred one; no cell exceeds the scale's end."""
-    covered = []
+    areas = []
     for k in (1, 2):
         (heat,) = (mark for mark in panels(run(ITERATE, stage(k)))["filterreg"].marks if isinstance(mark, Heat))
         values = np.asarray(heat.values)
         assert np.nanmax(values) <= heat.high * (1 + 1e-12)
         x0, x1, y0, y1 = heat.window
-        covered.append(np.isfinite(values).mean() * (x1 - x0) * (y1 - y0))
-    assert covered[1] > 1.5 * covered[0]
+        areas.append(np.isfinite(values).mean() * (x1 - x0) * (y1 - y0))
+    assert areas[1] > 1.5 * areas[0]
 
 
 def test_only_cpd_finds_the_smaller_clouds_size() -> None:
     """With the scale switch, CPD ends within 2 % of 1/0.85; the other three stay 15 % off."""
-    text = shown(run(FINISH, smaller=True))
+    text = texts(run(FINISH, smaller=True))
     assert abs(float(text["cpd_scale"])) < 2.0
     assert [text[f"{name}_scale"] for name in ("filterreg", "mmd", "flow")] == ["-15.0"] * 3
 
 
 def test_the_projection_switch_changes_the_flow_alone() -> None:
     """After two iterations the flow's numbers differ; the others' do not."""
-    on, off = (shown(run(ITERATE, ITERATE, stage(4), turn=100.0, project=flag)) for flag in (True, False))
-    changed = {name for name in on if on[name] != off[name]}
-    assert changed
-    assert all(name.startswith("flow_") for name in changed)
+    on, off = (texts(run(ITERATE, ITERATE, stage(4), turn=100.0, project=flag)) for flag in (True, False))
+    names = {name for name in on if on[name] != off[name]}
+    assert names
+    assert all(name.startswith("flow_") for name in names)
 
 
 def test_the_end_certifies_nothing() -> None:
@@ -171,7 +171,7 @@ def test_the_end_certifies_nothing() -> None:
     assert "Stopping certifies nothing" in picture.note
     assert "4 of 4" not in picture.note
     assert {"next", "iterate", "finish", "stage-5"} <= picture.disabled
-    assert told(act(state, NEXT)) == told(state)
+    assert captions(act(state, NEXT)) == captions(state)
 
 
 def test_captions_keep_to_one_line_on_a_wide_page() -> None:
@@ -180,8 +180,8 @@ def test_captions_keep_to_one_line_on_a_wide_page() -> None:
         state = run(scene=scene, smaller=True)
         for _ in range(3 * STAGES):
             state = act(state, NEXT)
-            assert max(len(line) for caption in told(state) for line in caption.split("\n")) <= 84
-        for line in (line for caption in told(act(state, FINISH)) for line in caption.split("\n")):
+            assert max(len(line) for caption in captions(state) for line in caption.split("\n")) <= 84
+        for line in (line for caption in captions(act(state, FINISH)) for line in caption.split("\n")):
             assert len(line) <= 84
 
 

@@ -26,7 +26,7 @@ SCENES = ["clean", "noise", "gradient", "striped", "outliers", "combo"]
 run = partial(state_after, WIDGET)
 
 
-def shown(state: State) -> dict[str, str]:
+def texts(state: State) -> dict[str, str]:
     return readouts(draw(state))
 
 
@@ -68,12 +68,12 @@ def test_the_chart_of_the_rms_holds_all_of_it(actions: tuple[Action, ...], contr
 @pytest.mark.parametrize("name", WIDGET.presets)
 def test_a_drag_changes_the_start_and_not_the_pairs_at_the_truth(name: str) -> None:
     """They equal those of a run begun at the new start, and the next step leads to the same pose."""
-    dragged = run(Action("drag", "source", 0.8, -0.6), name=name).run
-    anew = begun(dragged.rule, dragged.scene, dragged.began, STEPS)
-    assert np.abs(dragged.began.t - run(name=name).run.began.t).max() > 0.01
+    result = run(Action("drag", "source", 0.8, -0.6), name=name).run
+    anew = begun(result.rule, result.scene, result.began, STEPS)
+    assert np.abs(result.began.t - run(name=name).run.began.t).max() > 0.01
     for part in ("rows", "used", "rms", "objective"):
-        assert np.array_equal(getattr(dragged.truth, part), getattr(anew.truth, part)), part
-    assert np.array_equal(dragged.step().pose.matrix, anew.step().pose.matrix)
+        assert np.array_equal(getattr(result.truth, part), getattr(anew.truth, part)), part
+    assert np.array_equal(result.step().pose.matrix, anew.step().pose.matrix)
 
 
 @settings(max_examples=30, deadline=None)
@@ -110,8 +110,8 @@ def test_both_halves_of_a_step(name: str, controls: dict[str, Any]) -> None:
         last = state.run.course[-1]
         assert last.moved <= before.run.course[-1].rms * (1 + 1e-9)
         old = before.run.now.pairing
-        kept = np.linalg.norm(state.run.now.pairing.moved[0] - state.run.now.index.points[0, old.rows[0]], axis=1)
-        assert (state.run.now.pairing.distances[0] <= kept + 1e-12).all()
+        distances = np.linalg.norm(state.run.now.pairing.moved[0] - state.run.now.index.points[0, old.rows[0]], axis=1)
+        assert (state.run.now.pairing.distances[0] <= distances + 1e-12).all()
         assert last.changed == (old.rows != state.run.now.pairing.rows).sum()
 
 
@@ -123,8 +123,8 @@ def test_the_gated_preset_rises() -> None:
     at = run(*[STEP] * first, name="gated")
     picture = draw(at)
     assert picture.note.endswith("a rise.")
-    assert shown(at)["rises"] == f"1 of {first}"
-    assert shown(at)["falls"] == "neither"
+    assert texts(at)["rises"] == f"1 of {first}"
+    assert texts(at)["falls"] == "neither"
     frame = Host().render("f", {**preset(WIDGET, "gated").plain(), "log": [["press", "finish"]]})
     (chart,) = (p["svg"] for p in frame["panels"] if p["name"] == "rms")
     assert "shape diamond outlier" in chart
@@ -136,7 +136,7 @@ def test_a_gate_and_a_cap_take_the_same_steps_and_promise_different_things() -> 
     capped = run(*[STEP] * 12, turn=45.0, offset=1.43, objective="capped", gate=0.6)
     np.testing.assert_allclose(gated.run.pose.matrix, capped.run.pose.matrix, atol=1e-12)
     assert gated.run.rises == capped.run.rises != ()
-    assert (shown(gated)["falls"], shown(capped)["falls"]) == ("neither", "the objective")
+    assert (texts(gated)["falls"], texts(capped)["falls"]) == ("neither", "the objective")
     means = [entry.mean for entry in capped.run.course]
     assert means == sorted(means, reverse=True)
 
@@ -145,8 +145,8 @@ def test_trimming_alone_is_the_fixed_count() -> None:
     """With the gate open, a trimmed fraction is a fixed number of pairs: the same steps, the same promise."""
     plain, count = (run(*[STEP] * 8, objective=o, gate=OPEN, trim=20.0) for o in ("plain", "count"))
     np.testing.assert_array_equal(plain.run.pose.matrix, count.run.pose.matrix)
-    assert shown(plain)["falls"] == shown(count)["falls"] == "RMS and objective"
-    assert shown(run(gate=0.6, trim=20.0))["falls"] == "neither"
+    assert texts(plain)["falls"] == texts(count)["falls"] == "RMS and objective"
+    assert texts(run(gate=0.6, trim=20.0))["falls"] == "neither"
 
 
 def test_the_wrong_fits_are_convincing() -> None:
@@ -159,13 +159,13 @@ def test_the_wrong_fits_are_convincing() -> None:
     assert stripes.status.label == "converged"
     assert stripes.course[-1].rms < 0.08
     assert stripes.course[-1].translation > 0.2
-    far = run(FINISH, name="far").run
-    assert far.status.label == "converged"
-    assert far.course[-1].rotation > 90.0
+    result = run(FINISH, name="far").run
+    assert result.status.label == "converged"
+    assert result.course[-1].rotation > 90.0
 
 
 @pytest.mark.parametrize(
-    ("control", "value", "given_"),
+    ("control", "value", "base"),
     [
         ("noise", 0.2, {}),
         ("outliers", 30.0, {}),
@@ -181,13 +181,13 @@ def test_the_wrong_fits_are_convincing() -> None:
         ("objective", "count", {}),
     ],
 )
-def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any, given_: dict[str, Any]) -> None:
+def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any, base: dict[str, Any]) -> None:
     """Even before any step, the map and at least one readout change."""
-    plain, changed = (preset(WIDGET, "default", {**given_, **more}).plain() for more in ({}, {control: value}))
-    one, other = (Host().render("f", record) for record in (plain, changed))
-    assert one["panels"][0]["svg"] != other["panels"][0]["svg"]
-    assert one["readouts"] != other["readouts"]
-    assert one["python"] != other["python"]
+    plain, variant = (preset(WIDGET, "default", {**base, **more}).plain() for more in ({}, {control: value}))
+    first, second = (Host().render("f", record) for record in (plain, variant))
+    assert first["panels"][0]["svg"] != second["panels"][0]["svg"]
+    assert first["readouts"] != second["readouts"]
+    assert first["python"] != second["python"]
 
 
 def test_a_knob_that_plays_no_part_is_named() -> None:
@@ -205,7 +205,7 @@ def test_every_pair_is_one_of_three_kinds() -> None:
     assert set(layers) == {"pair", "outlier", "weak"}
     assert sum(layers.values()) == n
     assert all(layers.values())
-    assert shown(state)["used"] == f"{layers['pair']} of {n}"
+    assert texts(state)["used"] == f"{layers['pair']} of {n}"
     assert f"{layers['outlier']} pairs lie farther apart than 0.50 u" in draw(state).description
     assert f"{layers['weak']} pairs are trimmed" in draw(state).description
 
@@ -256,8 +256,8 @@ def test_hostile_actions(actions: list[Action], gate: float, overlap: float, out
 def test_no_pair_left_is_said() -> None:
     """If the gate rejects every pair, no RMS is shown, and the run stops at once with the reason."""
     state = run(name="overlap", turn=0.0, offset=1.2, scene="clean", overlap=30.0)
-    assert shown(state)["used"] == "0 of 132"
-    assert shown(state)["rms"] == "–"
+    assert texts(state)["used"] == "0 of 132"
+    assert texts(state)["rms"] == "–"
     assert "no pair with weight lies within the gate" in draw(state).note
 
 

@@ -53,10 +53,10 @@ def test_the_solution_is_the_minimum(scene: str) -> None:
     assert least <= rms(state.scene.truth, p, q) + 1e-12
     (x, y), turn = state.pose.apply(p).mean(axis=0), state.pose.R[:, 0]
     for dx, dy in ((1e-3, 0), (-1e-3, 0), (0, 1e-3), (0, -1e-3)):
-        shifted = act(state, drag("source", x + dx, y + dy))
-        assert rms(shifted.pose, p, q) > least
-        turned = act(state, drag("turn", x + turn[0] + dx, y + turn[1] + dy))
-        assert rms(turned.pose, p, q) >= least - 1e-12
+        near_shift = act(state, drag("source", x + dx, y + dy))
+        assert rms(near_shift.pose, p, q) > least
+        near_turn = act(state, drag("turn", x + turn[0] + dx, y + turn[1] + dy))
+        assert rms(near_turn.pose, p, q) >= least - 1e-12
 
 
 def test_clean_pairs_are_solved_exactly() -> None:
@@ -67,17 +67,17 @@ def test_clean_pairs_are_solved_exactly() -> None:
 def test_the_reflect_scene_really_reflects() -> None:
     """The switch decides between a reflection and the best rotation, which fits a little worse. This holds in the first
     draw and at least 22 of 25; in the others the noise leans too little, and the figure says det = +1."""
-    reflected = 0
+    count = 0
     for seed in range(SEED, SEED + 25 * 13, 13):
-        kept, free = run(SOLVE, scene="reflect", seed=seed), run(SOLVE, scene="reflect", seed=seed, correct=False)
-        p, q = kept.scene.source, kept.scene.target
-        assert np.linalg.det(kept.pose.R) == pytest.approx(1)
-        assert np.linalg.det(free.pose.R) == pytest.approx(float(kept.free.determinant))
-        assert free.mirrored == (kept.free.determinant == -1)
-        assert not free.mirrored or rms(free.pose, p, q) < rms(kept.pose, p, q)
+        proper, free = run(SOLVE, scene="reflect", seed=seed), run(SOLVE, scene="reflect", seed=seed, correct=False)
+        p, q = proper.scene.source, proper.scene.target
+        assert np.linalg.det(proper.pose.R) == pytest.approx(1)
+        assert np.linalg.det(free.pose.R) == pytest.approx(float(proper.free.determinant))
+        assert free.mirrored == (proper.free.determinant == -1)
+        assert not free.mirrored or rms(free.pose, p, q) < rms(proper.pose, p, q)
         assert free.mirrored or seed != SEED
-        reflected += free.mirrored
-    assert reflected >= 22
+        count += free.mirrored
+    assert count >= 22
 
 
 def test_without_noise_the_correction_changes_nothing() -> None:
@@ -93,8 +93,8 @@ def test_a_reflection_has_no_rotation_error_and_no_motion() -> None:
     """An improper transform gets no angle, and nothing is animated."""
     plain = preset(WIDGET, "reflect", {"correct": False}).plain()
     frame = Host().render("f", {**plain, "log": [["press", "solve"]]})
-    shown = {r["name"]: r["value"] for r in frame["readouts"]}
-    assert (shown["rotation_error"], shown["translation_error"], shown["determinant"]) == ("not a rotation", "–", "−1")
+    texts = {r["name"]: r["value"] for r in frame["readouts"]}
+    assert (texts["rotation_error"], texts["translation_error"], texts["determinant"]) == ("not a rotation", "–", "−1")
     assert frame["motions"] == []
     assert "reflection" in frame["note"]
     assert "mirror image" in frame["description"]
@@ -103,14 +103,14 @@ def test_a_reflection_has_no_rotation_error_and_no_motion() -> None:
 def test_the_unconstrained_optimum_is_shown_as_a_dashed_ghost() -> None:
     """Only after Solve, only if it is a reflection, and only while the source is kept to rotations."""
 
-    def dashed(log: list[Any], **controls: Any) -> bool:
+    def has_dashes(log: list[Any], **controls: Any) -> bool:
         frame = Host().render("f", {**preset(WIDGET, "reflect", controls).plain(), "log": log})
         return ">a reflection<" in frame["panels"][0]["svg"]
 
-    assert dashed([["press", "solve"]])
-    assert not dashed([])
-    assert not dashed([["press", "solve"]], correct=False)
-    assert not dashed([["press", "solve"]], noise=0.0)
+    assert has_dashes([["press", "solve"]])
+    assert not has_dashes([])
+    assert not has_dashes([["press", "solve"]], correct=False)
+    assert not has_dashes([["press", "solve"]], noise=0.0)
 
 
 def test_a_drag_unmirrors_the_source() -> None:
@@ -157,10 +157,10 @@ def test_a_scene_brings_its_own_noise_and_wrong_pairs() -> None:
 
 def test_solving_twice_is_solving_once() -> None:
     """Solve is disabled until the source has been moved; a record that presses it anyway changes nothing."""
-    once = run(SOLVE)
-    assert act(once, SOLVE) is once
+    state = run(SOLVE)
+    assert act(state, SOLVE) is state
     assert Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "solve"]]})["disabled"] == ["solve"]
-    assert act(once, drag("source", 0, 0)).solved is False
+    assert act(state, drag("source", 0, 0)).solved is False
 
 
 def test_the_last_starts_stay_as_ghosts() -> None:
@@ -210,8 +210,8 @@ def test_the_motion_leads_from_start_to_solution(scene: str) -> None:
 def test_the_words_carry_the_numbers() -> None:
     """The description gives a reader who cannot see the picture the same numbers as the readouts."""
     frame = Host().render("f", {**preset(WIDGET, "outliers").plain(), "log": [["press", "solve"]]})
-    shown = {r["name"]: r["value"] for r in frame["readouts"]}
+    texts = {r["name"]: r["value"] for r in frame["readouts"]}
     for name in ("rms_before", "rms", "rms_truth", "rotation_error", "translation_error"):
-        assert shown[name] in frame["description"]
+        assert texts[name] in frame["description"]
     assert "3 partners are wrong" in frame["description"]
-    assert f"{shown['rms_before']} → {shown['rms']} u" in frame["note"]
+    assert f"{texts['rms_before']} → {texts['rms']} u" in frame["note"]

@@ -26,7 +26,7 @@ def click(x: float, y: float) -> Action:
     return Action("click", "map", x, y)
 
 
-def shown(state: State, detail: int = BANDS) -> dict[str, str]:
+def texts(state: State, detail: int = BANDS) -> dict[str, str]:
     return {r.name: r.value for r in draw(state, detail).readouts}
 
 
@@ -71,7 +71,7 @@ def test_deep_is_low_on_the_map_and_on_its_scale(objective: str) -> None:
 def test_counts_are_of_what_is_drawn() -> None:
     """Rings mark the starts that reach the truth, crosses the others."""
     state = run(SOW)
-    reached, of = shown(state)["reached"].split(" of ")
+    reached, of = texts(state)["reached"].split(" of ")
     ends = state.runs[0].ends
     assert (int(reached), int(of)) == ((np.hypot(*ends.T) < NEAR).sum(), SIDE**2)
     svg = Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "sow"]]})["panels"][0]["svg"]
@@ -100,7 +100,7 @@ def test_starts_stay_until_cleared_and_frequencies_until_redrawn() -> None:
     anew = act(state, RESAMPLE)
     assert anew.count == state.count
     assert np.abs(anew.terrain.mmd.frequencies - state.terrain.mmd.frequencies).max() > 0.1
-    assert shown(anew)["truth"] != shown(state)["truth"]
+    assert texts(anew)["truth"] != texts(state)["truth"]
     assert act(anew, CLEAR).terrain is anew.terrain
     assert draw(run()).disabled == {"clear"}
 
@@ -119,8 +119,8 @@ def test_more_frequencies_extend_the_draw() -> None:
 def test_every_control_changes_the_figure(objective: str, name: str, value: float | str) -> None:
     """A control that does not affect the chosen objective moves the other one's line in the cut."""
     before, after = (
-        Host().render("f", preset(WIDGET, "default", {"objective": objective, **given}).plain())
-        for given in ({}, {name: value})
+        Host().render("f", preset(WIDGET, "default", {"objective": objective, **change}).plain())
+        for change in ({}, {name: value})
     )
     assert before["panels"][2]["svg"] != after["panels"][2]["svg"]
     own = {"mmd": ("length", "count"), "capped": ("cap",)}[objective]
@@ -132,12 +132,12 @@ def test_every_control_changes_the_figure(objective: str, name: str, value: floa
 def test_the_coarse_answer_waits_for_nothing(objective: str) -> None:
     """With many starts, the coarse map shows them without their runs; a few run at once."""
     many = run(SOW, objective=objective)
-    assert shown(many, 0)["reached"] == "…"
+    assert texts(many, 0)["reached"] == "…"
     assert "path" not in many.runs[0].__dict__
-    assert shown(many, 1)["reached"].endswith(f" of {SIDE**2}")
+    assert texts(many, 1)["reached"].endswith(f" of {SIDE**2}")
     few = run(*[click(0.3 * k, 0.2) for k in range(FEW)], objective=objective)
-    assert shown(few, 0)["reached"].endswith(f" of {FEW}")
-    assert shown(few, 0)["minima"] == "…"
+    assert texts(few, 0)["reached"].endswith(f" of {FEW}")
+    assert texts(few, 0)["minima"] == "…"
 
 
 def test_there_is_an_end_to_sowing() -> None:

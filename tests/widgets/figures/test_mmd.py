@@ -24,7 +24,7 @@ FAR = st.floats(-1e6, 1e6)
 run = partial(state_after, WIDGET)
 
 
-def shown(state: State) -> dict[str, str]:
+def texts(state: State) -> dict[str, str]:
     return readouts(draw(state))
 
 
@@ -46,7 +46,7 @@ def test_crests_stand_at_phase_zero_inside_the_window(x: float, y: float) -> Non
 def test_the_estimate_is_the_solvers_and_the_exact_value_the_packages() -> None:
     """The estimate made from the figure's waves is the stepper's ‖r‖², and the exact value is MMD² itself."""
     for state in (run(), run(STEP, STEP), run(FINISH, name="schedule"), run(RESAMPLE, FINISH, count=10)):
-        text = shown(state)
+        text = texts(state)
         assert float(text["estimate"]) == pytest.approx(float(state.batch.objective()[0]), abs=6e-5)
         moved = state.pose.apply(state.scene.source)
         exact = exact_squared_mmd(moved, state.scene.target, state.length)
@@ -70,18 +70,18 @@ def test_other_waves_on_the_same_room() -> None:
     assert (before.scene.source == after.scene.source).all()
     assert np.abs(before.unit - after.unit).max() > 0.1
     assert len(after.course) == 1
-    assert shown(run())["exact"] == shown(after)["exact"]
-    assert shown(run())["estimate"] != shown(after)["estimate"]
+    assert texts(run())["exact"] == texts(after)["exact"]
+    assert texts(run())["estimate"] != texts(after)["estimate"]
     assert "Draw 2" in draw(after).note
 
 
 def test_a_schedule_runs_through_its_length_scales() -> None:
     """ℓ falls from stage to stage; without a schedule it is the slider's."""
-    state, seen = run(name="schedule"), []
+    state, lengths = run(name="schedule"), []
     while not state.batch.done:
-        seen.append(state.length)
+        lengths.append(state.length)
         state = act(state, STEP)
-    assert sorted({*seen, state.length}, reverse=True) == list(SCHEDULE)
+    assert sorted({*lengths, state.length}, reverse=True) == list(SCHEDULE)
     assert {run(length=0.7).length, run(FINISH, length=0.7).length} == {0.7}
 
 
@@ -102,22 +102,22 @@ def test_a_schedule_runs_through_its_length_scales() -> None:
 )
 def test_every_control_changes_what_it_names(control: str, value: Any, readout: str) -> None:
     """Moving one control changes its number."""
-    assert shown(run())[readout] != shown(run(**{control: value}))[readout]
+    assert texts(run())[readout] != texts(run(**{control: value}))[readout]
 
 
 def test_with_missing_overlap_a_run_leaves_the_truth_for_a_smaller_exact_discrepancy() -> None:
     """Started at the truth with 60 % of the room in the target, the run ends elsewhere, at a lower exact MMD²."""
-    begun, ended = shown(run(name="overlap")), shown(run(FINISH, name="overlap"))
-    assert float(begun["rotation_error"]) == 0.0
-    assert float(ended["rotation_error"]) > 5.0
-    assert float(ended["exact"]) < float(ended["exact_truth"]) == float(begun["exact"])
-    assert float(shown(run(FINISH, name="overlap", length=0.6))["rotation_error"]) < 2.0
+    first, last = texts(run(name="overlap")), texts(run(FINISH, name="overlap"))
+    assert float(first["rotation_error"]) == 0.0
+    assert float(last["rotation_error"]) > 5.0
+    assert float(last["exact"]) < float(last["exact_truth"]) == float(first["exact"])
+    assert float(texts(run(FINISH, name="overlap", length=0.6))["rotation_error"]) < 2.0
 
 
 def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth() -> None:
     """Its dashed lines are at the two readouts, in their colours, and the solid one passes through the estimate."""
     state = run(STEP)
-    panel, text = next(panel for panel in draw(state).panels if panel.name == "estimate"), shown(state)
+    panel, text = next(panel for panel in draw(state).panels if panel.name == "estimate"), texts(state)
     lines = {mark.role: np.asarray(mark.xy) for mark in panel.marks if isinstance(mark, Path) and mark.thick}
     for role, readout in (("source", "exact"), ("truth", "exact_truth")):
         assert 10 ** lines[role][:, 1] == pytest.approx(float(text[readout]), abs=6e-5)
@@ -128,7 +128,7 @@ def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth()
 def test_a_wave_beyond_those_used_is_the_last_of_them() -> None:
     """The slider may exceed D; the figure then says which wave it shows instead."""
     state = run(count=4, wave=30)
-    assert shown(state)["wave"] == shown(run(count=4, wave=4))["wave"]
+    assert texts(state)["wave"] == texts(run(count=4, wave=4))["wave"]
     assert "Only 4 waves" in draw(state).note
 
 
@@ -138,8 +138,8 @@ def test_a_step_moves_the_source_and_a_drag_begins_anew() -> None:
     after = act(before, STEP)
     result = motion(before, after)
     assert result is not None
-    turned = float(after.pose.angle - before.pose.angle)
-    assert np.cos(result.turn) == pytest.approx(np.cos(turned))
+    angle = float(after.pose.angle - before.pose.angle)
+    assert np.cos(result.turn) == pytest.approx(np.cos(angle))
     assert len(act(after, Action("drag", "source", 1.0, 1.0)).course) == 1
 
 

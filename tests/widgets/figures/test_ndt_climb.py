@@ -21,7 +21,7 @@ STEP = Action("press", "step")
 run = partial(state_after, WIDGET)
 
 
-def finished(**controls: Any) -> State:
+def end_state(**controls: Any) -> State:
     return run(*[STEP] * MAX_STEPS, **controls)
 
 
@@ -29,7 +29,7 @@ def finished(**controls: Any) -> State:
 def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
     """Stepwise or all at once, at one cell size or coarse to fine, dragged or not: the poses of `register`."""
     drag = Action("drag", "turn", 4.0, 1.5)
-    for state in (finished(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
+    for state in (end_state(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
         check(state)
 
 
@@ -46,22 +46,22 @@ def check(state: State) -> None:
 
 def test_marks_say_what_the_steps_did() -> None:
     """A capped step is exactly as long as its cap, halved as often as marked; an uncapped one is within both caps."""
-    state = finished(max_turn=0.1, max_shift=0.3)
-    seen = set()
-    for climb in state.runs.values():
-        for now, cap, halved in zip(climb.states[1:], climb.caps[1:], climb.halved[1:], strict=True):
-            shift, turn = np.linalg.norm(now.step[0, :2]) * 2.0**halved, abs(now.step[0, 2]) * 2.0**halved
+    end = end_state(max_turn=0.1, max_shift=0.3)
+    kinds = set()
+    for climb in end.runs.values():
+        for state, cap, halved in zip(climb.states[1:], climb.caps[1:], climb.halved[1:], strict=True):
+            shift, turn = np.linalg.norm(state.step[0, :2]) * 2.0**halved, abs(state.step[0, 2]) * 2.0**halved
             assert shift <= 0.3 + 1e-12
             assert turn <= 0.1 + 1e-12
             if cap:
                 assert (shift, turn)[cap == "turn"] == pytest.approx((0.3, 0.1)[cap == "turn"], rel=1e-12)
-            seen |= {cap, "halved" if halved else ""}
-    assert seen == {"", "shift", "turn", "halved"}
+            kinds |= {cap, "halved" if halved else ""}
+    assert kinds == {"", "shift", "turn", "halved"}
 
 
 def test_the_score_rises_within_a_level_and_jumps_between_levels() -> None:
     """Each level has its own objective, so jumps are marked where the cells change."""
-    climb = finished().fine
+    climb = end_state().fine
     scores = [-float(state.objective[0]) for state in climb.states]
     assert len(climb.rises) == len(COARSER) - 1
     for k, (a, b) in enumerate(pairwise(scores), start=1):
@@ -71,20 +71,20 @@ def test_the_score_rises_within_a_level_and_jumps_between_levels() -> None:
 
 def test_the_scores_beside_each_other_are_of_the_same_cells() -> None:
     """The truth and both poses are scored on cells of size h, even while the second run uses coarser ones."""
-    shown = {r.name: r.value for r in draw(run()).readouts}
-    assert shown["score_one"] == shown["score_fine"]
-    state = finished()
+    texts = {r.name: r.value for r in draw(run()).readouts}
+    assert texts["score_one"] == texts["score_fine"]
+    state = end_state()
     assert climbing.score(state.fine.now, 2, state.scene.truth) == pytest.approx(state.one.truth[0])
     assert climbing.score(state.fine.now, 2, state.fine.pose) == pytest.approx(-float(state.fine.now.objective[0]))
 
 
 def test_a_score_can_exceed_that_of_the_truth() -> None:
     """In the preset "exceeds", a pose away from the truth scores higher than the truth."""
-    state = finished(name="exceeds")
+    state = end_state(name="exceeds")
     assert state.fine.relative[-1] > 1.1
-    shown = {r.name: float(r.value) for r in draw(state).readouts if r.name.startswith(("score", "rotation_f"))}
-    assert shown["score_fine"] > shown["score_truth"]
-    assert shown["rotation_fine"] > 1.0
+    values = {r.name: float(r.value) for r in draw(state).readouts if r.name.startswith(("score", "rotation_f"))}
+    assert values["score_fine"] > values["score_truth"]
+    assert values["rotation_fine"] > 1.0
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_score_can_exceed_that_of_the_truth() -> None:
 )  # fmt: skip
 def test_every_control_changes_the_climb(name: str, value: float | bool) -> None:
     """Each slider and the switch change where three steps lead."""
-    before, after = (run(*[STEP] * 3, **given).fine for given in ({}, {name: value}))
+    before, after = (run(*[STEP] * 3, **change).fine for change in ({}, {name: value}))
     assert np.abs(before.pose.matrix - after.pose.matrix).max() > 1e-6
 
 
@@ -109,7 +109,7 @@ def test_a_drag_starts_both_anew() -> None:
 
 def test_run_ends_and_stays_ended() -> None:
     """When both have stopped, the buttons are disabled and another step changes nothing."""
-    state = finished()
+    state = end_state()
     assert draw(state).disabled == {"step", "run"}
     assert act(state, STEP).fine is state.fine
     assert draw(run(STEP)).disabled == frozenset()

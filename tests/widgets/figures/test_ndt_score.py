@@ -18,7 +18,7 @@ CLIMB, TRUTH = ["press", "climb"], ["press", "truth"]
 RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 0.6), "size": (0.4, 2.0)}
 
 
-def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def outcome(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """The readouts by name, as numbers where they are, and the frame."""
     plain = {**preset(WIDGET, "default", controls).plain(), "log": list(log), "seed": seed}
     frame = Host().render("f", plain)
@@ -28,21 +28,21 @@ def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], d
 
 def test_it_opens_before_its_climb() -> None:
     """Nothing has been climbed and the scan lies where the climb will begin; after a climb, the button is disabled."""
-    text, frame = shown()
+    text, frame = outcome()
     assert text["steps"] == "0 · 0"
     assert text["score"] == text["begin"]
     assert "climb" not in frame["disabled"]
     assert "where the climb will begin" in frame["panels"][1]["caption"]
-    assert "will begin" not in shown(CLIMB)[1]["panels"][1]["caption"]
-    assert shown(CLIMB)[1]["disabled"] == ["climb"]
+    assert "will begin" not in outcome(CLIMB)[1]["panels"][1]["caption"]
+    assert outcome(CLIMB)[1]["disabled"] == ["climb"]
 
 
 def test_its_first_climb_arrives() -> None:
     """The first climb takes steps, has one rejected, and ends beside the truth with a higher score than there."""
-    text, frame = shown(CLIMB)
-    taken, rejected = (int(v) for v in text["steps"].split(" · "))
-    assert taken > 3
-    assert rejected > 0
+    text, frame = outcome(CLIMB)
+    steps, rejections = (int(v) for v in text["steps"].split(" · "))
+    assert steps > 3
+    assert rejections > 0
     assert text["away"] < 0.05
     assert text["score"] > text["truth"] > 5 * text["begin"]
     svg = frame["panels"][0]["svg"]
@@ -54,9 +54,9 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
     """From nine places, the score never ends below the start's; a climb from the truth begins at its score."""
     for x in (-1.2, 0.1, 0.9):
         for y in (-0.9, 0.2, 1.1):
-            text, _ = shown(["click", "map", x, y])
+            text, _ = outcome(["click", "map", x, y])
             assert text["score"] >= text["begin"]
-    text, _ = shown(TRUTH)
+    text, _ = outcome(TRUTH)
     assert text["begin"] == text["truth"]
 
 
@@ -64,29 +64,29 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
 def test_a_climb_that_leaves_the_map_is_cut_at_its_border(x: float, y: float) -> None:
     """The colour scale is to the right of the map; if the climb ended off the map, the note says so."""
     state = WIDGET.act(WIDGET.start(preset(WIDGET).controls, 40), Action("click", "map", x, y))
-    drawn = draw(state)
-    marks = [mark for mark in drawn.panels[0].marks if getattr(mark, "role", "") in ("source", "outlier")]
+    picture = draw(state)
+    marks = [mark for mark in picture.panels[0].marks if getattr(mark, "role", "") in ("source", "outlier")]
     parts = [getattr(mark, name) for mark in marks for name in ("xy", "a", "b") if hasattr(mark, name)]
     places = [np.reshape(part, (-1, 2)) for part in parts]
     assert np.abs(np.concatenate(places)).max() <= REACH + 1e-9
-    off = bool(np.abs(state.path.places[-1]).max() > REACH)
-    assert ("off the map" in drawn.note) == off
+    is_off = bool(np.abs(state.path.places[-1]).max() > REACH)
+    assert ("off the map" in picture.note) == is_off
 
 
 def test_some_climb_leaves_the_map() -> None:
-    _, frame = shown(["click", "map", 1.5, 1.5])
+    _, frame = outcome(["click", "map", 1.5, 1.5])
     assert "off the map" in frame["note"]
 
 
 def test_a_rotation_lowers_the_whole_map() -> None:
     """At 15°, climbs leave the rotation readout at 15, the truth's score is unchanged and out of reach, and the map's
     summit has moved."""
-    level, turned = shown(CLIMB)[0], shown(CLIMB, rotation=15.0)[0]
-    assert turned["turn"] == 15
-    assert turned["truth"] == level["truth"]
-    assert turned["score"] < 0.5 * turned["truth"]
-    assert turned["best"] > 0.3
-    assert shown(TRUTH, rotation=15.0)[0]["turn"] == 15
+    level, turn = outcome(CLIMB)[0], outcome(CLIMB, rotation=15.0)[0]
+    assert turn["turn"] == 15
+    assert turn["truth"] == level["truth"]
+    assert turn["score"] < 0.5 * turn["truth"]
+    assert turn["best"] > 0.3
+    assert outcome(TRUTH, rotation=15.0)[0]["turn"] == 15
 
 
 def test_the_map_says_at_which_rotation_it_is() -> None:
@@ -103,8 +103,8 @@ def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
         bar = frame["panels"][0]["svg"].split("shift in y, u</text>")[1].split("score</text>")[0]
         return max(float(label) for label in re.findall(r">([\d.]+)</text>", bar))
 
-    assert top(shown()[1]) == pytest.approx(0.4)
-    assert top(shown(rotation=15.0)[1]) <= 0.2
+    assert top(outcome()[1]) == pytest.approx(0.4)
+    assert top(outcome(rotation=15.0)[1]) <= 0.2
 
 
 def test_coarse_levels_have_fewer_tiles() -> None:
@@ -114,8 +114,8 @@ def test_coarse_levels_have_fewer_tiles() -> None:
     sizes = [len(frame["panels"][0]["svg"]) for frame in frames]
     assert sizes[0] == min(sizes)
     for frame in frames:
-        same = [r for r in frame["readouts"] if r["name"] != "best"]
-        assert same == [r for r in frames[-1]["readouts"] if r["name"] != "best"]
+        rest = [r for r in frame["readouts"] if r["name"] != "best"]
+        assert rest == [r for r in frames[-1]["readouts"] if r["name"] != "best"]
 
 
 @settings(max_examples=20, deadline=None)
@@ -136,7 +136,7 @@ def test_whatever_a_reader_does_scores_stay_scores(
     controls: dict[str, float], grids: str, log: list[Any], seed: int
 ) -> None:
     """For any setting, start and draw: scores between 0 and 1, never below the start's, and a picture without NaN."""
-    text, frame = shown(*log, seed=seed, grids=grids, **controls)
+    text, frame = outcome(*log, seed=seed, grids=grids, **controls)
     assert 0 <= text["begin"] <= text["score"] <= 1
     assert 0 <= text["truth"] <= 1
     assert "nan" not in frame["panels"][0]["svg"]

@@ -34,12 +34,12 @@ def give(host: Host, name: str, data: bytes) -> dict[str, str]:
 
 def record(source: str = "", target: str = "", log: tuple[str, ...] = (), **controls: Any) -> dict[str, Any]:
     plain = preset(WIDGET, "default", {"clouds": "own", **controls}).plain()
-    given = {place: key for place, key in (("source", source), ("target", target)) if key}
+    given = {side: key for side, key in (("source", source), ("target", target)) if key}
     return {**plain, "log": [["press", name] for name in log], "given": given}
 
 
 def readouts(frame: dict[str, Any]) -> dict[str, str]:
-    return {each["name"]: each["value"].replace("−", "-") for each in frame["readouts"]}
+    return {r["name"]: r["value"].replace("−", "-") for r in frame["readouts"]}
 
 
 def pair(host: Host, scale: float = 1.0, corner: np.ndarray | float = 0.0) -> tuple[str, str, Pose]:
@@ -75,9 +75,9 @@ def test_the_learned_flows_run_a_step_on_few_points() -> None:
     host = Host()
     source, target, _ = pair(host)
     for method in ("flow", "flow-from-source"):
-        shown = readouts(host.render("f", record(source, target, ("step",), method=method, points=100)))
-        assert shown["stop"] == "running, step 1"
-        assert [part.split(" of ")[1] for part in shown["points"].split(" and ")] == ["132", "160"]
+        texts = readouts(host.render("f", record(source, target, ("step",), method=method, points=100)))
+        assert texts["stop"] == "running, step 1"
+        assert [part.split(" of ")[1] for part in texts["points"].split(" and ")] == ["132", "160"]
 
 
 def test_given_clouds_are_thinned_sliced_and_told() -> None:
@@ -93,9 +93,9 @@ def test_given_clouds_are_thinned_sliced_and_told() -> None:
     assert readouts(frame)["points"] == f"{n} of 900 and {m} of 700"
     assert frame["note"] == f"Thinned: source {n} of 900, target {m} of 700 points."
     inside = [int(((p[:, 2] >= 0.6) & (p[:, 2] <= 1.8)).sum()) for p in (low, high)]
-    shown = readouts(host.render("f", record(report["key"], target, points=1000, height=40, thickness=40)))["points"]
-    seen = [int(part.split(" of ")[-1]) for part in shown.split(" and ")]
-    assert seen == pytest.approx(inside, abs=3)
+    texts = readouts(host.render("f", record(report["key"], target, points=1000, height=40, thickness=40)))["points"]
+    counts = [int(part.split(" of ")[-1]) for part in texts.split(" and ")]
+    assert counts == pytest.approx(inside, abs=3)
     frame = host.render("f", record(report["key"], target, height=90, thickness=10))
     assert frame["note"] == "No source point lies in this slice. Move or thicken it."
     assert "step" in frame["disabled"]
@@ -105,12 +105,12 @@ def test_one_cloud_or_none_is_a_state_too() -> None:
     """A link whose files are missing asks for them, and shows its state once they are given."""
     host = Host()
     assert host.render("f", record())["note"] == "Choose or draw a source and a target first."
-    away = Host()
-    source, target, _ = pair(away)
+    second = Host()
+    source, target, _ = pair(second)
     plain = record(source, target, ("ten",), method="gicp")
     assert host.render("f", plain)["note"] == "Choose or draw a source and a target first."
     assert pair(host)[:2] == (source, target)
-    assert host.render("f", plain) == away.render("f", plain)
+    assert host.render("f", plain) == second.render("f", plain)
     host.forget(source)
     assert host.render("f", plain)["note"] == "Choose or draw a source first."
 
@@ -137,12 +137,12 @@ def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:
         plain = preset(WIDGET, "drive", controls).plain()
         return readouts(host.render("f", {**plain, "log": [["press", name] for name in log]}))
 
-    begun, result, lost = end(()), end(), end(start="as")
-    assert begun["points"] == "329 and 336"
-    assert float(begun["rotation_graph"]) > 4.5
+    first, result, failure = end(()), end(), end(start="as")
+    assert first["points"] == "329 and 336"
+    assert float(first["rotation_graph"]) > 4.5
     assert float(result["translation_graph"]) < 0.02
     assert float(result["rotation_graph"]) < 0.1
-    assert float(lost["translation_graph"]) > 1.5
+    assert float(failure["translation_graph"]) > 1.5
     assert float(end((), scan=7, onto=7)["translation_graph"]) == 0.0
     assert readouts(host.render("f", preset(WIDGET).plain()))["translation_graph"] == "–"
 
@@ -175,7 +175,7 @@ def test_what_cannot_be_read_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "message"),
     [
         (b"1e100,0\n2,3\n", "a coordinate is 1e+100; expected none beyond 1e+15. Write it in a larger unit"),
         (b"0,0\n0,-2e15\n", "a coordinate is 2e+15; expected none beyond 1e+15. Write it in a larger unit"),
@@ -183,8 +183,8 @@ def test_what_cannot_be_read_is_refused() -> None:
         (b"0,0,0\n1e-300,0,0\n", "the cloud is 1e-300 wide; expected at least 1e-09. Write it in a smaller unit"),
     ],
 )
-def test_a_unit_that_the_figure_cannot_show_is_refused(data: bytes, told: str) -> None:
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+def test_a_unit_that_the_figure_cannot_show_is_refused(data: bytes, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         give(Host(), "a.csv", data)
 
 
@@ -218,8 +218,8 @@ def test_rows_in_another_order_have_another_fingerprint() -> None:
     host, rows = Host(), [f"{k:06.3f},{2 * k:06.3f}" for k in range(130)]
     keys = {give(host, "a", "\n".join(rows).encode())["key"]}
     for k in range(1, 130):
-        swapped = [rows[k], *rows[1:k], rows[0], *rows[k + 1 :]]
-        keys.add(give(host, "a", "\n".join(swapped).encode())["key"])
+        order = [rows[k], *rows[1:k], rows[0], *rows[k + 1 :]]
+        keys.add(give(host, "a", "\n".join(order).encode())["key"])
     assert len(keys) == 130
     assert give(host, "b", "\n".join(rows).encode())["key"] not in keys
 
@@ -238,11 +238,11 @@ def test_the_script_of_drawn_clouds_stands_alone() -> None:
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         exec(compile(frame["python"], "script", "exec"), {})
-    printed = dict(line.split(" ", 1) for line in out.getvalue().splitlines())
-    shown = readouts(frame)
+    output = dict(line.split(" ", 1) for line in out.getvalue().splitlines())
+    texts = readouts(frame)
     for name in ("rotation", "x", "y", "explained", "conditioning"):
-        decimals = len(shown[name].partition(".")[2])
-        assert float(printed[name]) == pytest.approx(float(shown[name]), abs=0.51 * 10**-decimals)
+        decimals = len(texts[name].partition(".")[2])
+        assert float(output[name]) == pytest.approx(float(texts[name]), abs=0.51 * 10**-decimals)
 
 
 def test_scans_of_the_drive_are_in_metres() -> None:
@@ -250,7 +250,7 @@ def test_scans_of_the_drive_are_in_metres() -> None:
     for name, unit in (("drive", "m"), ("default", "u")):
         frame = Host().render("f", preset(WIDGET, name).plain())
         assert re.search(rf">\d+ {unit}</text>", frame["panels"][0]["svg"])
-        assert {each["unit"] for each in frame["readouts"] if each["name"] in ("x", "y", "rms")} <= {unit, ""}
+        assert {r["unit"] for r in frame["readouts"] if r["name"] in ("x", "y", "rms")} <= {unit, ""}
         assert frame["handles"][0]["value"].endswith(f" {unit}")
-        (length,) = (each["value"] for each in frame["readouts"] if each["name"] == "length")
+        (length,) = (r["value"] for r in frame["readouts"] if r["name"] == "length")
         assert re.fullmatch(rf"gate (open|[\d.]+ {unit})", length)

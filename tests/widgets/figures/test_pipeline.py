@@ -25,7 +25,7 @@ NEXT, FINISH = Action("press", "next"), Action("press", "finish")
 run = partial(state_after, WIDGET)
 
 
-def shown(state: State) -> dict[str, str]:
+def texts(state: State) -> dict[str, str]:
     return readouts(draw(state))
 
 
@@ -44,34 +44,34 @@ def test_the_stages_follow_one_another() -> None:
 
 
 def test_all_stages_at_once_are_the_stages_one_by_one() -> None:
-    assert shown(run(FINISH)) == shown(run(NEXT, NEXT, NEXT))
+    assert texts(run(FINISH)) == texts(run(NEXT, NEXT, NEXT))
 
 
 @pytest.mark.parametrize(
-    ("controls", "left"),
+    ("controls", "names"),
     [
         ({"draws": 0.0}, ["start", "refine"]),
         ({"refine": "none"}, ["start", "propose"]),
         ({"draws": 0.0, "refine": "none"}, ["start"]),
     ],
 )
-def test_what_is_left_out_does_not_run(controls: dict[str, Any], left: list[str]) -> None:
+def test_what_is_left_out_does_not_run(controls: dict[str, Any], names: list[str]) -> None:
     state = run(FINISH, **controls)
-    assert stages(state) == left
+    assert stages(state) == names
     assert state.verdict
 
 
 def test_the_proposal_does_not_know_the_prediction() -> None:
     """Two predictions give the same proposal."""
-    one, other = run(NEXT, turn=20.0), run(NEXT, turn=-170.0, offset=3.0)
-    np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
+    first, second = run(NEXT, turn=20.0), run(NEXT, turn=-170.0, offset=3.0)
+    np.testing.assert_array_equal(first.pose.matrix, second.pose.matrix)
 
 
 def test_where_nothing_is_explained_there_is_no_residual() -> None:
     """A source dragged out of the picture has no target point near it: no RMS or conditioning is shown, and the
     conditioning does not count as met."""
     state = run(Action("drag", "source", -6.4, -4.6))
-    report = shown(state)
+    report = texts(state)
     assert (report["share"], report["rms"], report["conditioning"]) == ("0", "–", "–")
     by_name = {sign.name: sign for sign in state.judgement.signs}
     assert (by_name["residual"].said, by_name["residual"].at) == ("–", None)
@@ -89,11 +89,11 @@ def test_a_conditioning_near_zero_keeps_a_digit() -> None:
 def test_a_small_budget_makes_a_worse_proposal() -> None:
     """Over six draws, one step of hypotheses leaves the source over three times as far off as seventy do."""
 
-    def off(steps: float) -> float:
+    def error(steps: float) -> float:
         results = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
         return sum(float(point_error(s.pose, s.scene.truth, s.scene.source)) for s in results)
 
-    assert off(1.0) > 3 * off(70.0)
+    assert error(1.0) > 3 * error(70.0)
 
 
 @pytest.mark.parametrize(
@@ -130,10 +130,10 @@ def test_a_stop_flag_accepts_what_the_signs_refuse() -> None:
 
 def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
     """Half a turn off in the hall, all other signs are met; only the prediction refuses the pose."""
-    blind, asked = run(FINISH, name="hall"), run(FINISH, name="hall", trust=60.0)
+    blind, strict = run(FINISH, name="hall"), run(FINISH, name="hall", trust=60.0)
     assert not right(blind.scene, blind.pose)
     assert blind.accepted
-    assert asked.judgement.failed == ("prediction",)
+    assert strict.judgement.failed == ("prediction",)
 
 
 def test_a_door_tells_the_ends_of_the_hall_apart() -> None:

@@ -35,11 +35,11 @@ SOLVE, STEP = Action("press", "solve"), Action("press", "step")
 SEEDS = range(SEED, SEED + 25 * 13, 13)
 
 
-def shown(*log: list[object], seed: int = SEED, **controls: object) -> dict[str, float | str]:
+def texts(*log: list[object], seed: int = SEED, **controls: object) -> dict[str, float | str]:
     return readouts(frame_after(WIDGET, *log, seed=seed, **controls))
 
 
-def apart(state: State) -> float:
+def error(state: State) -> float:
     return float(np.sqrt(np.square(state.run.poses.t - TRUTH.t).sum(axis=1).mean()))
 
 
@@ -67,56 +67,56 @@ def test_solving_shares_the_error_and_closes_the_loop(seed: int) -> None:
 def test_without_drift_there_is_nothing_to_share() -> None:
     after = act(start(Controls(drift=0.0), SEED), SOLVE)
     assert after.run.objective < 1e-20
-    assert apart(after) < 1e-12
+    assert error(after) < 1e-12
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_false_edge_bends_the_map_and_a_kernel_lets_go_of_it(seed: int) -> None:
     """In 25 draws: without a kernel the poses end at least 0.5 u farther from the true ones than without the false
     edge; with DCS within 0.1 u of where they are without it, with Cauchy within 0.2 u."""
-    right = apart(act(start(Controls(), seed), SOLVE))
+    right = error(act(start(Controls(), seed), SOLVE))
     ends = {kernel: act(start(Controls(kernel, false=True), seed), SOLVE) for kernel in KERNELS}
-    assert apart(ends["none"]) > right + 0.5
-    assert abs(apart(ends["dcs"]) - right) < 0.1
-    assert abs(apart(ends["cauchy"]) - right) < 0.2
+    assert error(ends["none"]) > right + 0.5
+    assert abs(error(ends["dcs"]) - right) < 0.1
+    assert abs(error(ends["cauchy"]) - right) < 0.2
     assert ends["dcs"].run.weights[FALSE] < 0.01 < 0.05 < ends["huber"].run.weights[FALSE]
     assert ends["dcs"].run.weights[LOOP] > 0.9
 
 
 def test_steps_come_to_where_solve_goes() -> None:
-    stepped = start(Controls(false=True), SEED)
+    state = start(Controls(false=True), SEED)
     for _ in range(40):
-        stepped = act(stepped, STEP)
-    solved = act(start(Controls(false=True), SEED), SOLVE)
-    assert stepped.run.done
-    assert np.array_equal(stepped.run.poses.t, solved.run.poses.t)
-    result = optimise(solved.first.poses, solved.edges)
-    np.testing.assert_allclose(result.poses.t, solved.run.poses.t, atol=1e-9)
+        state = act(state, STEP)
+    solution = act(start(Controls(false=True), SEED), SOLVE)
+    assert state.run.done
+    assert np.array_equal(state.run.poses.t, solution.run.poses.t)
+    result = optimise(solution.first.poses, solution.edges)
+    np.testing.assert_allclose(result.poses.t, solution.run.poses.t, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=30)
 @given(st.sampled_from(POSES), st.floats(-7.0, 7.0), st.floats(-5.0, 5.0))
 def test_a_dragged_pose_goes_where_it_is_put_and_solving_takes_it_back(name: str, x: float, y: float) -> None:
     """Only the springs decide where a pose belongs: from any place, solving gives the same poses again."""
-    solved = act(start(Controls(), SEED), SOLVE)
-    pulled = act(solved, Action("drag", name, x, y))
-    assert pulled.run.steps == 0
+    solution = act(start(Controls(), SEED), SOLVE)
+    pull = act(solution, Action("drag", name, x, y))
+    assert pull.run.steps == 0
     node = POSES.index(name) + 1
-    assert (np.abs(pulled.run.poses.t[node]) >= LEAST[node] - 1e-12).all()
-    assert (np.abs(pulled.run.poses.t[node]) <= MOST).all()
-    back = act(pulled, SOLVE)
-    np.testing.assert_allclose(back.run.poses.t, solved.run.poses.t, atol=1e-5)
+    assert (np.abs(pull.run.poses.t[node]) >= LEAST[node] - 1e-12).all()
+    assert (np.abs(pull.run.poses.t[node]) <= MOST).all()
+    result = act(pull, SOLVE)
+    np.testing.assert_allclose(result.run.poses.t, solution.run.poses.t, atol=1e-5)
 
 
 def test_moving_the_loops_measurement_moves_the_map() -> None:
     """The handle is where the edge puts pose 1; χ² shown for it is that of the dragged measurement."""
-    solved = act(start(Controls(), SEED), SOLVE)
-    pulled = act(solved, Action("drag", "loop", -3.6, -2.7))
-    put = pulled.run.poses[LOOP].apply(pulled.edges.relative.t[LOOP][None])[0]
-    np.testing.assert_allclose(put, [-3.6, -2.7], atol=1e-12)
-    np.testing.assert_allclose(pulled.run.chi2, chi_squared(solved.run.poses, pulled.edges))
-    assert pulled.run.objective > 10 * solved.run.objective
-    assert apart(act(pulled, SOLVE)) > 2 * apart(solved)
+    solution = act(start(Controls(), SEED), SOLVE)
+    pull = act(solution, Action("drag", "loop", -3.6, -2.7))
+    point = pull.run.poses[LOOP].apply(pull.edges.relative.t[LOOP][None])[0]
+    np.testing.assert_allclose(point, [-3.6, -2.7], atol=1e-12)
+    np.testing.assert_allclose(pull.run.chi2, chi_squared(solution.run.poses, pull.edges))
+    assert pull.run.objective > 10 * solution.run.objective
+    assert error(act(pull, SOLVE)) > 2 * error(solution)
 
 
 @settings(deadline=None, max_examples=40)
@@ -127,11 +127,11 @@ def test_handles_never_cover_each_other(data: st.DataObject) -> None:
     state = start(Controls(kernel, false, 2.0), data.draw(st.integers(0, 99)))
     for _ in range(data.draw(st.integers(0, 4))):
         name = data.draw(st.sampled_from([*POSES, "loop", "solve"]))
-        place = data.draw(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)))
-        state = act(state, SOLVE if name == "solve" else Action("drag", name, *place))
+        point = data.draw(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)))
+        state = act(state, SOLVE if name == "solve" else Action("drag", name, *point))
     handles = WIDGET.draw(state).handles
-    for one, other in itertools.combinations(handles, 2):
-        assert np.hypot(*np.subtract(one.xy, other.xy)) * 358 / (VIEW.x1 - VIEW.x0) >= 40.0
+    for a, b in itertools.combinations(handles, 2):
+        assert np.hypot(*np.subtract(a.xy, b.xy)) * 358 / (VIEW.x1 - VIEW.x0) >= 40.0
     for handle in handles:
         assert VIEW.x0 < handle.xy[0] < VIEW.x1
         assert VIEW.y0 < handle.xy[1] < VIEW.y1
@@ -139,13 +139,13 @@ def test_handles_never_cover_each_other(data: st.DataObject) -> None:
 
 def test_the_readouts_of_the_chapter() -> None:
     """The readouts that the chapter's prediction and text rely on."""
-    opened, solved = shown(), shown(["press", "solve"])
-    assert opened["largest"] == opened["objective"] == "23.3"
-    assert float(solved["objective"]) < 2.0
-    assert float(solved["gap"]) < 0.1
-    bent, held = shown(["press", "solve"], false=True), shown(["press", "solve"], false=True, kernel="dcs")
-    assert float(bent["apart"]) > 1.0 > 0.3 > float(held["apart"])
-    assert bent["stop"] == held["stop"] == "converged"
+    first, solution = texts(), texts(["press", "solve"])
+    assert first["largest"] == first["objective"] == "23.3"
+    assert float(solution["objective"]) < 2.0
+    assert float(solution["gap"]) < 0.1
+    bent, robust = texts(["press", "solve"], false=True), texts(["press", "solve"], false=True, kernel="dcs")
+    assert float(bent["apart"]) > 1.0 > 0.3 > float(robust["apart"])
+    assert bent["stop"] == robust["stop"] == "converged"
 
 
 def test_no_handle_covers_a_number() -> None:
@@ -191,6 +191,6 @@ def test_no_error_lies_over_another_on_a_phone(actions: tuple[Action, ...], fals
         assert left >= 0.0
         assert left + width <= 350.0
         boxes.append((left, left + width, y - 9.0, y + 2.0))
-    for one, other in itertools.combinations(boxes, 2):
-        beside = one[1] <= other[0] or other[1] <= one[0]
-        assert beside or one[3] <= other[2] or other[3] <= one[2]
+    for a, b in itertools.combinations(boxes, 2):
+        beside = a[1] <= b[0] or b[1] <= a[0]
+        assert beside or a[3] <= b[2] or b[3] <= a[2]

@@ -37,28 +37,28 @@ def after(steps: int, state: State) -> State:
 
 def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture is the same at all levels; the first step begins the other contestants, to the same poses."""
-    begun = list[str]()
+    methods = list[str]()
     begin = Contestant.begin
 
-    def counted(self: Contestant, *given: Any) -> Any:
-        begun.append(self.method)
-        return begin(self, *given)
+    def count(self: Contestant, *arguments: Any) -> Any:
+        methods.append(self.method)
+        return begin(self, *arguments)
 
     def pose(state: State) -> list[Any]:
         return [run.pose.matrix.tolist() for run in state.runs]
 
     plain = act(start(Controls(), 40), STEP)
-    monkeypatch.setattr(Contestant, "begin", counted)
+    monkeypatch.setattr(Contestant, "begin", count)
     state = start(Controls(), 40)
     pictures = list[Any]()
     for level in range(WIDGET.details):
         picture = draw(state, level)
         pictures.append([[panel_svg(panel, "f") for panel in picture.panels], picture.readouts, picture.description])
-        assert begun == [c.method for c in CONTESTANTS[: 3 * level]]
+        assert methods == [c.method for c in CONTESTANTS[: 3 * level]]
         assert WIDGET.known(state) == level
         assert pictures[level] == pictures[0]
     assert pose(act(state, STEP)) == pose(plain)
-    assert len(begun) == 9
+    assert len(methods) == 9
     assert WIDGET.known(act(state, STEP)) == WIDGET.details - 1
 
 
@@ -80,26 +80,26 @@ def test_every_run_is_the_solver_s_own(seed: int) -> None:
 def test_a_finished_contestant_s_panel_is_the_same_object() -> None:
     """A stopped contestant is not drawn again while the others go on; stepping a finished race changes nothing."""
     state = after(11, start(Controls(), 40))
-    later = act(state, STEP)
+    second = act(state, STEP)
     assert any(run.done for run in state.runs)
     assert not all(run.done for run in state.runs)
-    for one, other in zip(state.runs, later.runs, strict=True):
-        assert (one.panel is other.panel) == one.done
-    end = act(later, FINISH)
-    again = act(end, STEP)
+    for a, b in zip(state.runs, second.runs, strict=True):
+        assert (a.panel is b.panel) == a.done
+    end = act(second, FINISH)
+    result = act(end, STEP)
     assert end.done
-    assert all(a.panel is b.panel for a, b in zip(end.runs, again.runs, strict=True))
-    assert again.steps == end.steps
+    assert all(a.panel is b.panel for a, b in zip(end.runs, result.runs, strict=True))
+    assert result.steps == end.steps
 
 
 def test_to_the_end_is_all_its_steps() -> None:
     """The button takes as many steps as pressing Step until nothing moves, and the frames are byte-identical."""
     end = act(start(Controls(), 40), FINISH)
     plain = preset(WIDGET).plain()
-    one = Host().render("f", {**plain, "log": [["press", "finish"]]})
+    single = Host().render("f", {**plain, "log": [["press", "finish"]]})
     many = Host().render("f", {**plain, "log": [["press", "step"]] * end.steps})
-    assert one == many
-    assert {"step", "finish"} <= set(one["disabled"])
+    assert single == many
+    assert {"step", "finish"} <= set(single["disabled"])
     assert max(run.steps for run in end.runs) == end.steps <= 70
 
 
@@ -116,9 +116,9 @@ def test_one_start_for_all() -> None:
 
 def test_ransac_alone_ignores_the_start() -> None:
     """From another start its first step leads to the same pose; no other contestant's does."""
-    here, there = (after(1, start(Controls(turn=turn), 40)) for turn in (45.0, -100.0))
-    same = [a.method for a, b in zip(here.runs, there.runs, strict=True) if np.allclose(a.pose.matrix, b.pose.matrix)]
-    assert same == ["ransac-congruent"]
+    near, far = (after(1, start(Controls(turn=turn), 40)) for turn in (45.0, -100.0))
+    names = [a.method for a, b in zip(near.runs, far.runs, strict=True) if np.allclose(a.pose.matrix, b.pose.matrix)]
+    assert names == ["ransac-congruent"]
 
 
 def test_captions_say_what_a_panel_is_not() -> None:
@@ -128,10 +128,10 @@ def test_captions_say_what_a_panel_is_not() -> None:
     captions = {panel.name: panel.caption.split("\n") for panel in draw(state).panels if panel.caption}
     assert len(captions) == 9
     for run in state.runs:
-        name, errors, stood, note = captions[run.seat]
+        name, errors, status, note = captions[run.seat]
         assert name == run.entry.contestant.label
         assert errors == f"{run.rotation[-1]:.1f}° · {run.translation[-1]:.2f} u"
-        assert stood == f"{run.status.label} after {run.steps} steps"
+        assert status == f"{run.status.label} after {run.steps} steps"
         assert note == run.entry.note
     assert "ignores the start" in captions["ransac-congruent"][3]
     assert "not CPD" in captions["soft-annealed"][3]
@@ -151,14 +151,14 @@ def test_lines_differ_without_colour() -> None:
 @pytest.mark.parametrize("extra", EXTRAS, ids=[c.method for c in EXTRAS])
 def test_an_extra_takes_the_last_panel(extra: Any) -> None:
     """It races with its own options, and the other eight are unchanged."""
-    usual, other = (after(3, start(Controls(ninth=name), 40)) for name in ("hypothesis-mixture", extra.method))
-    assert [run.method for run in other.runs] == [*(c.method for c in CONTESTANTS[:8]), extra.method]
-    for a, b in zip(usual.runs[:8], other.runs[:8], strict=True):
+    usual, variant = (after(3, start(Controls(ninth=name), 40)) for name in ("hypothesis-mixture", extra.method))
+    assert [run.method for run in variant.runs] == [*(c.method for c in CONTESTANTS[:8]), extra.method]
+    for a, b in zip(usual.runs[:8], variant.runs[:8], strict=True):
         np.testing.assert_array_equal(a.pose.matrix, b.pose.matrix)
     batch = extra.begin(race_problem(Race(noise=0.11, outliers=0.2), [40])[0])
     for _ in range(3):
         batch = advance(batch)
-    np.testing.assert_array_equal(other.runs[8].pose.matrix, batch.pose().matrix[0])
+    np.testing.assert_array_equal(variant.runs[8].pose.matrix, batch.pose().matrix[0])
 
 
 @pytest.mark.parametrize(
@@ -170,9 +170,9 @@ def test_every_control_changes_the_race(name: str, value: Any) -> None:
     """With other clouds, another start or another contestant, the panels and description after three steps differ."""
     presses = [["press", "step"]] * 3
     usual = Host().render("f", {**preset(WIDGET).plain(), "log": presses})
-    other = Host().render("f", {**preset(WIDGET, "default", {name: value}).plain(), "log": presses})
-    assert other["panels"] != usual["panels"]
-    assert other["description"] != usual["description"]
+    variant = Host().render("f", {**preset(WIDGET, "default", {name: value}).plain(), "log": presses})
+    assert variant["panels"] != usual["panels"]
+    assert variant["description"] != usual["description"]
 
 
 # The chart
@@ -209,10 +209,10 @@ def test_a_click_follows_the_nearest_line_or_name() -> None:
         world = CHART.x0 + (x - CHART.pad[0]) / CHART.scale
         high = CHART.y1 - (y - 4 - CHART.pad[1]) / (HEIGHT - CHART.pad[1] - CHART.pad[3]) * (CHART.y1 - CHART.y0)
         click = Action("click", "errors", world, high)
-        followed = act(state, click)
-        assert followed.followed == run.method
-        assert chart_svg(followed).count(" w2") >= 8
-        assert act(followed, click).followed == ""
+        result = act(state, click)
+        assert result.followed == run.method
+        assert chart_svg(result).count(" w2") >= 8
+        assert act(result, click).followed == ""
 
 
 def chart_svg(state: State) -> str:
@@ -292,10 +292,10 @@ def test_every_seed_is_a_dot(run: list[Progress]) -> None:
     result = run[-1].result
     assert result is not None
     for panel in result.panels:
-        drawn = panel_svg(panel, "f")
-        strips = re.findall(r'class="dot s by-[a-z]+ w4" d="([^"]*)"', drawn)
+        svg = panel_svg(panel, "f")
+        strips = re.findall(r'class="dot s by-[a-z]+ w4" d="([^"]*)"', svg)
         assert [d.count("h1") for d in strips] == [len(SEEDS)] * 9
-        assert drawn.count('class="line ink thick"') == 9
+        assert svg.count('class="line ink thick"') == 9
 
 
 @pytest.mark.native
@@ -322,7 +322,7 @@ def test_nothing_runs_before_the_first_step() -> None:
     """The readout of running contestants shows a dash before the first step and nine after it."""
     state = start(Controls(), 40)
     running = [
-        next(readout.value for readout in draw(each).readouts if readout.name == "running")
-        for each in (state, after(1, state))
+        next(readout.value for readout in draw(s).readouts if readout.name == "running")
+        for s in (state, after(1, state))
     ]
     assert running == ["–", "9"]

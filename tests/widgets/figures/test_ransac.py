@@ -42,11 +42,11 @@ def test_each_step_is_one_step_of_the_solver(scene: str, seed: int) -> None:
     batch = begin(RANSAC, Problem(*pairs, Pose.identity(2, (1,)), np.array([seed])), options, STEPS)
     while not batch.done:
         batch, state = advance(batch), act(state, STEP)
-        one, now = batch.state(), state.run.now
+        expected, now = batch.state(), state.run.now
         for field in ("trials", "budget", "count", "inliers", "refits", "last_sample", "last_count", "status"):
-            np.testing.assert_array_equal(getattr(now, field), getattr(one, field))
-        np.testing.assert_array_equal(now.pose.matrix, one.pose.matrix)
-        np.testing.assert_array_equal(now.last_pose.matrix, one.last_pose.matrix)
+            np.testing.assert_array_equal(getattr(now, field), getattr(expected, field))
+        np.testing.assert_array_equal(now.pose.matrix, expected.pose.matrix)
+        np.testing.assert_array_equal(now.last_pose.matrix, expected.last_pose.matrix)
     assert state.run.over
     end = run(FINISH, scene=scene, seed=seed).run.now
     np.testing.assert_array_equal(end.pose.matrix, batch.state().pose.matrix)
@@ -73,7 +73,7 @@ def test_the_default_run_finds_the_truth_and_least_squares_does_not() -> None:
 def test_every_control_changes_what_it_names() -> None:
     """ε changes circles and consensus, confidence the budget and its curve, noise and wrong pairs the ghost."""
     before = frame(["press", "finish"])
-    for change, named in (
+    for change, names in (
         ({"epsilon": 0.05}, ("count", "share", "budget", "trials", "capped_sum", "lost")),
         ({"confidence": "0.999"}, ("budget", "trials")),
         ({"noise": 0.2}, ("capped_sum", "rotation_error", "ghost_rotation", "lost")),
@@ -81,7 +81,7 @@ def test_every_control_changes_what_it_names() -> None:
         ({"scene": "repeated"}, ("capped_sum", "ghost_rotation", "ghost_translation")),
     ):
         after = frame(["press", "finish"], **change)
-        for name in named:
+        for name in names:
             assert readouts(after)[name] != readouts(before)[name], (change, name)
     assert frame(confidence="0.5")["panels"][1]["svg"] != frame()["panels"][1]["svg"]
     assert frame(epsilon=0.5)["panels"][0]["svg"] != frame()["panels"][0]["svg"]
@@ -126,8 +126,8 @@ def test_the_points_of_each_view_have_its_role() -> None:
 
 def test_lines_split_by_the_best_pose() -> None:
     """Before a consensus all forty look alike; after it, its inliers are solid and the others dashed."""
-    (all_of_them,) = [m for m in draw(run()).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]
-    assert len(np.asarray(all_of_them.a)) == 40
+    (pairs,) = [m for m in draw(run()).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]
+    assert len(np.asarray(pairs.a)) == 40
     state = run(FINISH)
     lines = {m.role: m for m in draw(state).panels[0].marks if isinstance(m, Segments) and m.role != "source"}
     assert set(lines) == {"inlier", "outlier"}
@@ -144,11 +144,11 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
     for controls in ({"scene": "repeated", "outliers": 0.6}, {"epsilon": 1.6, "outliers": 0.8}, {"epsilon": 0.04}, {}):
         state = run(FINISH, **controls)
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
-        ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
-        assert ringed.pop("ghost") == 40
+        counts = {m.role: len(np.asarray(m.xy)) for m in rings}
+        assert counts.pop("ghost") == 40
         values = readouts(frame(["press", "finish"], **controls))
-        assert ringed.pop("target") == 40 - int(values["count"])
-        assert ringed == {"outlier": int(values["admitted"]), "truth": int(values["lost"])}
+        assert counts.pop("target") == 40 - int(values["count"])
+        assert counts == {"outlier": int(values["admitted"]), "truth": int(values["lost"])}
     assert int(readouts(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
     assert int(readouts(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
 
@@ -178,12 +178,12 @@ def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float)
 def test_a_far_partner_does_not_move_the_consensus() -> None:
     """Pulled beyond ε in any direction it is left out, and the consensus pose is the same to the last digit shown."""
     places = [(-4.0, 0.0), (2.0, -2.5), (6.9, -2.8)]
-    ends = [readouts(frame(["drag", "partner", *place], ["press", "finish"])) for place in places]
+    ends = [readouts(frame(["drag", "partner", *spot], ["press", "finish"])) for spot in places]
     assert len({(e["rotation_error"], e["translation_error"], e["count"]) for e in ends}) == 1
     assert len({e["ghost_translation"] for e in ends}) == 3
-    kept = run(FINISH)
-    assert not kept.wrong[PULLED]
-    assert int(ends[0]["count"]) == int(kept.run.now.count[0]) - 1
+    result = run(FINISH)
+    assert not result.wrong[PULLED]
+    assert int(ends[0]["count"]) == int(result.run.now.count[0]) - 1
 
 
 def test_the_note_says_when_a_refit_loses_inliers() -> None:
@@ -202,12 +202,12 @@ def test_the_note_says_when_a_refit_loses_inliers() -> None:
 
 def test_the_cap_is_said() -> None:
     """If the formula calls for more trials than the cap, the note and the description say that the run was capped."""
-    framed = frame(["press", "finish"], epsilon=0.02, noise=0.3)
+    picture = frame(["press", "finish"], epsilon=0.02, noise=0.3)
     state = run(FINISH, epsilon=0.02, noise=0.3)
     assert state.run.now.status[0] == Status.CAPPED
-    assert readouts(framed)["trials"] == str(MOST)
-    assert "Capped short of N" in framed["note"]
-    assert f"of at most {MOST}" in framed["description"]
+    assert readouts(picture)["trials"] == str(MOST)
+    assert "Capped short of N" in picture["note"]
+    assert f"of at most {MOST}" in picture["description"]
 
 
 def test_the_curve_is_the_formula() -> None:
@@ -264,9 +264,9 @@ def test_whatever_a_reader_does_the_numbers_are_numbers(
     controls: dict[str, Any], log: list[list[Any]], seed: int
 ) -> None:
     """Any controls, presses, pulls and seed: finite readouts, counts from 2 to 40, trials within the cap."""
-    framed = frame(*log, seed=seed, **controls)
-    result = readouts(framed)
-    assert not any(word in " ".join(result.values()) + framed["description"] for word in ("nan", "inf"))
+    picture = frame(*log, seed=seed, **controls)
+    result = readouts(picture)
+    assert not any(word in " ".join(result.values()) + picture["description"] for word in ("nan", "inf"))
     assert int(result["trials"]) <= MOST
     if result["count"] != "–":
         assert 2 <= int(result["count"]) <= 40

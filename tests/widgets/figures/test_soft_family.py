@@ -65,8 +65,8 @@ def test_without_clutter_the_hardest_assignment_is_the_nearest_point() -> None:
     state = run(width="held", sigma=0.04, clutter=0.0)
     P = links("cpd-rigid", state.run.now).shares
     moved = state.run.pose.apply(state.run.scene.source)
-    apart = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2)
-    np.testing.assert_array_equal(P.argmax(axis=0), apart.argmin(axis=0))
+    distances = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2)
+    np.testing.assert_array_equal(P.argmax(axis=0), distances.argmin(axis=0))
     assert P.max(axis=0).min() > 0.9
 
 
@@ -75,9 +75,9 @@ def test_with_clutter_the_hardest_assignment_lets_go() -> None:
     state = run(width="held", sigma=0.04)
     result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
-    near = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2).min(axis=0)
-    assert (result.clutter[near > 0.25] > 0.99).all()
-    assert (near > 0.25).sum() > 10
+    distances = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2).min(axis=0)
+    assert (result.clutter[distances > 0.25] > 0.99).all()
+    assert (distances > 0.25).sum() > 10
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -107,11 +107,11 @@ def test_a_schedule_makes_the_likelihood_fall(why: Why) -> None:
     )
     assert counts[1] == "0 · 0"
     for method in ("cpd-rigid", "filterreg"):
-        shown = frame([["press", "finish"]], method=method, width="scheduled")
-        values = {r["name"]: r["value"] for r in shown["readouts"]}
+        picture = frame([["press", "finish"]], method=method, width="scheduled")
+        values = {r["name"]: r["value"] for r in picture["readouts"]}
         assert values["promise"] == "at any step"
         assert int(values["rises"].split()[0]) > 0
-        assert "diamond outlier" in shown["panels"][1]["svg"]
+        assert "diamond outlier" in picture["panels"][1]["svg"]
 
 
 def test_an_approximate_filter_loses_the_promise(why: Why) -> None:
@@ -151,18 +151,18 @@ def test_similarity_collapses_where_the_rigid_form_keeps_its_size(why: Why) -> N
 
 def test_clutter_needs_a_clutter_term() -> None:
     """With many clutter points, the pose is far off without w and near with it."""
-    off, near = (run(FINISH, clutter=w, junk=10.0).run.course[-1] for w in (0.0, 0.1))
-    assert off.rotation > 5.0 * near.rotation
-    assert near.rotation < 5.0
+    bad, good = (run(FINISH, clutter=w, junk=10.0).run.course[-1] for w in (0.0, 0.1))
+    assert bad.rotation > 5.0 * good.rotation
+    assert good.rotation < 5.0
 
 
 def test_the_two_conventions_differ() -> None:
     """With V = 64 u² and 34 fixed points, 1/N is the denser clutter and takes more."""
     area, count = (frame(density=d)["readouts"] for d in ("area", "count"))
-    given_area, given_count = (
+    by_area, by_count = (
         next(float(r["value"]) for r in readouts if r["name"] == "clutter") for readouts in (area, count)
     )
-    assert given_count > given_area
+    assert by_count > by_area
 
 
 def test_threads_have_six_weights_each_half_of_the_next() -> None:
@@ -170,9 +170,9 @@ def test_threads_have_six_weights_each_half_of_the_next() -> None:
     state = run(sigma=0.6)
     result = links("cpd-rigid", state.run.now)
     moved = state.run.pose.apply(state.run.scene.source)
-    drawn = threads(moved, state.run.scene.target, result)
+    lines = threads(moved, state.run.scene.target, result)
     shares = result.shares[result.shares >= 1 / 64]
-    weights = np.round(6 * np.asarray(drawn.weight))
+    weights = np.round(6 * np.asarray(lines.weight))
     assert len(weights) == len(shares)
     assert {*weights} == {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}
     np.testing.assert_array_equal(weights, np.minimum(np.floor(np.log2(shares)) + 7, 6))
@@ -183,17 +183,17 @@ def test_wide_overlaps_do_not_hide_the_clouds(sigma: float) -> None:
     """The shares of the threads at a point add up to one at most; for small σ each equals its overlap."""
     state = run(method="gmmreg", sigma=sigma)
     result = links("gmmreg", state.run.now)
-    drawn = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, result)
-    strong = np.unique(np.asarray(drawn.a)[np.asarray(drawn.weight) > 5.5 / 6], axis=0, return_counts=True)[1]
+    lines = threads(state.run.pose.apply(state.run.scene.source), state.run.scene.target, result)
+    strong = np.unique(np.asarray(lines.a)[np.asarray(lines.weight) > 5.5 / 6], axis=0, return_counts=True)[1]
     assert strong.max(initial=0) <= 2  # each more than a half
 
 
 def test_a_run_that_cannot_begin_says_why() -> None:
     """Before any step the buttons are disabled, and the note gives the reason."""
     controls = {"method": "filterreg", "width": "scheduled", "filter": "lattice", "sigma": 0.04, "clutter": 0.9}
-    shown = frame(**controls, turn=-180.0, offset=0.0, noise=0.0, junk=4.0)
-    assert "step" in shown["disabled"]
-    assert shown["note"].startswith("Stopped at step 0: ")
+    picture = frame(**controls, turn=-180.0, offset=0.0, noise=0.0, junk=4.0)
+    assert "step" in picture["disabled"]
+    assert picture["note"].startswith("Stopped at step 0: ")
 
 
 @pytest.mark.parametrize("sigma", [0.3, 1.0])
@@ -251,10 +251,10 @@ def test_hostile_settings_draw(
 ) -> None:
     """With any setting and start, a run to the end gives finite text, a status, and no more steps than allowed."""
     log = [["drag", "source", *to], ["press", "step"], ["press", "finish"]]
-    shown = frame(log, method=method, width=width, filter=kind, sigma=sigma, clutter=w, junk=junk, noise=0.0)
-    assert not re.search(r"nan|inf", "".join(r["value"] for r in shown["readouts"]) + shown["note"])
-    assert shown["disabled"] == ["finish", "step"]
-    (stop,) = (r["value"] for r in shown["readouts"] if r["name"] == "stop")
+    picture = frame(log, method=method, width=width, filter=kind, sigma=sigma, clutter=w, junk=junk, noise=0.0)
+    assert not re.search(r"nan|inf", "".join(r["value"] for r in picture["readouts"]) + picture["note"])
+    assert picture["disabled"] == ["finish", "step"]
+    (stop,) = (r["value"] for r in picture["readouts"] if r["name"] == "stop")
     assert int(stop.split()[1]) <= STEPS
 
 
@@ -262,8 +262,8 @@ def test_the_objective_s_axis_goes_as_high_as_the_objective() -> None:
     """With all sliders at their minimum and the source far off, the objective begins at 17 nats and no line is clipped
     at the window's edge. Without noise and junk it ends below two. The usual run keeps its axis from 2.5 to 4.5."""
     least = {"sigma": 0.04, "clutter": 0.0, "turn": -180.0, "offset": 0.0, "noise": 0.0, "junk": 0.0}
-    far = frame([["drag", "source", 3.5, 2.0], ["press", "step"]], "filterreg", **least)
-    panel = far["panels"][1]["svg"]
+    picture = frame([["drag", "source", 3.5, 2.0], ["press", "step"]], "filterreg", **least)
+    panel = picture["panels"][1]["svg"]
     usual = re.findall(r">(\d\.\d)</text>", frame()["panels"][1]["svg"])
     assert usual == ["2.5", "3.0", "3.5", "4.0", "4.5"]
     assert ">15.0</text>" in panel

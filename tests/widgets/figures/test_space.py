@@ -46,7 +46,7 @@ def test_a_drag_takes_the_front_of_the_scene_along() -> None:
     """Dragged a little right or down, the front of the scene moves right or down."""
     eye = Eye()
     front = eye.axes[2][None]
-    (x, y), (u, v) = (Eye().at(*place).seen(front)[0] for place in ((eye.x + 0.1, eye.y), (eye.x, eye.y - 0.1)))
+    (x, y), (u, v) = (Eye().at(*spot).seen(front)[0] for spot in ((eye.x + 0.1, eye.y), (eye.x, eye.y - 0.1)))
     assert x > 0.05
     assert abs(y) < 0.02
     assert v < -0.05
@@ -66,20 +66,20 @@ def test_sides_are_seen_edge_on(place: tuple[float, float]) -> None:
 def test_turning_the_view_leaves_the_run_alone(task: str) -> None:
     """With views between the steps, poses and residuals are the same as without, and nothing is recomputed."""
     look = [Action("drag", "view", x, -1.5) for x in (0.4, -1.0, 2.0)]
-    looked = run(look[0], STEP, look[1], STEP, look[2], task=task)
-    still = run(STEP, STEP, task=task)
-    np.testing.assert_array_equal(looked.run.pose.matrix, still.run.pose.matrix)
-    assert looked.run.residual == still.run.residual
-    assert act(looked, look[0]).run is looked.run
+    with_looks = run(look[0], STEP, look[1], STEP, look[2], task=task)
+    plain = run(STEP, STEP, task=task)
+    np.testing.assert_array_equal(with_looks.run.pose.matrix, plain.run.pose.matrix)
+    assert with_looks.run.residual == plain.run.residual
+    assert act(with_looks, look[0]).run is with_looks.run
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 def test_the_free_turn_moves_the_mug_and_not_the_residual(noise: float) -> None:
     """With three collinear pairs, every angle has the same residuals, while the mug moves by more than a unit."""
     ends = [run(FINISH, noise=noise, spin=spin) for spin in (0.0, 60.0, -90.0, 180.0)]
-    left = [residuals(end.run.pose, end.run.scene.source, end.run.scene.target) for end in ends]
-    for other in left[1:]:
-        np.testing.assert_allclose((other**2).sum(), (left[0] ** 2).sum(), rtol=1e-9, atol=1e-24)
+    values = [residuals(end.run.pose, end.run.scene.source, end.run.scene.target) for end in ends]
+    for value in values[1:]:
+        np.testing.assert_allclose((value**2).sum(), (values[0] ** 2).sum(), rtol=1e-9, atol=1e-24)
     assert max(end.run.away for end in ends) > 1.0
     assert {end.run.free for end in ends} == {1}
     assert ends[0].run.residual == pytest.approx(0.0, abs=1e-12) or noise > 0.0
@@ -123,9 +123,9 @@ def test_marks_go_from_far_to_near() -> None:
     assert sum(len(np.asarray(layer.xy)) for layer in layers) == len(state.run.scene.target)
     depth = state.run.scene.target @ state.eye.axes[2]
     counts = [len(np.asarray(layer.xy)) for layer in layers]
-    ordered = np.sort(depth)
+    depths = np.sort(depth)
     np.testing.assert_array_equal(np.bincount(state.eye.level(state.run.scene.target).astype(int)), counts)
-    assert ordered[-1] - ordered[0] > 2.0 * RADIUS
+    assert depths[-1] - depths[0] > 2.0 * RADIUS
 
 
 def test_every_source_point_has_its_link() -> None:

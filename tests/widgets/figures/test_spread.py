@@ -30,13 +30,13 @@ from widgets.figures.spread import (
 MORE, ALL = Action("press", "more"), Action("press", "finish")
 
 
-def shown(name: str = "default", *presses: str, **controls: float | str) -> dict[str, str]:
+def texts(name: str = "default", *presses: str, **controls: float | str) -> dict[str, str]:
     log = [["press", press] for press in presses]
     return readouts(frame_after(WIDGET, *log, name=name, **controls))
 
 
 def test_before_the_first_draw_there_is_only_what_is_expected() -> None:
-    result = shown()
+    result = texts()
     assert result["hessian"] == result["censi"] == result["widest"] == "–"
     assert float(result["claimed"]) > 0.0
     assert result["drawn"] == "0"
@@ -54,14 +54,14 @@ def test_some_draws_and_then_the_rest_are_all_draws_at_once() -> None:
 
 def test_the_counts_are_the_studys() -> None:
     lines = coverage("room", "point-to-plane", ("hessian", "censi"), count=DRAWS)
-    result = shown("default", "finish")
+    result = texts("default", "finish")
     assert [result["hessian"], result["censi"]] == [str(line.covered) for line in lines]
 
 
 def test_the_hall_has_clusters_and_the_room_has_one() -> None:
-    assert shown("default", "finish")["modes"] == "1"
-    assert int(shown("hall", "finish")["modes"]) > 1
-    assert shown("hall", "finish", heading=3.0)["modes"] == "1"
+    assert texts("default", "finish")["modes"] == "1"
+    assert int(texts("hall", "finish")["modes"]) > 1
+    assert texts("hall", "finish", heading=3.0)["modes"] == "1"
 
 
 @pytest.mark.parametrize("name", ["default", "corridor", "hall"])
@@ -78,18 +78,18 @@ def test_the_end_wall_is_pulled_by_a_handle_that_sets_the_slider(name: str) -> N
         assert handle["slider"] == [low, high, wall]
         (walls,) = walls_of(frame["controls"]["scene"], wall)
         assert walls[:, 0].max() == wall
-        keys = {key: place[0] for key, place in handle["keys"].items()}
+        keys = {key: point[0] for key, point in handle["keys"].items()}
         assert keys["ArrowRight"] == keys["ArrowUp"] == pytest.approx(min(wall + slider.step, high))
         assert keys["ArrowLeft"] == keys["ArrowDown"] == pytest.approx(max(wall - slider.step, low))
-        pulled = host.render("f", {**plain, "controls": {**plain["controls"], "wall": keys["ArrowRight"]}})
-        assert pulled["handles"][0]["world"] == [keys["ArrowRight"], 0.0]
-        assert {r["name"]: r["value"] for r in pulled["readouts"]}["drawn"] == str(PRESS)
+        picture = host.render("f", {**plain, "controls": {**plain["controls"], "wall": keys["ArrowRight"]}})
+        assert picture["handles"][0]["world"] == [keys["ArrowRight"], 0.0]
+        assert {r["name"]: r["value"] for r in picture["readouts"]}["drawn"] == str(PRESS)
 
 
 def test_what_is_expected_lies_about_the_true_position() -> None:
     ask = start(Controls(), SEED).ask
-    for one in _closed_forms(ask):
-        middle = STANDS["room"][1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
+    for region in _closed_forms(ask):
+        middle = STANDS["room"][1].apply(region.ellipse(reach=1.0)[:-1]).mean(axis=0)
         np.testing.assert_allclose(middle, STANDS["room"][0].t, atol=1e-4)
 
 
@@ -116,25 +116,25 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("controls", "told"),
+    ("controls", "is_told"),
     [
         ({}, False),
         ({"wall": 6.0, "heading": 90.0, "noise": 0.1}, False),
         ({"wall": 6.0, "heading": 90.0, "noise": 0.1, "shift": 0.3}, True),
     ],
 )
-def test_regions_beyond_the_picture_are_told(controls: dict[str, float], told: bool) -> None:
+def test_regions_beyond_the_picture_are_told(controls: dict[str, float], is_told: bool) -> None:
     """If the closed forms' ellipses lie outside the panel, the caption says so; their σ is then in whole units."""
     picture = draw(start(Controls(**controls), SEED))  # type: ignore[arg-type]
     (panel,) = (panel for panel in picture.panels if panel.name == "close")
     paths = [mark for mark in panel.marks if isinstance(mark, Path)]
     ellipses = [np.asarray(path.xy) for path in paths if path.role in ("accent", "inlier")]
     assert len(ellipses) == 2
-    assert all((np.abs(xy) > 1.0).any(axis=1).all() for xy in ellipses) == told
-    assert panel.caption.endswith("the expected regions lie outside") == told
+    assert all((np.abs(xy) > 1.0).any(axis=1).all() for xy in ellipses) == is_told
+    assert panel.caption.endswith("the expected regions lie outside") == is_told
     for name in ("claimed", "carried"):
         value = readouts(picture)[name]
-        assert value.isdigit() if told else len(value.split(".")[1]) == 3
+        assert value.isdigit() if is_told else len(value.split(".")[1]) == 3
 
 
 def test_the_scale_about_the_true_position_is_told() -> None:

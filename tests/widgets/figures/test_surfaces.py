@@ -38,7 +38,7 @@ RESIDUAL = pytest.mark.parametrize("residual", list(RESIDUALS))
 run = partial(state_after, WIDGET)
 
 
-def shown(log: list[Any], **controls: Any) -> dict[str, str]:
+def texts(log: list[Any], **controls: Any) -> dict[str, str]:
     return readouts(frame_after(WIDGET, *log, **controls))
 
 
@@ -46,40 +46,40 @@ def shown(log: list[Any], **controls: Any) -> dict[str, str]:
 @pytest.mark.parametrize("weight", list(WEIGHTS))
 def test_a_stroke_is_the_pairs_pull(residual: str, weight: str) -> None:
     """A pair's pull is the length of its term in the gradient of the step; the terms add up to that gradient."""
-    one = run(residual=residual, weight=weight, outliers=20.0, start="near").run
-    left = np.einsum("mij,mj->mi", one.precision, one.moved - one.partners)
-    w = one.pairing.weights[0]
-    np.testing.assert_allclose(one.pull, np.linalg.norm(w[:, None] * left, axis=1), atol=1e-12)
-    np.testing.assert_allclose((w[:, None] * left).sum(axis=0) / w.sum(), one.system.gradient[0, :2], atol=1e-12)
-    (strokes,) = pairs(one)
+    fit = run(residual=residual, weight=weight, outliers=20.0, start="near").run
+    forces = np.einsum("mij,mj->mi", fit.precision, fit.moved - fit.partners)
+    w = fit.pairing.weights[0]
+    np.testing.assert_allclose(fit.pull, np.linalg.norm(w[:, None] * forces, axis=1), atol=1e-12)
+    np.testing.assert_allclose((w[:, None] * forces).sum(axis=0) / w.sum(), fit.system.gradient[0, :2], atol=1e-12)
+    (strokes,) = pairs(fit)
     assert isinstance(strokes, Segments)
-    share = one.pull[one.used] / one.pull.max()
+    share = fit.pull[fit.used] / fit.pull.max()
     np.testing.assert_allclose(strokes.weight, np.maximum(share, FAINTEST), atol=1e-12)  # type: ignore[arg-type]
 
 
 def test_a_stroke_is_the_residual_itself() -> None:
     """Its length is the residual: to the partner in point and GICP mode, along the normal only in plane mode."""
     for residual in RESIDUALS:
-        one = run(residual=residual).run
-        (strokes,) = pairs(one)
+        fit = run(residual=residual).run
+        (strokes,) = pairs(fit)
         assert isinstance(strokes, Segments)
         length = np.linalg.norm(np.asarray(strokes.b) - np.asarray(strokes.a), axis=1)
         if residual == "plane":
-            normals = one.state.normals.vectors[0, one.pairing.rows[0]]
-            expected = np.abs(((one.moved - one.partners) * normals).sum(axis=1))[one.used]
+            normals = fit.state.normals.vectors[0, fit.pairing.rows[0]]
+            expected = np.abs(((fit.moved - fit.partners) * normals).sum(axis=1))[fit.used]
         else:
-            expected = one.pairing.distances[0, one.used]
+            expected = fit.pairing.distances[0, fit.used]
         np.testing.assert_allclose(length, expected, atol=1e-9)
 
 
 @RESIDUAL
 def test_a_drag_begins_as_a_start_there_would(residual: str) -> None:
     """Normals and covariances are reused after a drag; the run equals that of a fresh start at the dragged pose."""
-    dragged = run(STEP, Action("drag", "source", 1.0, -0.5), residual=residual).run
-    fresh = begun(dragged.ask, dragged.scene, dragged.began)
-    for one, other in ((dragged, fresh), (dragged.finish(), fresh.finish())):
-        np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
-        np.testing.assert_array_equal(one.pull, other.pull)
+    after_drag = run(STEP, Action("drag", "source", 1.0, -0.5), residual=residual).run
+    fresh = begun(after_drag.ask, after_drag.scene, after_drag.began)
+    for a, b in ((after_drag, fresh), (after_drag.finish(), fresh.finish())):
+        np.testing.assert_array_equal(a.pose.matrix, b.pose.matrix)
+        np.testing.assert_array_equal(a.pull, b.pull)
 
 
 def test_each_residual_shows_its_own_model() -> None:
@@ -98,43 +98,43 @@ def test_each_residual_shows_its_own_model() -> None:
 def test_every_button_and_control_changes_what_it_names(residual: str) -> None:
     """Each slider and choice changes the readouts after one step, in every mode."""
     base = {"residual": residual, "outliers": 10.0, "weight": "huber"}
-    plain = shown([["press", "step"]], **base)
-    other = next(name for name in RESIDUALS if name != residual)
+    plain = texts([["press", "step"]], **base)
+    second = next(name for name in RESIDUALS if name != residual)
     changes: list[dict[str, Any]] = [
-        {"scene": "corridor"}, {"residual": other}, {"weight": "tukey"}, {"weight": "welsch"}, {"weight": "none"},
+        {"scene": "corridor"}, {"residual": second}, {"weight": "tukey"}, {"weight": "welsch"}, {"weight": "none"},
         {"start": "near"}, {"turn": 60.0}, {"offset": 0.5}, {"noise": 0.1}, {"outliers": 30.0}, {"trim": 20.0},
     ]  # fmt: skip
     for change in changes:
-        assert shown([["press", "step"]], **{**base, **change}) != plain, change
-    stepped = run(STEP, **base)
-    assert motion(run(**base), stepped) is not None
-    assert motion(stepped, act(stepped, FINISH)) is None
+        assert texts([["press", "step"]], **{**base, **change}) != plain, change
+    state = run(STEP, **base)
+    assert motion(run(**base), state) is not None
+    assert motion(state, act(state, FINISH)) is None
 
 
 def test_a_wall_is_found_and_the_slide_left() -> None:
     """Point to plane finds the offset across the wall and the turn, leaves the offset along it, and reports the slide
     as free. Point and GICP report nothing free."""
     for scene in ("wall", "corridor"):
-        begun_at = shown([], scene=scene, start="near")
-        end = shown([["press", "finish"]], scene=scene, start="near")
+        begun_at = texts([], scene=scene, start="near")
+        end = texts([["press", "finish"]], scene=scene, start="near")
         assert end["free"] == "slide"
         assert end["stop"].startswith("degenerate")
         assert float(end["across"]) < 0.05
         assert float(end["along"]) == pytest.approx(float(begun_at["along"]), abs=0.15)
         assert float(end["condition"].replace(",", "")) > 20
         for residual, most in (("point", 10.0), ("gicp", 150.0)):
-            held = shown([["press", "finish"]], scene=scene, start="near", residual=residual)
-            assert held["free"] == "none"
-            assert float(held["condition"]) < most
-            assert float(held["along"]) > 0.2
-    assert shown([])["along"] == "–"
+            last = texts([["press", "finish"]], scene=scene, start="near", residual=residual)
+            assert last["free"] == "none"
+            assert float(last["condition"]) < most
+            assert float(last["along"]) > 0.2
+    assert texts([])["along"] == "–"
 
 
 def test_the_weak_arrow_runs_along_the_wall() -> None:
     """On one wall and in a corridor the arrow is a slide along them, both ways, and longer as it is free."""
     for scene in ("wall", "corridor"):
-        one = run(FINISH, scene=scene, start="near").run
-        path, *tips = weak_direction(one)
+        fit = run(FINISH, scene=scene, start="near").run
+        path, *tips = weak_direction(fit)
         course = np.asarray(path.xy)  # type: ignore[union-attr]
         along = course[-1] - course[0]
         assert abs(along @ [8.0, 2.8]) > 0.99 * np.linalg.norm(along) * np.hypot(8.0, 2.8)
@@ -144,62 +144,62 @@ def test_the_weak_arrow_runs_along_the_wall() -> None:
 
 def test_the_weak_arrow_of_a_turn_is_an_arc_of_it() -> None:
     """If the weak motion includes a turn, all points of the arrow are equally far from its fixed point."""
-    one = run(residual="gicp").run
-    system = one.system
+    fit = run(residual="gicp").run
+    system = fit.system
     v, a = system.directions[0, :2, 0], system.directions[0, 2, 0]
     about = system.centre[0] + np.array([-v[1], v[0]]) * system.radius[0] / a
-    course = np.asarray(weak_direction(one)[0].xy)  # type: ignore[union-attr]
-    apart = np.linalg.norm(course - about, axis=1)
-    np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
+    course = np.asarray(weak_direction(fit)[0].xy)  # type: ignore[union-attr]
+    radii = np.linalg.norm(course - about, axis=1)
+    np.testing.assert_allclose(radii, radii[0], rtol=1e-9)
 
 
 def test_where_all_motions_are_held_alike_no_arrow_is_drawn() -> None:
     """Unweighted point pairs constrain slides and turn equally: a direction would be rounding, so none is drawn."""
-    one = run(FINISH, residual="point").run
-    np.testing.assert_allclose(one.system.eigenvalues, 1.0, atol=1e-9)
-    assert weak_direction(one) == ()
-    assert "no weakest direction" in weak_label(one, VIEW).text
+    fit = run(FINISH, residual="point").run
+    np.testing.assert_allclose(fit.system.eigenvalues, 1.0, atol=1e-9)
+    assert weak_direction(fit) == ()
+    assert "no weakest direction" in weak_label(fit, VIEW).text
 
 
 def test_the_point_system_is_that_of_identity_precisions() -> None:
     """In point mode the system equals the Gauss-Newton system in which every precision is the identity."""
-    one = run(residual="point").run
-    J = gauss_newton.jacobian(one.pairing.moved - one.system.centre[:, None], one.system.radius)[0]
+    fit = run(residual="point").run
+    J = gauss_newton.jacobian(fit.pairing.moved - fit.system.centre[:, None], fit.system.radius)[0]
     H = np.einsum("mij,mik->jk", J, J) / len(J)
-    np.testing.assert_allclose(one.system.information[0], H, atol=1e-12)
+    np.testing.assert_allclose(fit.system.information[0], H, atol=1e-12)
 
 
 def test_the_scale_is_the_one_that_the_weights_are_made_with() -> None:
     """s is 1.4826 times the median distance of the pairs left after trimming."""
     for weight in WEIGHTS:
-        one = run(weight=weight, trim=30.0).run
-        distances = np.sort(one.pairing.distances[0])[: round(0.7 * len(one.moved))]
-        assert one.scale == pytest.approx(1.4826 * np.median(distances), rel=0.02)
+        fit = run(weight=weight, trim=30.0).run
+        distances = np.sort(fit.pairing.distances[0])[: round(0.7 * len(fit.moved))]
+        assert fit.scale == pytest.approx(1.4826 * np.median(distances), rel=0.02)
 
 
 @pytest.mark.parametrize("weight", list(WEIGHTS))
 def test_every_pair_is_in_the_rug_once(weight: str) -> None:
     """Strokes and the count beyond the edge add up to all pairs; trimmed and rejected ones are grey."""
-    one = run(weight=weight, outliers=30.0, trim=10.0, start="near").run
-    panel = weight_chart(one)
+    fit = run(weight=weight, outliers=30.0, trim=10.0, start="near").run
+    panel = weight_chart(fit)
     rug = [m for m in panel.marks if isinstance(m, Segments) and m.role in ("source", "outlier", "ghost")]
-    beyond = [m.text for m in panel.marks if getattr(m, "text", "").endswith("beyond 8 s")]
-    count = sum(len(np.asarray(m.a)) for m in rug) + (int(beyond[0].split()[0]) if beyond else 0)
-    assert count == len(one.moved)
-    inside = one.pairing.distances[0] <= 8.0 * one.scale
+    outside = [m.text for m in panel.marks if getattr(m, "text", "").endswith("beyond 8 s")]
+    count = sum(len(np.asarray(m.a)) for m in rug) + (int(outside[0].split()[0]) if outside else 0)
+    assert count == len(fit.moved)
+    inside = fit.pairing.distances[0] <= 8.0 * fit.scale
     grey = sum(len(np.asarray(m.a)) for m in rug if m.role == "ghost")
-    assert grey == (~one.used & inside).sum() > 0
+    assert grey == (~fit.used & inside).sum() > 0
 
 
 def test_outliers_are_crosses_and_unused_pairs_rings() -> None:
-    one = run(outliers=20.0, trim=20.0).run
-    (_, (dots, crosses)), rings = carried(one), unused(one)
+    fit = run(outliers=20.0, trim=20.0).run
+    (_, (dots, crosses)), rings = carried(fit), unused(fit)
     assert isinstance(crosses, Points)
     assert isinstance(rings, Points)
     assert isinstance(dots, Points)
-    assert len(np.asarray(crosses.xy)) == round(0.2 * len(one.moved))
-    assert len(np.asarray(rings.xy)) == (~one.used).sum() == round(0.2 * len(one.moved))
-    assert len(np.asarray(dots.xy)) + len(np.asarray(crosses.xy)) == len(one.moved)
+    assert len(np.asarray(crosses.xy)) == round(0.2 * len(fit.moved))
+    assert len(np.asarray(rings.xy)) == (~fit.used).sum() == round(0.2 * len(fit.moved))
+    assert len(np.asarray(dots.xy)) + len(np.asarray(crosses.xy)) == len(fit.moved)
 
 
 def test_residual_and_weight_replay_the_same_presses() -> None:
@@ -216,18 +216,18 @@ def test_residual_and_weight_replay_the_same_presses() -> None:
 def test_without_noise_the_rms_is_a_number() -> None:
     """A wall without noise, with most residuals zero, under a weight that discards pairs: this RMS was once NaN."""
     log = [["drag", "turn", 0.0, 0.0], ["press", "finish"]]
-    text = shown(log, scene="wall", weight="tukey", noise=0.0, outliers=3.0, trim=7.0)
+    text = texts(log, scene="wall", weight="tukey", noise=0.0, outliers=3.0, trim=7.0)
     assert float(text["rms"]) >= 0.0
 
 
 def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:
     """A wall looks the same from behind: from 170° the fit is as good, but the pose is half a turn off."""
-    one: Run = begun(Ask("plane", "none", 0.0), scene_of("wall", SEED, 0.02, 0.0), room_start(170.0, 0.3)).finish()
-    assert one.course[-1].rms < 0.05
-    assert one.course[-1].rotation > 170.0
-    assert abs(along_across(one)[1]) < 0.1
+    fit: Run = begun(Ask("plane", "none", 0.0), scene_of("wall", SEED, 0.02, 0.0), room_start(170.0, 0.3)).finish()
+    assert fit.course[-1].rms < 0.05
+    assert fit.course[-1].rotation > 170.0
+    assert abs(along_across(fit)[1]) < 0.1
 
 
 def test_a_condition_number_of_thousands_has_a_comma() -> None:
     """1,361, as the chapter writes it."""
-    assert re.fullmatch(r"\d,\d{3}", shown([["press", "finish"]], scene="wall", start="near")["condition"])
+    assert re.fullmatch(r"\d,\d{3}", texts([["press", "finish"]], scene="wall", start="near")["condition"])

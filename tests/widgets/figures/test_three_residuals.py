@@ -20,7 +20,7 @@ STEP, FINISH = Action("press", "step"), Action("press", "finish")
 run = partial(state_after, WIDGET)
 
 
-def shown(log: list[Any], **controls: Any) -> dict[str, str]:
+def texts(log: list[Any], **controls: Any) -> dict[str, str]:
     return readouts(frame_after(WIDGET, *log, **controls))
 
 
@@ -29,11 +29,11 @@ def test_a_drag_in_any_panel_begins_all_three(name: str) -> None:
     """Whichever panel's cloud is dragged, all three start there, with the same error at step 0."""
     for handle in ("source", "turn"):
         state = run(STEP, STEP, Action("drag", f"{name}-{handle}", 1.5, -1.0))
-        poses = [one.pose.matrix for one in state.runs.values()]
+        poses = [fit.pose.matrix for fit in state.runs.values()]
         assert state.steps == 0
         np.testing.assert_array_equal(poses[0], poses[1])
         np.testing.assert_array_equal(poses[0], poses[2])
-        errors = {one.course[0].point for one in state.runs.values()}
+        errors = {fit.course[0].point for fit in state.runs.values()}
         assert len(errors) == 1
 
 
@@ -42,15 +42,15 @@ def test_they_step_together_and_each_stops_by_itself() -> None:
     state = run()
     for k in range(1, 45):
         before, state = state, act(state, STEP)
-        for name, one in state.runs.items():
-            assert one.steps == (before.runs[name].steps if before.runs[name].done else k)
+        for name, fit in state.runs.items():
+            assert fit.steps == (before.runs[name].steps if before.runs[name].done else k)
         if state.done:
             break
     assert state.done
-    assert len({one.steps for one in state.runs.values()}) > 1
-    ended = run(FINISH)
+    assert len({fit.steps for fit in state.runs.values()}) > 1
+    end = run(FINISH)
     for name in NAMES:
-        np.testing.assert_array_equal(ended.runs[name].pose.matrix, state.runs[name].pose.matrix)
+        np.testing.assert_array_equal(end.runs[name].pose.matrix, state.runs[name].pose.matrix)
     assert Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "finish"]]})["disabled"] == [
         "finish",
         "step",
@@ -69,10 +69,10 @@ def test_it_is_the_single_figures_run(name: str) -> None:
 
 def test_every_control_changes_what_it_names() -> None:
     base = {"outliers": 10.0, "weight": "huber"}
-    plain = shown([["press", "step"]], **base)
+    plain = texts([["press", "step"]], **base)
     changes: list[dict[str, Any]] = [
         {"scene": "wall"}, {"scene": "corridor"}, {"weight": "none"}, {"weight": "tukey"}, {"weight": "welsch"},
         {"start": "near"}, {"start": "far"}, {"turn": 60.0}, {"offset": 0.5}, {"noise": 0.1}, {"outliers": 30.0},
     ]  # fmt: skip
     for change in changes:
-        assert shown([["press", "step"]], **{**base, **change}) != plain, change
+        assert texts([["press", "step"]], **{**base, **change}) != plain, change

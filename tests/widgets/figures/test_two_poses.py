@@ -17,7 +17,7 @@ ANSWER = Action("press", "answer")
 PLAIN = preset(WIDGET).plain()
 
 
-def shown(*log: list[object], **controls: float) -> dict[str, str]:
+def texts(*log: list[object], **controls: float) -> dict[str, str]:
     return readouts(frame_after(WIDGET, *log, **controls))
 
 
@@ -25,7 +25,7 @@ def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:
     """The errors of doing nothing are the motion itself."""
     state = start(Controls(), SEED)
     np.testing.assert_array_equal(state.pose.matrix, np.eye(3))
-    result = shown(turn=-65.0, distance=1.7)
+    result = texts(turn=-65.0, distance=1.7)
     assert (result["rotation_error"], result["translation_error"]) == ("65.0", "1.70")
 
 
@@ -35,7 +35,7 @@ def test_the_answer_is_where_the_robot_stood() -> None:
     scans = state.scans
     np.testing.assert_allclose(scans.target_pose.apply(state.pose.t[None])[0], scans.source_pose.t, atol=1e-12)
     np.testing.assert_allclose(scans.target_pose.R @ state.pose.R, scans.source_pose.R, atol=1e-12)
-    result = shown(["press", "answer"])
+    result = texts(["press", "answer"])
     assert (result["rotation_error"], result["translation_error"]) == ("0.0", "0.00")
 
 
@@ -54,9 +54,9 @@ def test_the_hand_puts_the_robot_where_it_says(x: float, y: float, angle: float)
     state = act(state, Action("drag", "turn", x + np.cos(angle), y + np.sin(angle)))
     np.testing.assert_allclose(state.pose.t, [x, y], atol=1e-12)
     assert float(state.pose.angle) == pytest.approx(angle)
-    answered = act(state, ANSWER)
-    assert act(answered, ANSWER) is answered
-    assert act(answered, Action("drag", "source", x, y)).by_hand is None
+    result = act(state, ANSWER)
+    assert act(result, ANSWER) is result
+    assert act(result, Action("drag", "source", x, y)).by_hand is None
 
 
 def test_the_motion_leads_to_the_answer() -> None:
@@ -83,7 +83,7 @@ def test_only_what_was_moved_was_moved_by_hand() -> None:
     assert notes[1].startswith("The answer. By hand it was 50.0°")
 
 
-def near(degrees: float, x: float, y: float) -> list[list[object]]:
+def drag_log(degrees: float, x: float, y: float) -> list[list[object]]:
     """The drags that put the source this far from the truth."""
     truth = start(Controls(), SEED).scans.truth
     (a, b), angle = np.add(truth.t, (x, y)), float(truth.angle) + np.radians(degrees)
@@ -93,7 +93,7 @@ def near(degrees: float, x: float, y: float) -> list[list[object]]:
 def test_a_hand_that_has_found_it_is_told_so() -> None:
     """Within 3° and 0.1 u, and not beyond."""
     places = (2.5, 0.0, 0.05), (3.5, 0.0, 0.0), (0.0, 0.2, 0.0)
-    notes = [Host().render("f", {**PLAIN, "log": near(*off)})["note"] for off in places]
+    notes = [Host().render("f", {**PLAIN, "log": drag_log(*offset)})["note"] for offset in places]
     assert notes == ["Aligned: 2.5° and 0.05 u from the truth.", "", ""]
 
 
@@ -101,25 +101,25 @@ def test_icp_goes_on_from_the_hand_s_place() -> None:
     """It ends where the package's method stops from that pose: at the truth from 20° and 0.5 u off, elsewhere from the
     start. It can be pressed once, and the answer after it."""
     truth = start(Controls(), SEED).scans.truth
-    for log, note in ((near(20.0, 0.5, 0.0), "began 20.0° and 0.50 u from the truth and stopped 0."),
+    for log, note in ((drag_log(20.0, 0.5, 0.0), "began 20.0° and 0.50 u from the truth and stopped 0."),
                       ([], "stopped in the wrong place, 4")):  # fmt: skip
         frame = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"]]})
         assert note in frame["note"]
-        again = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "icp"]]})
-        assert again["panels"] == frame["panels"]
-        answered = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "answer"]]})
-        assert answered["note"].startswith("The answer.")
+        second = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "icp"]]})
+        assert second["panels"] == frame["panels"]
+        answer = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "answer"]]})
+        assert answer["note"].startswith("The answer.")
     state = start(Controls(), SEED)
     for action in (Action("drag", "source", *np.add(truth.t, (0.4, 0.0))), Action("press", "icp")):
         state = act(state, action)
     assert state.by_hand is not None
-    stopped = register(state.scans.source, state.scans.target, "capped-icp", start=state.by_hand)
-    np.testing.assert_array_equal(state.pose.matrix, stopped.pose.matrix)
+    result = register(state.scans.source, state.scans.target, "capped-icp", start=state.by_hand)
+    np.testing.assert_array_equal(state.pose.matrix, result.pose.matrix)
     assert act(state, Action("drag", "source", 0.0, 0.0)).shown == ""
 
 
 def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
     """A solution may lie where no drag can put a cloud: the turning handle then lies outside, not on the other."""
-    for x, apart in ((0.0, PLACING.reach), (7.5, PLACING.least)):
+    for x, distance in ((0.0, PLACING.reach), (7.5, PLACING.least)):
         grip = PLACING.grip(np.array([x, 0.0]), 0.0)
-        assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(apart)
+        assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(distance)

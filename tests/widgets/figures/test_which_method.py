@@ -19,7 +19,7 @@ TRIED = [a for a in every() if a.pairs == "none" or a == Answers(a.pairs)]
 Why = Callable[[str, Mapping[str, str]], None]
 
 
-def said(answers: Answers) -> str:
+def label(answers: Answers) -> str:
     return "-".join(vars(answers).values())
 
 
@@ -30,11 +30,11 @@ def alone(name: str, answers: Answers) -> int:
 
 def unfit(answers: Answers) -> list[str]:
     """The crossed-out rungs that can be run; those that use pairs need some."""
-    paired = () if answers.pairs != "none" else ("kabsch", "ransac")
-    return [name for name in advise(answers).of("not") if name not in paired]
+    methods = () if answers.pairs != "none" else ("kabsch", "ransac")
+    return [name for name in advise(answers).of("not") if name not in methods]
 
 
-@pytest.mark.parametrize("answers", every(), ids=said)
+@pytest.mark.parametrize("answers", every(), ids=label)
 def test_every_answer_gets_a_path_and_a_word_on_every_rung(answers: Answers) -> None:
     advice = advise(answers)
     assert advice.path[-1] == "judge"
@@ -47,8 +47,8 @@ def test_every_answer_gets_a_path_and_a_word_on_every_rung(answers: Answers) -> 
 
 def test_every_method_that_is_named_exists() -> None:
     assert {rung.method for rung in RUNGS.values() if rung.method} <= set(METHODS)
-    named = {name for _, path in PATHS for name in path} - {"refine"}
-    assert named | {"icp", "gicp"} == set(TAKES)
+    names = {name for _, path in PATHS for name in path} - {"refine"}
+    assert names | {"icp", "gicp"} == set(TAKES)
     assert set(OTHERS) | set(TAKES) == set(RUNGS)
     for row in [*PATHS, *(row for rows in OTHERS.values() for row in rows)]:
         assert all(answer in QUESTIONS[question] for question, answer in row[0].items())
@@ -57,9 +57,9 @@ def test_every_method_that_is_named_exists() -> None:
 def test_every_row_of_the_tables_is_the_first_to_fit_somewhere() -> None:
     """No row is entirely covered by those above it."""
     for rows in (PATHS, *OTHERS.values()):
-        fits = [{a for a in every() if all(getattr(a, q) == x for q, x in when.items())} for when, _ in rows]
-        for k, here in enumerate(fits):
-            assert here - set().union(*fits[:k]), rows[k]
+        fits = [{a for a in every() if all(getattr(a, q) == x for q, x in case.items())} for case, _ in rows]
+        for k, fit in enumerate(fits):
+            assert fit - set().union(*fits[:k]), rows[k]
 
 
 @pytest.mark.native
@@ -70,9 +70,9 @@ def test_the_pages_table_gives_the_same_paths() -> None:
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     names = {"closed form": "kabsch", "vote": "ransac", "proposal": "propose", "soft weights": "soft"}
     for answers in every():
-        given = (answers.pairs, answers.start, answers.overlap, answers.surfaces)
-        shown = [QUESTIONS[q][a].lower().removeprefix("about ") for q, a in zip(QUESTIONS, given, strict=True)]
-        fit = [row[4] for row in rows if all(_covers(cell, word) for cell, word in zip(row[:4], shown, strict=True))]
+        choice = (answers.pairs, answers.start, answers.overlap, answers.surfaces)
+        labels = [QUESTIONS[q][a].lower().removeprefix("about ") for q, a in zip(QUESTIONS, choice, strict=True)]
+        fit = [row[4] for row in rows if all(_covers(cell, word) for cell, word in zip(row[:4], labels, strict=True))]
         assert len(fit) == 1, (answers, fit)
         take = fit[0]
         if "GICP on walls" in take:
@@ -99,7 +99,7 @@ WORDS: dict[str, Callable[[Answers], bool]] = {
 }
 
 
-@pytest.mark.parametrize("answers", every(), ids=said)
+@pytest.mark.parametrize("answers", every(), ids=label)
 def test_a_word_why_not_is_true_of_the_answers(answers: Answers) -> None:
     """No rung is rejected for lacking what the answers give it."""
     for name, (verdict, words) in advise(answers).why.items():
@@ -114,7 +114,7 @@ def test_each_word_why_not_is_said_somewhere() -> None:
 
 
 @pytest.mark.native
-@pytest.mark.parametrize("answers", TRIED, ids=said)
+@pytest.mark.parametrize("answers", TRIED, ids=label)
 def test_the_path_finds_the_truth_and_what_does_not_fit_misses_it(answers: Answers) -> None:
     """For each combination of answers, on 25 scenes with these properties: the path ends within 5° and 0.2 u of the
     truth on 23 or more; so does each rung that would do alone; a crossed-out rung, if it can be run, on 18 or fewer."""
@@ -157,7 +157,7 @@ def test_a_start_decides_over_local_methods(why: Why) -> None:
     and 1.43 u ICP on nine or fewer and NDT on five or fewer; from 150° neither on any."""
     starts = {"10°": "near", "45°": "rough", "150°": "none"}
     icp, ndt = ([alone(name, Answers("none", s, "most", "walls")) for s in starts.values()] for name in ("icp", "ndt"))
-    why("the start", {off: f"ICP {a}, NDT {b} of 25" for off, a, b in zip(starts, icp, ndt, strict=True)})
+    why("the start", {start: f"ICP {a}, NDT {b} of 25" for start, a, b in zip(starts, icp, ndt, strict=True)})
     assert icp[0] == 25
     assert ndt[0] >= 24
     assert icp[1] <= 9
@@ -169,9 +169,9 @@ def test_a_start_decides_over_local_methods(why: Why) -> None:
 def test_half_an_overlap_misleads_what_compares_everything(why: Why) -> None:
     """From the rough start soft weights and MMD succeed on all 25 rooms if the target sees the whole room; if it sees
     60 % of it, soft weights on at most 18 and MMD on at most ten."""
-    seen = {"all of it": "most", "60 %": "half"}
-    soft, mmd = ([alone(n, Answers("none", "rough", o, "walls")) for o in seen.values()] for n in ("soft", "mmd"))
-    outcomes = {part: f"soft weights {a}, MMD {b} of 25" for part, a, b in zip(seen, soft, mmd, strict=True)}
+    overlaps = {"all of it": "most", "60 %": "half"}
+    soft, mmd = ([alone(n, Answers("none", "rough", o, "walls")) for o in overlaps.values()] for n in ("soft", "mmd"))
+    outcomes = {part: f"soft weights {a}, MMD {b} of 25" for part, a, b in zip(overlaps, soft, mmd, strict=True)}
     why("how much of the room the target sees", outcomes)
     assert (soft[0], mmd[0]) == (25, 25)
     assert soft[1] <= 18
@@ -182,18 +182,18 @@ def test_half_an_overlap_misleads_what_compares_everything(why: Why) -> None:
 def test_wrong_pairs_decide_between_the_closed_form_and_a_vote(why: Why) -> None:
     """With 13 right pairs and some noise the closed form finds all 25 poses; with four of the 13 wrong it finds none,
     and the vote finds all."""
-    right, some = Answers("right"), Answers("some")
-    counts = {"none": alone("kabsch", right), "four of 13": alone("kabsch", some)}
-    why("the wrong pairs, for the closed form", {what: f"{count} of 25" for what, count in counts.items()})
+    right, corrupted = Answers("right"), Answers("some")
+    counts = {"none": alone("kabsch", right), "four of 13": alone("kabsch", corrupted)}
+    why("the wrong pairs, for the closed form", {kind: f"{count} of 25" for kind, count in counts.items()})
     assert counts == {"none": 25, "four of 13": 0}
-    assert alone("ransac", some) == 25
+    assert alone("ransac", corrupted) == 25
 
 
 def test_a_grove_is_seen_by_the_target_as_far_as_it_is_told() -> None:
     """The source has every trunk and the target only those at the left, each with its own noise."""
-    for seen, count in ((1.0, 54), (0.6, 32)):
-        source, target = grove(40, seen)
-        assert kept(seen) == count
+    for overlap, count in ((1.0, 54), (0.6, 32)):
+        source, target = grove(40, overlap)
+        assert kept(overlap) == count
         assert source.shape == (TREES, 2)
         assert target.shape == (count, 2)
         nearest = np.hypot(*(source[:, None] - target).transpose(2, 0, 1)).min(axis=0)

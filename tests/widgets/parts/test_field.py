@@ -18,7 +18,7 @@ def bumps(x: Array, y: Array) -> Array:
     return np.asarray(np.sin(3 * x)[None, :] * np.cos(2 * y)[:, None] + x[None, :])
 
 
-def counted(side: int, bands: int) -> tuple[Field, list[int]]:
+def field_and_calls(side: int, bands: int) -> tuple[Field, list[int]]:
     """A field over `bumps`, and the list of how many places each call computed."""
     calls: list[int] = []
 
@@ -32,7 +32,7 @@ def counted(side: int, bands: int) -> tuple[Field, list[int]]:
 @SHAPES
 def test_the_finest_level_is_the_field_and_no_place_is_computed_twice(side: int, bands: int) -> None:
     """All levels together compute side × side places, and the last equals one call for all of them."""
-    field, calls = counted(side, bands)
+    field, calls = field_and_calls(side, bands)
     for level in range(bands + 1):
         field.values(level)
         assert field.known == level
@@ -44,7 +44,7 @@ def test_the_finest_level_is_the_field_and_no_place_is_computed_twice(side: int,
 @SHAPES
 def test_no_level_costs_much_more_than_its_share(side: int, bands: int) -> None:
     """The bands differ by at most one coarse row, so that no slice keeps a reader waiting."""
-    field, calls = counted(side, bands)
+    field, calls = field_and_calls(side, bands)
     field.values(0)
     costs = []
     for level in range(1, bands + 1):
@@ -58,27 +58,27 @@ def test_no_level_costs_much_more_than_its_share(side: int, bands: int) -> None:
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=6))
 def test_a_level_does_not_depend_on_what_was_asked_before(levels: list[int]) -> None:
     """Whatever the order of requests, each level's values and highest place are those of a fresh field."""
-    field, _ = counted(63, 4)
+    field, _ = field_and_calls(63, 4)
     for level in levels:
-        fresh, _ = counted(63, 4)
+        fresh, _ = field_and_calls(63, 4)
         np.testing.assert_array_equal(field.values(level), fresh.values(level))
-        place, value = field.highest(level)
-        np.testing.assert_array_equal(place, fresh.highest(level)[0])
+        point, value = field.highest(level)
+        np.testing.assert_array_equal(point, fresh.highest(level)[0])
         assert value == field.values(level).max()
-        assert value == pytest.approx(float(bumps(place[:1], place[1:])[0, 0]), abs=1e-15)
+        assert value == pytest.approx(float(bumps(point[:1], point[1:])[0, 0]), abs=1e-15)
 
 
 def test_levels_get_finer_from_the_top() -> None:
     """At level 1 of 3 the top third has the full lattice; the rest has three-by-three tiles of the coarse one."""
-    field, _ = counted(9, 3)
-    whole, shown = bumps(field.x, field.y), field.values(1)
-    np.testing.assert_array_equal(shown[6:], whole[6:])
-    np.testing.assert_array_equal(shown[:6], whole[1:6:3, 1::3].repeat(3, axis=0).repeat(3, axis=1))
+    field, _ = field_and_calls(9, 3)
+    whole, coarse = bumps(field.x, field.y), field.values(1)
+    np.testing.assert_array_equal(coarse[6:], whole[6:])
+    np.testing.assert_array_equal(coarse[:6], whole[1:6:3, 1::3].repeat(3, axis=0).repeat(3, axis=1))
 
 
 def test_tiles_fill_the_window() -> None:
     """The places are the tiles' centres, half a tile from the window's border."""
-    field, _ = counted(12, 2)
+    field, _ = field_and_calls(12, 2)
     np.testing.assert_allclose(field.x[[0, -1]], [-1 + 0.125, 2 - 0.125])
     assert isinstance(field.heat(0, 0.0, 1.0), Heat)
     assert field.heat(2, 0.0, 1.0).window == WINDOW
@@ -103,7 +103,7 @@ def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
 
 def test_strong_may_be_low() -> None:
     """With low values strong, the strongest colours become the faintest, on the field and on its scale."""
-    field, _ = counted(63, 4)
+    field, _ = field_and_calls(63, 4)
     high, low = (field.heat(4, -1.0, 3.0, deep) for deep in ("high", "low"))
     part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
     np.testing.assert_allclose(part[0] + part[1], 1.0)
@@ -122,8 +122,8 @@ def test_roots_and_their_scale_agree() -> None:
     assert field.roots(1, 4.0) is mark
     assert field.heat(1, 0.0, 4.0) is not mark
     view = View(0.0, 1.0, 0.0, 2.0, pad=PAD)
-    labels = [each for each in scale_marks(view, (0.0, 4.0), "n", 0, roots=True) if isinstance(each, Label)]
-    heights = {each.text: float(np.asarray(each.xy)[1]) for each in labels if each.text != "n"}
+    labels = [mark for mark in scale_marks(view, (0.0, 4.0), "n", 0, roots=True) if isinstance(mark, Label)]
+    heights = {label.text: float(np.asarray(label.xy)[1]) for label in labels if label.text != "n"}
     assert heights["4"] == 2.0
     assert heights["1"] == 1.0
     assert heights["0"] == 0.0

@@ -18,20 +18,20 @@ from widgets.parts.room import BRINGS, error_chart, pair_lines, problem, single,
 def test_a_setting_brings_what_the_scene_has_by_itself(setting: str) -> None:
     """The slider values that a setting brings are those of the scene when none are given."""
     noise, outliers = (float(BRINGS[setting][name]) for name in ("noise", "outliers"))
-    own, given_ = room(setting), room(setting, noise=noise, outliers=outliers / 100.0)
-    np.testing.assert_array_equal(own.source, given_.source)
-    np.testing.assert_array_equal(own.target, given_.target)
+    own, explicit = room(setting), room(setting, noise=noise, outliers=outliers / 100.0)
+    np.testing.assert_array_equal(own.source, explicit.source)
+    np.testing.assert_array_equal(own.target, explicit.target)
 
 
 def test_a_problem_is_a_batch_of_one() -> None:
     """The clouds, start and seed of the scene have one leading axis; `single` removes it again."""
     scene = room("combo", seed=53)
     start = Pose.from_angle(0.3, (1.0, -2.0))
-    one = problem(scene, start)
-    assert one.source.shape == (1, *scene.source.shape)
-    assert one.target.shape == (1, *scene.target.shape)
-    assert one.seed.tolist() == [53]
-    np.testing.assert_array_equal(single(one.start).matrix, start.matrix)
+    batch = problem(scene, start)
+    assert batch.source.shape == (1, *scene.source.shape)
+    assert batch.target.shape == (1, *scene.target.shape)
+    assert batch.seed.tolist() == [53]
+    np.testing.assert_array_equal(single(batch.start).matrix, start.matrix)
 
 
 @given(st.lists(st.sampled_from(["used", "gated", "trimmed"]), min_size=1, max_size=20))
