@@ -14,8 +14,8 @@ from solvers.studies.race import CONTESTANTS, Controls, race_problem
 
 def main(text):
     """The poses after "one step" of every method and along each contestant's "course", and its final "counts"."""
-    asked = json.loads(text)
-    controls = Controls(setting=asked["setting"], degrees=asked["degrees"])
+    arguments = json.loads(text)
+    controls = Controls(setting=arguments["setting"], degrees=arguments["degrees"])
     problem, truth = race_problem(controls)
     course, counts = {}, {}
     for contestant in CONTESTANTS:

@@ -44,11 +44,11 @@ def odometry():
     """A short drive matched scan to scan and to a map, its loops, and the graph closed with them."""
     drive, _ = simulated_drive(scans=50, beams=91)
     scans = prepare(drive)
-    chain, mapped = scan_to_scan(scans, drive.motion), scan_to_map(scans, drive.motion, length=2)
+    chain, by_map = scan_to_scan(scans, drive.motion), scan_to_map(scans, drive.motion, length=2)
     loops = verified(scans, chain.poses, *candidates(chain.poses))
     return {
         "chain": rows(chain.poses),
-        "map": rows(mapped.poses),
+        "map": rows(by_map.poses),
         "loops": [loops.source.tolist(), loops.target.tolist(), loops.believed.tolist()],
         "closed": rows(close(chain, loops).poses),
     }

@@ -10,13 +10,13 @@ from widgets.engine.registry import WIDGETS
 
 def main(text):
     """The frames for {"frames": requests} and, if "jobs" is true, the full result of every figure's jobs."""
-    asked = json.loads(text)
+    arguments = json.loads(text)
     host = Host()
-    frames = [host.frame(json.dumps(request)) for request in asked["frames"]]
+    frames = [host.frame(json.dumps(request)) for request in arguments["frames"]]
     jobs = {
         f"{name} {job.name}": finished(job, preset(widget).controls, preset(widget).seed, "fig-x")
         for name, widget in WIDGETS.items()
         for job in widget.jobs
-        if asked["jobs"]
+        if arguments["jobs"]
     }
     return json.dumps({"frames": frames, "jobs": jobs})

@@ -29,23 +29,23 @@ CHOOSING = {"ndt", "mmd", "ransac-congruent", "hypothesis-mixture", "association
 @pytest.fixture(scope="module")
 def courses() -> tuple[dict[str, Any], dict[str, Any]]:
     """The same course, computed natively and in the page's Python."""
-    asked = {"setting": "combo", "degrees": 45.0}
-    here = json.loads(main(json.dumps(asked)))
-    there = run_python_in_shipped_runtime(COURSE.read_text("utf-8"), asked)
-    return here, there
+    arguments = {"setting": "combo", "degrees": 45.0}
+    native = json.loads(main(json.dumps(arguments)))
+    page = run_python_in_shipped_runtime(COURSE.read_text("utf-8"), arguments)
+    return native, page
 
 
-def apart(here: Any, there: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+def deviation(native: Any, page: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The largest difference within each pose, relative to its largest number or to one, whichever is larger."""
-    a, b = np.asarray(here, dtype=float), np.asarray(there, dtype=float)
+    a, b = np.asarray(native, dtype=float), np.asarray(page, dtype=float)
     return np.abs(a - b).max(axis=-1) / np.maximum(1.0, np.abs(a).max(axis=-1))
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_one_step_is_the_same_in_the_page(courses: tuple[dict[str, Any], dict[str, Any]], method: str) -> None:
     """One step of every method from one start, on all 25 seeds: native and page results agree to 1e-9."""
-    here, there = courses
-    difference = apart(here["one step"][method], there["one step"][method])
+    native, page = courses
+    difference = deviation(native["one step"][method], page["one step"][method])
     assert difference.shape == (len(SEEDS),)
     assert difference.max() <= AGREE
 
@@ -57,41 +57,41 @@ def test_the_race_ends_the_same_in_the_page(courses: tuple[dict[str, Any], dict[
 
     Observed: of all contestants and seeds, only NDT's seed 339 parts, at its tenth step.
     """
-    here, there = courses
-    ends = apart(here["course"][method][-1], there["course"][method][-1])
-    parted = {SEEDS[i]: first_apart(here, there, method, i) for i in np.flatnonzero(ends > AGREE)}
-    print(f"{method}, seed and first step apart: {parted}")
-    assert len(parted) <= (2 if method in CHOOSING else 0), f"seed: first step apart {parted}"
-    for mine, theirs in zip(here["counts"][method], there["counts"][method], strict=True):
+    native, page = courses
+    ends = deviation(native["course"][method][-1], page["course"][method][-1])
+    splits = {SEEDS[i]: first_difference(native, page, method, i) for i in np.flatnonzero(ends > AGREE)}
+    print(f"{method}, seed and first step apart: {splits}")
+    assert len(splits) <= (2 if method in CHOOSING else 0), f"seed: first step apart {splits}"
+    for mine, theirs in zip(native["counts"][method], page["counts"][method], strict=True):
         assert abs(mine - theirs) <= 1, f"{method}: {mine} natively, {theirs} in the page"
 
 
-def first_apart(here: dict[str, Any], there: dict[str, Any], method: str, problem: int) -> int:
+def first_difference(native: dict[str, Any], page: dict[str, Any], method: str, problem: int) -> int:
     """The first step after which a problem's poses differ by more than 1e-9."""
-    a, b = here["course"][method], there["course"][method]
+    a, b = native["course"][method], page["course"][method]
     steps = min(len(a), len(b))
-    difference = apart([pose[problem] for pose in a[:steps]], [pose[problem] for pose in b[:steps]])
-    late = np.flatnonzero(difference > AGREE)
-    return int(late[0]) if late.size else steps
+    difference = deviation([pose[problem] for pose in a[:steps]], [pose[problem] for pose in b[:steps]])
+    rows = np.flatnonzero(difference > AGREE)
+    return int(rows[0]) if rows.size else steps
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[dict[str, Any], dict[str, Any]]:
+def answers() -> tuple[dict[str, Any], dict[str, Any]]:
     """The results of searches, odometry, graphs and covariances, computed natively and in the page's Python."""
-    asked = {"asked": list(estimates.FOUND)}
-    here = json.loads(estimates.main(json.dumps(asked)))
-    return here, run_python_in_shipped_runtime(ESTIMATES.read_text("utf-8"), asked)
+    request = {"asked": list(estimates.FOUND)}
+    native = json.loads(estimates.main(json.dumps(request)))
+    return native, run_python_in_shipped_runtime(ESTIMATES.read_text("utf-8"), request)
 
 
 @pytest.mark.parametrize("name", estimates.FOUND)
 def test_what_is_built_on_registrations_ends_the_same_in_the_page(
-    found: tuple[dict[str, Any], dict[str, Any]], name: str
+    answers: tuple[dict[str, Any], dict[str, Any]], name: str
 ) -> None:
     """Searches, matched scans and loops, closed graphs with their marginals, covariances: native and page results agree
     to 1e-8, relative to the number or to 0.001, whichever is larger, with the same choices and step counts."""
-    here, there = (json.dumps(each[name]) for each in found)
-    words = [re.sub(NUMBER, "#", text) for text in (here, there)]
+    native, page = (json.dumps(answer[name]) for answer in answers)
+    words = [re.sub(NUMBER, "#", text) for text in (native, page)]
     assert words[0] == words[1]
-    ours, theirs = (np.array([float(number) for number in re.findall(NUMBER, text)]) for text in (here, there))
+    ours, theirs = (np.array([float(number) for number in re.findall(NUMBER, text)]) for text in (native, page))
     assert len(ours) > 10
     assert (np.abs(ours - theirs) / np.maximum(1e-3, np.abs(ours))).max() <= 1e-8

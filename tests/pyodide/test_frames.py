@@ -34,37 +34,37 @@ def requests(widget: Widget) -> Iterator[dict[str, Any]]:
     """For every preset: each button, handle, pick and hover. For the first preset: what the tape records, if it shows
     anything new. For each control: each of its extremes, after one press."""
     presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
-    placed = [
+    spots = [
         *(["drag", handle, 1.23, -0.57] for handle in widget.handles),
         *(["click", panel, 0.4, 0.3] for panel in widget.clicks),
         *(["hover", panel, 0.4, 0.3] for panel in widget.hovers),
     ]
     for name in widget.presets:
         plain = preset(widget, name).plain()
-        yield asked(plain, None)
-        yield asked({**plain, "seed": SEED + 13, "log": [*placed, *presses[:1]]}, None)
+        yield ask(plain, None)
+        yield ask({**plain, "seed": SEED + 13, "log": [*spots, *presses[:1]]}, None)
         if name == next(iter(widget.presets)):  # while the figure still knows what its first frame took
-            yield from (asked(record, None) for record in taped(widget))
-        for entry in (*presses, *placed):
-            yield asked({**plain, "log": [entry]}, 0)
+            yield from (ask(record, None) for record in tape_records(widget))
+        for entry in (*presses, *spots):
+            yield ask({**plain, "log": [entry]}, 0)
     for control, spec in specs(widget.controls).items():
         for end in ends(spec):
-            yield asked({**preset(widget, "default", {control: end}).plain(), "log": presses[:1]}, 0)
+            yield ask({**preset(widget, "default", {control: end}).plain(), "log": presses[:1]}, 0)
 
 
-def taped(widget: Widget) -> Iterator[dict[str, Any]]:
+def tape_records(widget: Widget) -> Iterator[dict[str, Any]]:
     """The states that the tape records of the first preset, but only those in which some control has a new value or the
     number of presses is new."""
-    seen: set[str] = set()
+    settings: set[str] = set()
     for changes, presses in widget.tape:
         plain = preset(widget, next(iter(widget.presets)), changes).plain()
-        shows = {json.dumps(each) for each in (*plain["controls"].items(), presses)}
-        if not shows <= seen:
+        facts = {json.dumps(item) for item in (*plain["controls"].items(), presses)}
+        if not facts <= settings:
             yield {**plain, "log": [["press", press] for press in presses]}
-        seen |= shows
+        settings |= facts
 
 
-def asked(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:
+def ask(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:
     return {"figure": "fig-x", "record": record, "detail": detail}
 
 
@@ -72,7 +72,7 @@ def walk() -> Iterator[dict[str, Any]]:
     """Every stage of the walkthrough, one after the other through two iterations, in each of its presets."""
     widget = WIDGETS["four"]
     for name in widget.presets:
-        yield from (asked({**preset(widget, name).plain(), "log": [["press", "next"]] * k}, 0) for k in range(2, 11))
+        yield from (ask({**preset(widget, name).plain(), "log": [["press", "next"]] * k}, 0) for k in range(2, 11))
 
 
 @pytest.fixture(scope="module")
@@ -80,30 +80,30 @@ def answers(request: pytest.FixtureRequest) -> tuple[list[dict[str, Any]], dict[
     """The requests for the selected figures, and the answers natively and in the page's Python. Both come from
     processes that have not drawn anything yet, since states already known are drawn in finer detail than requested."""
     names = figures(request)
-    questions = [each for name in names for each in requests(WIDGETS[name])] + [*(walk() if "four" in names else ())]
-    unique = list({json.dumps(question, sort_keys=True): question for question in questions}.values())
-    others = [item for item in request.session.items if item.path == request.path and not hasattr(item, "callspec")]
-    given = {"frames": unique, "jobs": bool(others)}
-    with pool.working([(main, (json.dumps(given),))]) as natively:
-        there = run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), given)
-        ((_, here),) = natively
-    return unique, json.loads(here), there
+    questions = [q for name in names for q in requests(WIDGETS[name])] + [*(walk() if "four" in names else ())]
+    unique = list({json.dumps(q, sort_keys=True): q for q in questions}.values())
+    rest = [item for item in request.session.items if item.path == request.path and not hasattr(item, "callspec")]
+    arguments = {"frames": unique, "jobs": bool(rest)}
+    with pool.working([(main, (json.dumps(arguments),))]) as natively:
+        page = run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), arguments)
+        ((_, native),) = natively
+    return unique, json.loads(native), page
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_frames_are_the_same_bytes_in_the_page(
     answers: tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]], name: str
 ) -> None:
-    questions, here, there = answers
+    questions, native, page = answers
     mine = [i for i, question in enumerate(questions) if question["record"]["widget"] == name]
     assert len(mine) > len(WIDGETS[name].presets)
-    parted = [questions[i] for i in mine if apart(here["frames"][i], there["frames"][i])]
-    assert not parted
+    differences = [questions[i] for i in mine if differ(native["frames"][i], page["frames"][i])]
+    assert not differences
 
 
-def apart(one: str, other: str) -> bool:
+def differ(a: str, b: str) -> bool:
     """Whether two frames differ: in a byte, or by more than 1e-9 (relative or absolute) in a number in their files."""
-    frames = [json.loads(text) for text in (one, other)]
+    frames = [json.loads(text) for text in (a, b)]
     texts = [json.dumps(frame.pop("files", {})) for frame in frames]
     words = [re.sub(NUMBER, "#", text) for text in texts]
     ours, theirs = ([float(number) for number in re.findall(NUMBER, text)] for text in texts)
@@ -114,10 +114,10 @@ def test_jobs_find_the_same_in_the_page(
     answers: tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]],
 ) -> None:
     """The race's table at its first settings: every number is the same as printed, and to 1e-9 relative as computed."""
-    _, here, there = answers
-    assert here["jobs"].keys() == there["jobs"].keys() == {"race benchmark"}
-    for name, result in here["jobs"].items():
-        for mine, theirs in zip(result["rows"], there["jobs"][name]["rows"], strict=True):
+    _, native, page = answers
+    assert native["jobs"].keys() == page["jobs"].keys() == {"race benchmark"}
+    for name, result in native["jobs"].items():
+        for mine, theirs in zip(result["rows"], page["jobs"][name]["rows"], strict=True):
             assert (mine["name"], mine["texts"]) == (theirs["name"], theirs["texts"])
             assert mine["values"][:-1] == pytest.approx(theirs["values"][:-1], rel=1e-9)
             assert mine["values"][-1] is theirs["values"][-1] is None, "how long it took is of the machine"

@@ -19,17 +19,17 @@ def test_the_figures_tests_pass_inside_pyodide() -> None:
 
 
 def test_everything_runs_once_on_the_shipped_runtime() -> None:
-    done = run_python_in_shipped_runtime((HERE / "exercise.py").read_text("utf-8"), [])["done"]
+    report = run_python_in_shipped_runtime((HERE / "exercise.py").read_text("utf-8"), [])["done"]
     modules = {
         module.name
         for package in (solvers, widgets)
         for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
         if not module.name.startswith(("solvers.__main__", "solvers.cli"))  # pages never run the command line
     }
-    assert set(done["every_module"]) == modules | {"solvers", "widgets"}
-    assert set(done["every_method"]) == set(solvers.METHODS)
-    assert set(done["every_figure"]) == {f"{name} {preset}" for name, w in WIDGETS.items() for preset in w.presets}
-    assert "LinAlgError" in done["errors"][0]
+    assert set(report["every_module"]) == modules | {"solvers", "widgets"}
+    assert set(report["every_method"]) == set(solvers.METHODS)
+    assert set(report["every_figure"]) == {f"{name} {preset}" for name, w in WIDGETS.items() for preset in w.presets}
+    assert "LinAlgError" in report["errors"][0]
 
 
 def test_wasm_tells_no_floating_point_error() -> None:

@@ -20,13 +20,13 @@ NAMES = [(path, name) for path in FILES for name in re.findall(r'^test\("([^"]+)
 def outcomes() -> dict[tuple[str, str], str]:
     """(file, test) → its fault, "" if it passed; from one run of all files."""
     command = node_command("--no-warnings", "--test", "--test-reporter=junit", *FILES)
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment(), check=False)
+    process = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment(), check=False)
     results = {}
-    for case in ElementTree.fromstring(done.stdout).iter("testcase"):
+    for case in ElementTree.fromstring(process.stdout).iter("testcase"):
         fault = next((child for child in case if child.tag in ("failure", "error", "skipped")), None)
         words = "" if fault is None else f"{fault.tag}: {fault.get('message', '')}\n{fault.text or ''}"
         results[Path(case.get("file", "")).name, case.get("name", "")] = words
-    assert results, done.stdout + done.stderr
+    assert results, process.stdout + process.stderr
     return results
 
 

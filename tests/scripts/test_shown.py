@@ -25,22 +25,22 @@ console.log(JSON.stringify(asked.map(([spec, value]) => shownValue(spec, value))
 
 def sliders() -> list[tuple[Spec, float]]:
     """All positions of every figure's sliders, and for each slider a negative value that rounds to zero."""
-    every = [spec for widget in WIDGETS.values() for spec in specs(widget.controls).values() if spec.kind == "slider"]
+    ranges = [spec for widget in WIDGETS.values() for spec in specs(widget.controls).values() if spec.kind == "slider"]
     return [
         (spec, value)
-        for spec in every
+        for spec in ranges
         for value in (*np.arange(spec.low, spec.high + spec.step / 2, spec.step).round(6).tolist(), -1e-9)
     ]
 
 
 def test_a_value_reads_the_same_in_the_build_and_in_the_page() -> None:
-    asked = sliders()
-    plain = [[{"kind": spec.kind, "decimals": spec.decimals, "unit": spec.unit}, value] for spec, value in asked]
+    pairs = sliders()
+    plain = [[{"kind": spec.kind, "decimals": spec.decimals, "unit": spec.unit}, value] for spec, value in pairs]
     command = node_command("--input-type=module", "--eval", ASKED % json.dumps(SCRIPT.as_uri()))
-    done = subprocess.run(
+    process = subprocess.run(
         command, input=json.dumps(plain), capture_output=True, encoding="utf-8", env=environment(), check=True
     )
-    assert json.loads(done.stdout) == [shown(spec, value) for spec, value in asked]
+    assert json.loads(process.stdout) == [shown(spec, value) for spec, value in pairs]
 
 
 def test_a_unit_stands_apart_but_a_degree_does_not() -> None:

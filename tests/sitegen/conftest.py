@@ -188,7 +188,7 @@ class Counted:
     dots: tuple[tuple[float, float], ...]
 
 
-def draw_counted(result: Counted, figure: Any, narrow: bool) -> None:
+def draw_count(result: Counted, figure: Any, narrow: bool) -> None:
     axes = figure.subplots()
     x, y = zip(*result.dots, strict=True)
     axes.plot(x, y, "o-", color=COLOURS["source"])
@@ -201,7 +201,7 @@ TOY_PLOT = Plot(
     title="A toy's \"plot\"",
     result=Counted,
     compute=lambda: Counted(((0.0, 1.0), (1.0, 3.5), (2.0, 2.0))),
-    draw=draw_counted,
+    draw=draw_count,
     words=lambda result: f"{len(result.dots)} dots & <words>.",
     table=lambda result: (["x", "y"], [[f"{x:g}", f"{y:g}"] for x, y in result.dots]),
     numbers={"highest": lambda result, times=1: times * max(y for _, y in result.dots)},
@@ -224,8 +224,8 @@ def policy_of(page: str) -> str:
 def fresh_cache(folder: Path) -> Path:
     """A cache that holds only the programs for formulas and scripts, copied from the user's cache."""
     programs = fetch.gather(["temml", "esbuild"])
-    for kept in (programs["temml/dist/temml.mjs"].parents[1], programs["esbuild/esbuild.wasm"].parent):
-        shutil.copytree(kept, folder / "outside" / kept.name)
+    for path in (programs["temml/dist/temml.mjs"].parents[1], programs["esbuild/esbuild.wasm"].parent):
+        shutil.copytree(path, folder / "outside" / path.name)
     return folder
 
 
@@ -279,8 +279,8 @@ class Project:
         return self.root / "site"
 
     def build(self, **options: Any) -> Report:
-        none = {"assemble": None, "cut_fonts": None, "search": None}
-        parts = Parts(self.widgets, self.plots, licences=lambda names, cache: [], **none)
+        empty = {"assemble": None, "cut_fonts": None, "search": None}
+        parts = Parts(self.widgets, self.plots, licences=lambda names, cache: [], **empty)
         return build(self.root, self.site, cache=self.cache, parts=parts, **{"pack": False, **options})
 
     def page(self, name: str) -> str:
@@ -288,9 +288,9 @@ class Project:
 
     def problems(self, **options: Any) -> list[str]:
         """The problems of a build that must fail."""
-        with pytest.raises(BuildFailed) as failed:
+        with pytest.raises(BuildFailed) as error:
             self.build(**options)
-        return [str(problem) for problem in failed.value.problems]
+        return [str(problem) for problem in error.value.problems]
 
 
 @pytest.fixture

@@ -29,7 +29,7 @@ class Log:
 
 def short(html: str) -> list[str]:
     """Each as +tag, -tag, or the text."""
-    return [sign + (what if isinstance(what, str) else what.name) for sign, what in Log(html).told]
+    return [sign + (part if isinstance(part, str) else part.name) for sign, part in Log(html).told]
 
 
 def test_elements_and_text_in_order() -> None:
@@ -39,12 +39,12 @@ def test_elements_and_text_in_order() -> None:
 
 def test_a_start_tag_has_its_attributes_and_its_place() -> None:
     """Lines and columns count from 1; an attribute without a value is included."""
-    tags = [what for sign, what in Log('<p>\n  <input id="one" disabled></p>').told if isinstance(what, Tag)]
-    around, tag, again, end = tags
+    tags = [part for sign, part in Log('<p>\n  <input id="one" disabled></p>').told if isinstance(part, Tag)]
+    around, tag, repeat, end = tags
     assert (tag.name, tag.line, tag.column) == ("input", 2, 3)
     assert tag.attributes == {"id": "one", "disabled": ""}
     assert tag.get("class") == ""
-    assert (again is tag, end is around) == (True, True)
+    assert (repeat is tag, end is around) == (True, True)
 
 
 def test_an_element_without_an_end_tag_ends_with_what_it_stands_in() -> None:
@@ -71,9 +71,9 @@ def test_scripts_and_styles_hold_text_alone() -> None:
 def test_whatever_is_written_each_element_closes_once_and_within_its_own(html: str) -> None:
     """In the reverse of the order in which they open."""
     around: list[Tag | str] = []
-    for sign, what in Log(html).told:
+    for sign, part in Log(html).told:
         if sign == "+":
-            around.append(what)
+            around.append(part)
         elif sign == "-":
-            assert around.pop() is what
+            assert around.pop() is part
     assert not around

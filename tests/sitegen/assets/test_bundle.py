@@ -28,7 +28,7 @@ def quiet(project: Project) -> Project:
 
 
 @pytest.mark.parametrize(
-    ("name", "old", "new", "said"),
+    ("name", "old", "new", "message"),
     [
         (f"{JS}/base/emitter.js", "export function emitter() {", "export function emitter() { let 1;", "Expected"),
         (f"{JS}/main.js", '"./base/limits.js"', '"./base/limit.js"', f"there is no {JS}/base/limit.js"),
@@ -40,25 +40,25 @@ def quiet(project: Project) -> Project:
     ],
     ids=["syntax", "import", "name", "theme", "style", "sheet", "worker"],
 )
-def test_a_mistake_is_told_where_it_stands(quiet: Project, name: str, old: str, new: str, said: str) -> None:
+def test_a_mistake_is_told_where_it_stands(quiet: Project, name: str, old: str, new: str, message: str) -> None:
     """The file, line and column of esbuild's first error."""
     edit(quiet, name, old, new)
     text = (quiet.root / name).read_text("utf-8")
     (first, *_) = quiet.problems()
-    place = re.match(r"(.*?):(\d+):(\d+): (.*)", first)
-    assert place, first
-    assert place[1] == name
-    assert text.splitlines()[int(place[2]) - 1].count(new.splitlines()[0]) == 1
-    assert int(place[3]) > 0
-    assert said in place[4]
+    match = re.match(r"(.*?):(\d+):(\d+): (.*)", first)
+    assert match, first
+    assert match[1] == name
+    assert text.splitlines()[int(match[2]) - 1].count(new.splitlines()[0]) == 1
+    assert int(match[3]) > 0
+    assert message in match[4]
 
 
 def test_a_column_counts_letters(quiet: Project) -> None:
     """Not bytes."""
     edit(quiet, f"{JS}/theme.js", "(() => {\n", "(() => {\n  /* äöü */ let 1;\n")
-    (problem,) = [each for each in quiet.problems() if "theme.js" in each]
+    (problem,) = [p for p in quiet.problems() if "theme.js" in p]
     text = (quiet.root / f"{JS}/theme.js").read_text("utf-8")
-    line = next(i for i, each in enumerate(text.splitlines(), 1) if "äöü" in each)
+    line = next(i for i, row in enumerate(text.splitlines(), 1) if "äöü" in row)
     assert problem.startswith(f"{JS}/theme.js:{line}:17: ")
 
 
@@ -82,19 +82,19 @@ def test_a_picture_that_is_not_there_is_told_with_the_nearest_name(quiet: Projec
 def test_what_has_not_changed_is_not_bundled_again(quiet: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     """No process is started if everything is cached; an edited sheet leaves the scripts alone."""
     quiet.build()
-    ran: list[list[str]] = []
+    runs: list[list[str]] = []
     run = bundle.run_node
 
-    def counted(script, request, **options):
-        ran.append([each["entry"] for each in request["bundles"]])
+    def count(script, request, **options):
+        runs.append([b["entry"] for b in request["bundles"]])
         return run(script, request, **options)
 
-    monkeypatch.setattr(bundle, "run_node", counted)
+    monkeypatch.setattr(bundle, "run_node", count)
     quiet.build()
-    assert ran == []
+    assert runs == []
     edit(quiet, f"{CSS}/print.css", "@media", ":root { --edited: 1; }\n@media")
     quiet.build()
-    assert ran == [[f"{CSS}/site.css"]]
+    assert runs == [[f"{CSS}/site.css"]]
 
 
 def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project) -> None:
@@ -107,13 +107,13 @@ def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project)
         ("theme.*.js", f"{JS}/theme.js"),
         ("worker.*.mjs", "templates/assets/worker.mjs"),
     ):
-        (made,) = quiet.site.glob(f"assets/{pattern}")
-        named = re.search(r"sourceMappingURL=(\S+)", made.read_text("utf-8"))
-        assert named
-        data = json.loads((quiet.site / "assets" / named[1]).read_text("utf-8"))
+        (path,) = quiet.site.glob(f"assets/{pattern}")
+        match = re.search(r"sourceMappingURL=(\S+)", path.read_text("utf-8"))
+        assert match
+        data = json.loads((quiet.site / "assets" / match[1]).read_text("utf-8"))
         assert source in data["sources"]
         assert data["sourcesContent"][data["sources"].index(source)] == (quiet.root / source).read_text("utf-8")
-        assert f"assets/{made.name}" in worker
+        assert f"assets/{path.name}" in worker
     assert '.map"' not in worker
 
 
@@ -121,9 +121,9 @@ def test_the_map_of_the_style_sheet_allows_for_what_stands_before_it(quiet: Proj
     """The rules of typefaces and formulas come first and have no source; the map begins after them."""
     quiet.build()
     (sheet,) = quiet.site.glob("assets/site.*.css")
-    named = re.search(r"sourceMappingURL=(\S+)", text := sheet.read_text("utf-8"))
-    assert named
-    mappings = json.loads((sheet.parent / named[1]).read_text("utf-8"))["mappings"]
+    match = re.search(r"sourceMappingURL=(\S+)", text := sheet.read_text("utf-8"))
+    assert match
+    mappings = json.loads((sheet.parent / match[1]).read_text("utf-8"))["mappings"]
     lines = len(mappings) - len(mappings.lstrip(";"))
     assert "--paper" in text.splitlines()[lines]
     assert not any("--paper:" in line for line in text.splitlines()[:lines])

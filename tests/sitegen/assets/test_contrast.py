@@ -63,42 +63,42 @@ def test_contrast_is_what_wcag_says() -> None:
 @THEMES
 @pytest.mark.parametrize("ground", ["paper", "panel", "raised"])
 def test_text_is_legible(theme, ground) -> None:
-    known = {name: pair[theme] for name, pair in colours().items()}
-    texts = ["ink", "soft", "accent", "wrong", *(f"{r}-text" if f"{r}-text" in known else r for r in (*ROLES, *RACE))]
-    low = {name: contrast(known[name], known[ground]) for name in texts if contrast(known[name], known[ground]) < 4.5}
+    hues = {name: pair[theme] for name, pair in colours().items()}
+    texts = ["ink", "soft", "accent", "wrong", *(f"{r}-text" if f"{r}-text" in hues else r for r in (*ROLES, *RACE))]
+    low = {name: contrast(hues[name], hues[ground]) for name in texts if contrast(hues[name], hues[ground]) < 4.5}
     assert not low
 
 
 @THEMES
 def test_text_on_fills_and_tints_is_legible(theme) -> None:
-    known = {name: pair[theme] for name, pair in colours().items()}
-    assert contrast(known["paper"], known["ink"]) >= 4.5
+    hues = {name: pair[theme] for name, pair in colours().items()}
+    assert contrast(hues["paper"], hues["ink"]) >= 4.5
     for name in ("ink", "truth", "soft"):
-        assert contrast(known[name], known["tint"]) >= 4.5, name
+        assert contrast(hues[name], hues["tint"]) >= 4.5, name
 
 
 @THEMES
 def test_marks_and_edges_of_controls_stand_out(theme) -> None:
-    known = {name: pair[theme] for name, pair in colours().items()}
+    hues = {name: pair[theme] for name, pair in colours().items()}
     for name in (*ROLES, "edge"):
         for ground in ("paper", "panel"):
-            assert contrast(known[name], known[ground]) >= 3.0, (name, ground)
+            assert contrast(hues[name], hues[ground]) >= 3.0, (name, ground)
 
 
 @THEMES
 @pytest.mark.parametrize("sight", SIMULATED)
 def test_roles_stay_apart(theme, sight) -> None:
-    seen = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in CLOUDS}
-    near = {(a, b): float(np.linalg.norm(seen[a] - seen[b])) for a, b in combinations(CLOUDS, 2)}
-    assert not {pair: d for pair, d in near.items() if d < APART[sight]}
+    points = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in CLOUDS}
+    distances = {(a, b): float(np.linalg.norm(points[a] - points[b])) for a, b in combinations(CLOUDS, 2)}
+    assert not {pair: d for pair, d in distances.items() if d < APART[sight]}
 
 
 @THEMES
 @pytest.mark.parametrize("sight", SIMULATED)
 def test_the_race_s_families_stay_apart(theme, sight) -> None:
-    seen = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in RACE}
-    near = {(a, b): float(np.linalg.norm(seen[a] - seen[b])) for a, b in combinations(RACE, 2)}
-    assert not {pair: d for pair, d in near.items() if d < 0.85 * APART[sight]}
+    points = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in RACE}
+    distances = {(a, b): float(np.linalg.norm(points[a] - points[b])) for a, b in combinations(RACE, 2)}
+    assert not {pair: d for pair, d in distances.items() if d < 0.85 * APART[sight]}
 
 
 @THEMES
@@ -128,10 +128,10 @@ def test_the_ends_of_runs_get_stronger_and_the_truth_stands_out(theme, sight) ->
 
 def test_every_colour_used_is_a_token() -> None:
     """Outside the tokens no colour is written out, unless a rule itself gives the values for both themes."""
-    defined = set(re.findall(r"(--[a-z0-9-]+):", "".join(p.read_text("utf-8") for p in CSS.rglob("*.css"))))
+    tokens = set(re.findall(r"(--[a-z0-9-]+):", "".join(p.read_text("utf-8") for p in CSS.rglob("*.css"))))
     for path in sorted(CSS.rglob("*.css")):
         text = re.sub(r"url\([^)]*\)|/\*.*?\*/", "", path.read_text("utf-8"), flags=re.S)
-        assert set(re.findall(r"var\((--[a-z0-9-]+)", text)) <= defined, path.name
+        assert set(re.findall(r"var\((--[a-z0-9-]+)", text)) <= tokens, path.name
         if path.name not in ("tokens.css", "print.css"):
             bare = re.findall(r"#[0-9a-fA-F]{3,8}\b", re.sub(r"light-dark\([^;]*\)", "", text))
             assert not bare, path.name

@@ -22,21 +22,21 @@ CONTENTS = st.one_of(st.binary(max_size=40), st.binary(min_size=1, max_size=20).
 def test_what_was_put_in_comes_out(tmp_path: Path, files: dict[str, bytes]) -> None:
     """The standard library reads it back, checksums and all, in whatever order the files were given."""
     data = archive("a-site", files, tmp_path)
-    with zipfile.ZipFile(io.BytesIO(data)) as zipped:
-        assert zipped.testzip() is None
-        assert {name: zipped.read(name) for name in zipped.namelist()} == {f"a-site/{n}": d for n, d in files.items()}
-        assert {info.date_time for info in zipped.infolist()} <= {(1980, 1, 1, 0, 0, 0)}
+    with zipfile.ZipFile(io.BytesIO(data)) as file:
+        assert file.testzip() is None
+        assert {name: file.read(name) for name in file.namelist()} == {f"a-site/{n}": d for n, d in files.items()}
+        assert {info.date_time for info in file.infolist()} <= {(1980, 1, 1, 0, 0, 0)}
     assert archive("a-site", dict(reversed(files.items())), tmp_path) == data
 
 
 def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
     """It comes from the same cache: nothing is packed twice."""
     page = b"<p>text</p>" * 500
-    made = packed("a.html", page, tmp_path)
+    copies = packed("a.html", page, tmp_path)
     data = archive("s", {"a.html": page, "b.woff2": page}, tmp_path)
-    with zipfile.ZipFile(io.BytesIO(data)) as zipped:
-        assert zipped.getinfo("s/a.html").compress_size == len(made["a.html.gz"]) - 18
-        assert zipped.getinfo("s/b.woff2").compress_size == len(page)
+    with zipfile.ZipFile(io.BytesIO(data)) as file:
+        assert file.getinfo("s/a.html").compress_size == len(copies["a.html.gz"]) - 18
+        assert file.getinfo("s/b.woff2").compress_size == len(page)
 
 
 def test_the_site_carries_itself(project: Project) -> None:
@@ -44,8 +44,8 @@ def test_the_site_carries_itself(project: Project) -> None:
     project.build(pack=True)
     (path,) = project.site.glob("*.zip")
     assert path.name == "a-small-quoted-site.zip"
-    with zipfile.ZipFile(path) as zipped:
-        inside = {name.removeprefix("a-small-quoted-site/"): zipped.read(name) for name in zipped.namelist()}
+    with zipfile.ZipFile(path) as archive:
+        inside = {name.removeprefix("a-small-quoted-site/"): archive.read(name) for name in archive.namelist()}
     outside = {p.relative_to(project.site).as_posix(): p for p in project.site.rglob("*") if p.is_file()}
     outside = {name: p for name, p in outside.items() if p.suffix not in (".gz", ".br", ".map")}
     assert set(inside) == set(outside) - {path.name, "sitemap.xml"}
@@ -55,8 +55,8 @@ def test_the_site_carries_itself(project: Project) -> None:
     size = Download(path.name, path.read_bytes()).size
     assert f'href="{path.name}" download>Download this site</a> ({size})' in project.page("second.html")
     page = inside["second.html"].decode()
-    for refused in (path.name, 'rel="manifest"', 'rel="preload"'):
-        assert refused not in page
+    for part in (path.name, 'rel="manifest"', 'rel="preload"'):
+        assert part not in page
 
 
 def test_a_folder_is_named_for_any_file_system() -> None:

@@ -25,15 +25,15 @@ def test_every_directive_stands_in_an_example() -> None:
     """So does every other construct that chapters are written with."""
     problems = Problems()
     guide = next(doc for doc in read_docs(ROOT, problems) if doc.name == "docs-style")
-    shown: set[str] = set()
+    types: set[str] = set()
     inside = False
     for token in guide.document.tokens:
         inside = token.type == "container_example_open" or (inside and token.type != "container_example_close")
         if inside:
-            shown |= {token.type, *(child.type for child in token.children or [])}
+            types |= {token.type, *(child.type for child in token.children or [])}
     assert problems.found == []
-    wanted = {*BLOCK, *INLINE, *MARKDOWN} - {*AROUND} | {f"{name}_open" for name in AROUND}
-    assert wanted - shown == set()
+    expected = {*BLOCK, *INLINE, *MARKDOWN} - {*AROUND} | {f"{name}_open" for name in AROUND}
+    assert expected - types == set()
 
 
 def test_an_example_is_its_source_and_its_result(project: Project) -> None:

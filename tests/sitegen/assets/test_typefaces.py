@@ -16,14 +16,14 @@ PAGE = """<html><head><title>Straße</title></head><body><p>Cao, Čech &amp; λ 
 
 
 @pytest.fixture(scope="module")
-def made() -> typefaces.FontSet:
+def fonts() -> typefaces.FontSet:
     return typefaces.make(*typefaces.characters([PAGE]), url="fonts/")
 
 
-def opened(made: typefaces.FontSet, face: str) -> TTFont:
+def open_font(fonts: typefaces.FontSet, face: str) -> TTFont:
     """The face's main file."""
-    names = [n for n in made.files if re.fullmatch(rf"{face}-[0-9a-f]{{10}}\.woff2", n)]
-    return TTFont(io.BytesIO(made.files[names[0]]))
+    names = [n for n in fonts.files if re.fullmatch(rf"{face}-[0-9a-f]{{10}}\.woff2", n)]
+    return TTFont(io.BytesIO(fonts.files[names[0]]))
 
 
 def test_characters_tell_text_from_mathematics() -> None:
@@ -46,72 +46,72 @@ def test_an_unclosed_formula_does_not_swallow_the_next_page() -> None:
     assert "é" in text
 
 
-def test_every_character_is_in_some_face(made: typefaces.FontSet) -> None:
-    assert made.missing == ""
-    covered = set().union(*(TTFont(io.BytesIO(data)).getBestCmap() for data in made.files.values()))
-    assert {ord(c) for c in typefaces.BASICS + typefaces.SYMBOLS + typefaces.MATHEMATICS + "Č≔𝜃𝑅"} <= covered
+def test_every_character_is_in_some_face(fonts: typefaces.FontSet) -> None:
+    assert fonts.missing == ""
+    codes = set().union(*(TTFont(io.BytesIO(data)).getBestCmap() for data in fonts.files.values()))
+    assert {ord(c) for c in typefaces.BASICS + typefaces.SYMBOLS + typefaces.MATHEMATICS + "Č≔𝜃𝑅"} <= codes
 
 
 def test_a_character_that_nobody_has_is_named() -> None:
     assert typefaces.make("漢字").missing == "字漢"
 
 
-def test_lone_letters_come_with_their_mathematical_italic(made: typefaces.FontSet) -> None:
-    assert {ord("𝑅"), ord("𝜃"), ord("≔")} <= set(opened(made, "math").getBestCmap())
+def test_lone_letters_come_with_their_mathematical_italic(fonts: typefaces.FontSet) -> None:
+    assert {ord("𝑅"), ord("𝜃"), ord("≔")} <= set(open_font(fonts, "math").getBestCmap())
 
 
-def test_typesetting_tables_are_kept(made: typefaces.FontSet) -> None:
-    math = opened(made, "math")["MATH"].table
+def test_typesetting_tables_are_kept(fonts: typefaces.FontSet) -> None:
+    math = open_font(fonts, "math")["MATH"].table
     assert math.MathConstants.AxisHeight.Value > 0
-    cmap = opened(made, "math").getBestCmap()
+    cmap = open_font(fonts, "math").getBestCmap()
     stretchy = math.MathVariants.VertGlyphCoverage.glyphs
     assert {cmap[ord(c)] for c in "()√∑"} <= set(stretchy)
     for face in ("serif", "serif-italic", "title", "sans"):
-        kerned = {r.FeatureTag for r in opened(made, face)["GPOS"].table.FeatureList.FeatureRecord}
-        assert "kern" in kerned, face
+        features = {r.FeatureTag for r in open_font(fonts, face)["GPOS"].table.FeatureList.FeatureRecord}
+        assert "kern" in features, face
     # Figures are tabular by default: all ten have one width. Proportional ones are a feature.
     for face in ("serif", "serif-italic", "sans"):
-        font = opened(made, face)
+        font = open_font(fonts, face)
         assert len({font["hmtx"][font.getBestCmap()[ord(d)]][0] for d in "0123456789"}) == 1, face
         assert "pnum" in {r.FeatureTag for r in font["GSUB"].table.FeatureList.FeatureRecord}, face
 
 
-def test_weights_are_those_of_the_style_sheet(made: typefaces.FontSet) -> None:
+def test_weights_are_those_of_the_style_sheet(fonts: typefaces.FontSet) -> None:
     for face in ("serif", "sans"):
-        (axis,) = opened(made, face)["fvar"].axes
+        (axis,) = open_font(fonts, face)["fvar"].axes
         assert (axis.axisTag, axis.minValue, axis.maxValue) == ("wght", 400, 600)
-    assert "fvar" not in opened(made, "serif-italic")
+    assert "fvar" not in open_font(fonts, "serif-italic")
 
 
-def test_cuts_do_not_carry_the_reserved_name_and_keep_the_licence(made: typefaces.FontSet) -> None:
-    for name, data in made.files.items():
+def test_cuts_do_not_carry_the_reserved_name_and_keep_the_licence(fonts: typefaces.FontSet) -> None:
+    for name, data in fonts.files.items():
         table = TTFont(io.BytesIO(data))["name"]
         assert table.getDebugName(1).startswith("Ladder "), name
         assert "Source" not in (table.getDebugName(4) + table.getDebugName(6)), name
         assert table.getDebugName(0), name
 
 
-def test_no_table_names_names_that_are_not_there(made: typefaces.FontSet) -> None:
+def test_no_table_names_names_that_are_not_there(fonts: typefaces.FontSet) -> None:
     """STAT consists of such names; Firefox discards it and logs an error for each file."""
     for face in typefaces.FACES:
-        assert "STAT" not in opened(made, face.name), face.name
+        assert "STAT" not in open_font(fonts, face.name), face.name
 
 
-def test_the_whole_set_is_light(made: typefaces.FontSet) -> None:
-    assert sum(map(len, made.files.values())) <= 120_000
+def test_the_whole_set_is_light(fonts: typefaces.FontSet) -> None:
+    assert sum(map(len, fonts.files.values())) <= 120_000
 
 
-def test_the_style_sheet_names_every_file_and_nothing_else(made: typefaces.FontSet) -> None:
-    assert set(re.findall(r'url\("fonts/([^"]+)"\)', made.css)) == set(made.files)
-    assert {each.url for each in made.preload} <= {f"fonts/{name}" for name in made.files}
-    assert made.css.count("size-adjust") == len(typefaces.FALLBACKS)
+def test_the_style_sheet_names_every_file_and_nothing_else(fonts: typefaces.FontSet) -> None:
+    assert set(re.findall(r'url\("fonts/([^"]+)"\)', fonts.css)) == set(fonts.files)
+    assert {p.url for p in fonts.preload} <= {f"fonts/{name}" for name in fonts.files}
+    assert fonts.css.count("size-adjust") == len(typefaces.FALLBACKS)
 
 
-def test_a_fallback_is_stretched_to_the_measure_of_the_face(made: typefaces.FontSet) -> None:
-    adjust = re.search(r"Ladder Sans Near.*?size-adjust:([\d.]+)%;ascent-override:([\d.]+)%", made.css)
+def test_a_fallback_is_stretched_to_the_measure_of_the_face(fonts: typefaces.FontSet) -> None:
+    adjust = re.search(r"Ladder Sans Near.*?size-adjust:([\d.]+)%;ascent-override:([\d.]+)%", fonts.css)
     assert adjust is not None
     size, ascent = (float(v) / 100 for v in adjust.groups())
-    sans = opened(made, "sans")
+    sans = open_font(fonts, "sans")
     arial = next(f.average for f in typefaces.FALLBACKS if f.stands_for == "sans")
     assert size * arial == pytest.approx(typefaces.average_advance(sans), rel=1e-3)
     assert size * ascent == pytest.approx(sans["hhea"].ascent / sans["head"].unitsPerEm, rel=1e-3)
@@ -121,10 +121,10 @@ def test_ranges_are_what_css_reads() -> None:
     assert typefaces.ranges(map(ord, "abcxé")) == "U+61-63,U+78,U+E9"
 
 
-def test_an_empty_cache_gives_the_same_bytes(made: typefaces.FontSet, tmp_path, monkeypatch) -> None:
+def test_an_empty_cache_gives_the_same_bytes(fonts: typefaces.FontSet, tmp_path, monkeypatch) -> None:
     gather = typefaces.fetch.gather
     monkeypatch.setattr(typefaces.fetch, "gather", lambda names, cache=None, progress=None: gather(names))
-    again = typefaces.make(*typefaces.characters([PAGE]), url="fonts/", cache=tmp_path)
+    second = typefaces.make(*typefaces.characters([PAGE]), url="fonts/", cache=tmp_path)
     assert list((tmp_path / "fonts").iterdir()), "nothing was cut anew"
-    assert again.files == made.files
-    assert again.css == made.css
+    assert second.files == fonts.files
+    assert second.css == fonts.css

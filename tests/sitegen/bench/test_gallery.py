@@ -55,9 +55,9 @@ def test_our_snippets_give_what_is_kept(name: str, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(gallery_run, "ENOUGH", 0.0)
     task = TASKS[name]
     report = gallery_run.run(gallery.snippet(name, "solvers"), list(task.given("solvers").values()))
-    kept = FOUND[name]["solvers"]
-    off = gallery.errors(report["matrix"], task.truth)
-    np.testing.assert_allclose(off, [kept[key] for key in ("rotation", "translation", "scale")], atol=5e-6)
+    entry = FOUND[name]["solvers"]
+    errors = gallery.errors(report["matrix"], task.truth)
+    np.testing.assert_allclose(errors, [entry[key] for key in ("rotation", "translation", "scale")], atol=5e-6)
     assert len(report["seconds"]) == 1
 
 
@@ -74,8 +74,8 @@ def test_ransac_ends_with_the_fit_of_the_right_pairs() -> None:
     """Ours and scikit-image's answers are the least-squares fit of the 24 right pairs; Open3D's is not."""
     clouds = TASKS["wrong"].clouds
     ours = answer("wrong", "solvers")
-    left = clouds["source"] @ ours[:2, :2].T + ours[:2, 2] - clouds["target"]
-    right = np.linalg.norm(left, axis=1) <= 0.2
+    residuals = clouds["source"] @ ours[:2, :2].T + ours[:2, 2] - clouds["target"]
+    right = np.linalg.norm(residuals, axis=1) <= 0.2
     assert right.sum() == 24
     fit = solvers.fit_rigid(clouds["source"][right], clouds["target"][right]).pose.matrix
     np.testing.assert_allclose(ours, fit, atol=1e-12)
@@ -125,16 +125,16 @@ def test_errors_are_those_that_were_put_in(lifts: bool) -> None:
     assert (rotation, translation, scale) == pytest.approx((2.0, 5.0, 0.1))
     if lifts:
         rigid = Pose.from_angle(np.radians(172.0), (4.0, 6.0)).matrix
-        off = gallery.errors(gallery.lifted(rigid), Pose.from_angle(np.radians(170.0), (1.0, 2.0)))
-        assert off == pytest.approx((2.0, 5.0, 0.0))
+        errors = gallery.errors(gallery.lifted(rigid), Pose.from_angle(np.radians(170.0), (1.0, 2.0)))
+        assert errors == pytest.approx((2.0, 5.0, 0.0))
 
 
 def test_a_tilt_out_of_the_plane_is_an_error_of_rotation() -> None:
     """The angle between the two rotations in space."""
     c, s = np.cos(0.3), np.sin(0.3)
-    tilted = np.eye(4)
-    tilted[1:3, 1:3] = [[c, -s], [s, c]]
-    rotation, translation, scale = gallery.errors(tilted, Pose.identity())
+    matrix = np.eye(4)
+    matrix[1:3, 1:3] = [[c, -s], [s, c]]
+    rotation, translation, scale = gallery.errors(matrix, Pose.identity())
     assert (rotation, translation, scale) == pytest.approx((np.degrees(0.3), 0.0, 0.0))
 
 

@@ -51,8 +51,8 @@ def test_the_table_says_what_is_met() -> None:
 def test_each_figure_is_held_to_its_rungs_aim() -> None:
     """16 ms for handles up to rung 3½, 25 ms for the nine panels, none elsewhere nor for a slider; missed frames are
     counted over all figures."""
-    named = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5b")]
-    candidates = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
+    rungs = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5b")]
+    candidates = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in rungs]
     candidates.append(Followed("atlas", "icp.html", "3", "slider gate", [4.0] * 20, 0, 0, warm_up=7.0))
     assert [row.aim for row in rows(candidates)] == [16.0, 16.0, 25.0, None, None, 1, None]
     assert [row.value for row in rows(candidates)] == [4.0, 4.0, 4.0, 4.0, 4.0, 1.0, 7.0]
@@ -60,9 +60,9 @@ def test_each_figure_is_held_to_its_rungs_aim() -> None:
 
 def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
     """A near rung may take 4 ms and 1.5 times the control figure; for the other rungs these values are only shown."""
-    near = Followed("icp", "icp.html", "3", "source", [9.0] * 20, 0, 100, [(2.0, 1.0)] * 20, [6.0] * 20)
-    other = Followed("mmd", "mmd.html", "5b", "source", [9.0] * 20, 0, 100, [(4.0, 1.0)] * 20)
-    results = {row.what: (row.value, row.aim) for row in rows([near, other])}
+    first = Followed("icp", "icp.html", "3", "source", [9.0] * 20, 0, 100, [(2.0, 1.0)] * 20, [6.0] * 20)
+    second = Followed("mmd", "mmd.html", "5b", "source", [9.0] * 20, 0, 100, [(4.0, 1.0)] * 20)
+    results = {row.what: (row.value, row.aim) for row in rows([first, second])}
     assert results["near rungs, our share of it, 95th percentile, icp.html"] == (3.0, 4.0)
     assert results["near rungs, of the control figure's, 95th percentile, icp.html"] == (1.5, 1.5)
     assert results["our share of it, 95th percentile, mmd.html"] == (5.0, None)
@@ -80,17 +80,17 @@ def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:
 def test_an_unknown_group_is_a_mistake_of_use() -> None:
     """Reported with the existing names, before anything is built."""
     imports = "import sys; from pathlib import Path; from sitegen.bench.run import bench"
-    asks = f"{imports}; sys.exit(bench(Path('.'), Path('x'), None, ['drga']))"
-    done = subprocess.run([sys.executable, "-c", asks], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "unknown group drga; known: paint, tape" in done.stderr
+    code = f"{imports}; sys.exit(bench(Path('.'), Path('x'), None, ['drga']))"
+    process = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert process.returncode == 2
+    assert "unknown group drga; known: paint, tape" in process.stderr
 
 
 def test_a_browser_that_does_not_start_is_an_error_and_no_skip(tmp_path: Path) -> None:
     """A browser named by the user must start; otherwise the message says what was tried."""
     absent = tmp_path / "absent"
-    asks = "import sys, pathlib; from sitegen.check import browsers; browsers.chromium(pathlib.Path(sys.argv[1]))"
-    command = [sys.executable, "-c", asks, str(absent)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert f"no Chromium to test with. Tried:\n  --browser-path {absent}: " in done.stderr
+    code = "import sys, pathlib; from sitegen.check import browsers; browsers.chromium(pathlib.Path(sys.argv[1]))"
+    command = [sys.executable, "-c", code, str(absent)]
+    process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert process.returncode == 1
+    assert f"no Chromium to test with. Tried:\n  --browser-path {absent}: " in process.stderr

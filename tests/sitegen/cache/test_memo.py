@@ -16,30 +16,30 @@ from sitegen.runtime.assemble import RuntimeInfo
 
 def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
     """The next build reuses it; another text, or another function's file, has its own answer."""
-    asked: list[str] = []
+    calls: list[str] = []
 
     def length(text: str, name: str = "length") -> int:
-        known = Remembered(tmp_path, name)
-        result = known.answer(text, lambda: asked.append(text) or len(text))
-        known.keep()
+        memo = Remembered(tmp_path, name)
+        result = memo.answer(text, lambda: calls.append(text) or len(text))
+        memo.keep()
         return int(result)
 
     assert [length("abc"), length("abc"), length("abcd"), length("abc", "other")] == [3, 3, 4, 3]
-    assert asked == ["abc", "abcd", "abc"]
+    assert calls == ["abc", "abcd", "abc"]
 
 
 def test_what_nobody_asks_for_any_more_makes_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The oldest go first, and nothing from the last build."""
     monkeypatch.setattr(memo, "SPARE", 1)
     for build in ("ab", "cd"):
-        known = Remembered(tmp_path, "f")
+        answers = Remembered(tmp_path, "f")
         for text in build:
-            known.answer(text, text.upper)
-        known.keep()
-    known = Remembered(tmp_path, "f")
+            answers.answer(text, text.upper)
+        answers.keep()
+    answers = Remembered(tmp_path, "f")
     anew: list[str] = []
     for text in "abcd":
-        known.answer(text, lambda text=text: anew.append(text))  # type: ignore[misc]
+        answers.answer(text, lambda text=text: anew.append(text))  # type: ignore[misc]
     assert anew == ["a"]
 
 
@@ -64,16 +64,16 @@ def test_a_runtime_is_put_together_anew_where_it_is_of_something_else_or_faulty(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same build reuses it; a damaged or missing file, or other code, does not."""
-    cache, made, runtime = tmp_path / "cache", [], reuse.assembled()
+    cache, caches, runtime = tmp_path / "cache", [], reuse.assembled()
 
-    def counted(**given: Any) -> RuntimeInfo:  # tests/sitegen/runtime/test_assemble.py tests how it is put together
-        made.append(given["cache"])
+    def count(**options: Any) -> RuntimeInfo:  # tests/sitegen/runtime/test_assemble.py tests how it is put together
+        caches.append(options["cache"])
         return runtime
 
-    monkeypatch.setattr(reuse, "assemble", counted)
+    monkeypatch.setattr(reuse, "assemble", count)
     assert reuse.assembled(cache=cache) == runtime
     assert reuse.assembled(cache=cache) == runtime
-    assert made == [cache]
+    assert caches == [cache]
     largest = max((cache / "runtime").iterdir(), key=lambda path: path.stat().st_size)
     data = largest.read_bytes()
     largest.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
@@ -81,7 +81,7 @@ def test_a_runtime_is_put_together_anew_where_it_is_of_something_else_or_faulty(
     assert largest.read_bytes() == data
     largest.unlink()
     assert reuse.assembled(cache=cache) == runtime
-    assert made == [cache] * 3
+    assert caches == [cache] * 3
     monkeypatch.setattr(reuse, "inputs", lambda: {"solvers/new.py": b""})
     reuse.assembled(cache=cache)
-    assert made == [cache] * 4
+    assert caches == [cache] * 4

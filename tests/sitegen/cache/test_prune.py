@@ -14,19 +14,19 @@ from sitegen.cache.store import DAY, Store
 def old(path: Path, days: float) -> Path:
     """A file last used this many days ago."""
     write(path, b"kept")
-    then = time.time() - days * DAY
-    os.utime(path, (then, then))
+    moment = time.time() - days * DAY
+    os.utime(path, (moment, moment))
     return path
 
 
 def test_what_nobody_used_for_two_months_goes(tmp_path: Path) -> None:
     """A folder that becomes empty goes too; other files, and folders that the build does not use, stay."""
-    unused, recent = old(tmp_path / "compiled/a.zip", 61), old(tmp_path / "compiled/b.zip", 59)
+    stale, recent = old(tmp_path / "compiled/a.zip", 61), old(tmp_path / "compiled/b.zip", 59)
     alone, strange = old(tmp_path / "wheel/0123/c.whl", 100), old(tmp_path / "mine/d.txt", 100)
-    assert set(prune(tmp_path)) == {unused, alone}
+    assert set(prune(tmp_path)) == {stale, alone}
     assert recent.is_file()
     assert strange.is_file()
-    assert not any(path.exists() for path in (unused, alone))
+    assert not any(path.exists() for path in (stale, alone))
 
 
 def test_a_use_begins_its_age_anew(tmp_path: Path) -> None:

@@ -46,8 +46,8 @@ def wholes(folder: Path) -> dict[Path, bytes]:
 
 def exchange(path: Path) -> None:
     """Replace it by another whole entry of the same kind, or by itself with a trailing newline if there is no other."""
-    others = [data for other, data in wholes(path.parent).items() if other != path]
-    path.write_bytes(others[0] if others else path.read_bytes() + b"\n")
+    bodies = [data for sibling, data in wholes(path.parent).items() if sibling != path]
+    path.write_bytes(bodies[0] if bodies else path.read_bytes() + b"\n")
 
 
 def folder(path: Path) -> None:
@@ -81,7 +81,7 @@ def contents(site: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, bytes]]:
+def first_build(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, bytes]]:
     """The small site with a plot, built for hosts, with its own cache."""
     home = tmp_path_factory.mktemp("store")
     project = Project(home / "checkout", fresh_cache(home / "cache"))
@@ -95,21 +95,21 @@ PLOT = "\n::plot[Dots.]{toy-plot id=dots}\n\nIn all :value[plots.toy_plot.highes
 
 @pytest.mark.parametrize("damage", DAMAGES, ids=NAMES)
 def test_a_damaged_cache_gives_the_same_site(
-    built: tuple[Project, dict[str, bytes]],
+    first_build: tuple[Project, dict[str, bytes]],
     damage: Callable[[Path], None],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Every file that builds put in it is damaged at once; after the next build the entries are whole again."""
-    (project, right), cache = built, tmp_path / "cache"
+    (project, right), cache = first_build, tmp_path / "cache"
     shutil.copytree(project.cache, cache)
     entries = [path for path in sorted(cache.rglob("*")) if path.is_file() and "outside" not in path.parts]
     kinds = {path.relative_to(cache).parts[0] for path in entries}
-    made = {"brotli", "bundles", "drawings", "frames", "gzip", "notebooks", "plots", "remembered", "templates"}
-    assert kinds == {*made, "pruned"}
+    usual = {"brotli", "bundles", "drawings", "frames", "gzip", "notebooks", "plots", "remembered", "templates"}
+    assert kinds == {*usual, "pruned"}
     # Tables may be written in another order, and templates' code in other bytes.
-    same = [path for path in entries if path.parent.name not in ("remembered", "templates", "cache")]
-    before = {path: path.read_bytes() for path in same}
+    paths = [path for path in entries if path.parent.name not in ("remembered", "templates", "cache")]
+    before = {path: path.read_bytes() for path in paths}
     for path in entries:
         damage(path)
     monkeypatch.setattr(project, "cache", cache)
@@ -123,7 +123,7 @@ def test_what_is_dear_to_make_is_not_trusted_either(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], None]
 ) -> None:
     """Compiled archives, our wheel, cut typefaces, runtime files: the functions that cache them, on small inputs."""
-    given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
+    archive = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
     monkeypatch.setattr(assemble, "run_node", compile_here)
     monkeypatch.setattr(wheel, "_build", lambda files: b"a-1.whl\n" + b"wheel" * 100)
     monkeypatch.setattr(typefaces, "_subset", lambda face, original, codes: b"font" * 100 + bytes(codes))
@@ -131,20 +131,20 @@ def test_what_is_dear_to_make_is_not_trusted_either(
     engine = {"pyodide/pyodide.asm.wasm": tmp_path / "given"}
     cache = tmp_path / "cache"
 
-    def made() -> list[object]:
+    def answers() -> list[object]:
         return [
-            assemble.compiled(given, "/", engine, cache),
+            assemble.compiled(archive, "/", engine, cache),
             wheel.build_wheel(cache),
             typefaces._cut(typefaces.FACES[0], tmp_path / "given", [65, 66], cache),
         ]
 
-    first = made()
+    first = answers()
     entries = [path for path in cache.rglob("*") if path.is_file()]
     assert {path.parent.name for path in entries} == {"compiled", "wheel", "fonts"}
     before = {path: path.read_bytes() for path in entries}
     for path in entries:
         damage(path)
-    assert made() == first
+    assert answers() == first
     assert {path: path.read_bytes() for path in entries} == before
 
 
@@ -157,15 +157,15 @@ def compile_here(script: Path, request: dict[str, dict[str, str]], *, timeout: f
 
 def test_a_store_gives_what_was_put_under_the_key_alone(tmp_path: Path) -> None:
     """It ignores an entry of another key or kind, even a whole one."""
-    one = Store(tmp_path, "gzip")
-    one.put("a", b"first")
-    assert (one.find("a"), one.has("a"), one.find("b"), one.has("b")) == (b"first", True, None, False)
-    for other in (Store(tmp_path, "gzip").path("b"), Store(tmp_path, "brotli").path("a")):
-        other.parent.mkdir(exist_ok=True)
-        shutil.copy(one.path("a"), other)
-    assert one.find("b") is None
+    store = Store(tmp_path, "gzip")
+    store.put("a", b"first")
+    assert (store.find("a"), store.has("a"), store.find("b"), store.has("b")) == (b"first", True, None, False)
+    for path in (Store(tmp_path, "gzip").path("b"), Store(tmp_path, "brotli").path("a")):
+        path.parent.mkdir(exist_ok=True)
+        shutil.copy(store.path("a"), path)
+    assert store.find("b") is None
     assert Store(tmp_path, "brotli").get("a", lambda: b"second") == b"second"
-    assert one.find("a") is one.find("a"), "what has not changed is read once"
+    assert store.find("a") is store.find("a"), "what has not changed is read once"
 
 
 def test_a_file_where_a_folder_belongs_gives_way(tmp_path: Path) -> None:

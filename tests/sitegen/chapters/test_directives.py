@@ -48,11 +48,11 @@ def test_an_unclosed_quote_is_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("written", "value"),
+    ("text", "value"),
     [("true", True), ("false", False), ("3", 3), ("-0.5", -0.5), ("1e-3", 0.001), ("noisy", "noisy"), ("", "")],
 )
-def test_values_of_attributes(written: str, value: object) -> None:
-    plain = Attribute("a", written, 0, 2).plain
+def test_values_of_attributes(text: str, value: object) -> None:
+    plain = Attribute("a", text, 0, 2).plain
     assert plain == value
     assert type(plain) is type(value)
 
@@ -104,10 +104,10 @@ def test_a_call_is_evaluated_once_for_one_state_of_the_code(tmp_path: Path, monk
     assert values.value(call) == 2.5
     values.keep()
 
-    def never(call: object) -> float:
+    def fail(call: object) -> float:
         raise AssertionError("evaluated again")
 
-    monkeypatch.setattr("sitegen.chapters.values.evaluate", never)
+    monkeypatch.setattr("sitegen.chapters.values.evaluate", fail)
     assert Values(tmp_path, {"solvers": "code", "widgets": "another"}, gallery).value(call) == 2.5
     with pytest.raises(AssertionError, match="again"):
         Values(tmp_path, {"solvers": "other code", "widgets": "one"}, gallery).value(call)
@@ -195,8 +195,8 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
         ("other", "passed"),
     ]
     claims.write_results(project.root, claims.merged(reports))
-    kept = json.loads((project.root / claims.RESULTS).read_text())
-    assert list(kept) == [holds], "only what is claimed is kept"
+    results = json.loads((project.root / claims.RESULTS).read_text())
+    assert list(results) == [holds], "only what is claimed is kept"
     assert claims.read_results(project.root) == {holds: claims.Result("passed", True)}
     assert claims.behind(project.root) == []
     project.build()
@@ -219,18 +219,18 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
 
 
 def test_a_figures_frames_depend_on_its_own_module_and_on_no_other_figures() -> None:
-    own, other = code_of("kabsch", WIDGETS), code_of("two-poses", WIDGETS)
+    own, second = code_of("kabsch", WIDGETS), code_of("two-poses", WIDGETS)
     assert own == code_of("kabsch", WIDGETS)
-    assert len({own, other, code_hash()}) == 3
-    others = {path.name for path in FIGURES.iterdir()} - {"kabsch.py", "__init__.py"}
-    assert "race" in others, "a figure of several modules is a folder"
+    assert len({own, second, code_hash()}) == 3
+    names = {path.name for path in FIGURES.iterdir()} - {"kabsch.py", "__init__.py"}
+    assert "race" in names, "a figure of several modules is a folder"
     assert own == code_hash(
-        skip=lambda path: path.is_relative_to(FIGURES) and path.relative_to(FIGURES).parts[0] in others
+        skip=lambda path: path.is_relative_to(FIGURES) and path.relative_to(FIGURES).parts[0] in names
     )
 
 
 @pytest.mark.parametrize(
-    ("text", "held"),
+    ("text", "expected"),
     [
         ("80 % of 0.6 u, 0.2 rad.", "80\u00a0% of 0.6\u00a0u, 0.2\u00a0rad."),
         (" u off", "\u00a0u off"),
@@ -240,6 +240,6 @@ def test_a_figures_frames_depend_on_its_own_module_and_on_no_other_figures() -> 
         ("an u, a %", "an u, a %"),
     ],
 )
-def test_a_unit_stays_with_its_number(text: str, held: str) -> None:
+def test_a_unit_stays_with_its_number(text: str, expected: str) -> None:
     """No line begins with the unit of a number, typed or computed; words stay as they are."""
-    assert unbroken(text) == held
+    assert unbroken(text) == expected

@@ -35,12 +35,12 @@ def desk(project: Project) -> Project:
 
 def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
     """In a caption, in text, by a button, in a readout and on a slide; presses named after a drag follow it."""
-    held = 'expect="noise is 0.75; presses is 1"'
+    expect = 'expect="noise is 0.75; presses is 1"'
     slide = "slides:\n  - title: S\n    figure: demo\n    set: press=go drag=\"point 1 0.5\"\n    text: T\n"
     desk.chapter(
-        f'\n::figure[:promise[C]{{drag="point 1 0.25" press=go {held}}}]{{toy id=demo}}\n\n'
+        f'\n::figure[:promise[C]{{drag="point 1 0.25" press=go {expect}}}]{{toy id=demo}}\n\n'
         f'It is :readout[demo noise]{{drag="point 0.9 0.5, point 0.5 -0.35"}}.\n\n'
-        f'::try[B]{{demo drag="turn 0.1 0, point 0.5 -0.25" then=go {held}}}\n',
+        f'::try[B]{{demo drag="turn 0.1 0, point 0.5 -0.25" then=go {expect}}}\n',
         f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
     )
     desk.build()
@@ -51,7 +51,7 @@ def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
 
 
 @pytest.mark.parametrize(
-    ("written", "said"),
+    ("attributes", "message"),
     [
         ('drag="¦pont 1 2"', "toy has no handle 'pont' to drag; did you mean 'point'?"),
         ('drag="point 1 2, ¦trun 0 1"', "toy has no handle 'trun' to drag; did you mean 'turn'?"),
@@ -65,14 +65,14 @@ def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
         ('¦drg="point 1 2"', "toy has no control 'drg'; did you mean 'drag'?"),
     ],
 )
-def test_what_is_wrong_with_a_drag(desk: Project, written: str, said: str) -> None:
+def test_what_is_wrong_with_a_drag(desk: Project, attributes: str, message: str) -> None:
     """Each mistake is reported once, at the drag itself."""
-    button = f"::try[A]{{demo {written}}}"
+    button = f"::try[A]{{demo {attributes}}}"
     desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{button.replace('¦', '')}\n")
     (problem,) = desk.problems()
-    place, says = problem.split(": ", 1)
-    assert place == f"content/01-second.md:10:{button.index('¦') + 1}"
-    assert says.startswith(said)
+    position, words = problem.split(": ", 1)
+    assert position == f"content/01-second.md:10:{button.index('¦') + 1}"
+    assert words.startswith(message)
 
 
 def test_a_figure_without_handles_takes_no_drag(desk: Project) -> None:

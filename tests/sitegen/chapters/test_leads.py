@@ -20,7 +20,7 @@ def desk(project: Project) -> Project:
     return project
 
 
-def led(desk: Project, attributes: str, caption: str = "C") -> str:
+def html_of(desk: Project, attributes: str, caption: str = "C") -> str:
     """The figure's HTML with these attributes."""
     desk.chapter(f"\n::figure[{caption}]{{toy id=demo {attributes}}}\n")
     desk.build()
@@ -36,7 +36,7 @@ def parts(html: str) -> tuple[str, str]:
 
 
 def test_without_a_choice_everything_leads(desk: Project) -> None:
-    lead, rest = parts(led(desk, ""))
+    lead, rest = parts(html_of(desk, ""))
     assert 'name="noise"' in lead
     assert 'data-readout="presses"' in lead
     assert rest == ""
@@ -45,7 +45,7 @@ def test_without_a_choice_everything_leads(desk: Project) -> None:
 def test_a_placement_chooses_in_the_widgets_stead(desk: Project) -> None:
     desk.widgets["toy"] = replace(TOY, lead=Lead(readouts=("presses",), buttons=("go",)))
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    lead, rest = parts(led(desk, "controls=none readouts=noise"))
+    lead, rest = parts(html_of(desk, "controls=none readouts=noise"))
     assert 'name="noise"' not in lead
     assert 'name="noise"' in rest
     assert 'data-readout="noise"' in lead
@@ -55,10 +55,10 @@ def test_a_placement_chooses_in_the_widgets_stead(desk: Project) -> None:
 
 
 def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> None:
-    html = led(desk, "", "Press **Go**. | Notice *this*, a | b and `c | d`.")
+    html = html_of(desk, "", "Press **Go**. | Notice *this*, a | b and `c | d`.")
     assert '<p class="figure-lead">Press <strong>Go</strong>.</p>' in html
     assert "Notice <em>this</em>, a | b and <code>c | d</code>." in html
-    assert "figure-lead" not in led(desk, "", "No *bar | here* at all.")
+    assert "figure-lead" not in html_of(desk, "", "No *bar | here* at all.")
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> 
 )
 def test_the_filled_button_is_the_one_that_the_sentence_names(desk: Project, sentence: str, main: str) -> None:
     """The first button in bold; if the sentence names none, the widget's own."""
-    html = led(desk, "", sentence)
+    html = html_of(desk, "", sentence)
     assert re.findall(r'data-button="(\w+)" class="primary"', html) == [main]
 
 
@@ -74,11 +74,11 @@ def test_a_main_button_leads(desk: Project) -> None:
     desk.chapter("\n::figure[Press **Go** | C]{toy id=demo buttons=new}\n")
     (problem,) = desk.problems()
     assert "main button 'Go' is hidden behind More" in problem
-    assert 'class="primary"' not in led(desk, "buttons=new")
+    assert 'class="primary"' not in html_of(desk, "buttons=new")
 
 
 @pytest.mark.parametrize(
-    ("attributes", "said"),
+    ("attributes", "message"),
     [
         ("controls=noise,¦nois", "unknown control 'nois'; did you mean 'noise'?"),
         ("buttons=¦og", "unknown button 'og'; known: back, go, new"),
@@ -90,10 +90,10 @@ def test_a_main_button_leads(desk: Project) -> None:
         ("after=¦og", "toy has no button 'og' to press; known: go"),
     ],
 )
-def test_what_leads_and_is_not_there(desk: Project, attributes: str, said: str) -> None:
+def test_what_leads_and_is_not_there(desk: Project, attributes: str, message: str) -> None:
     line = f"::figure[C]{{toy id=demo {attributes}}}"
     desk.chapter(f"\n{line.replace('¦', '')}\n")
-    assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {said}"]
+    assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {message}"]
 
 
 @pytest.mark.parametrize("panels", ["mian", "none"])
@@ -117,9 +117,9 @@ def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
     desk.chapter("\n::figure[C]{toy id=demo press=go}\n")
     (problem,) = desk.problems()
     assert "main button 'Go' is disabled at first" in problem
-    html = led(desk, "after=go")
-    drawn = re.findall(r'<div class="figure-panel [^>]*>(<svg.*?</svg>)', html, re.DOTALL)
-    as_it_opens, what_it_comes_to, _of_the_job = drawn
+    html = html_of(desk, "after=go")
+    svgs = re.findall(r'<div class="figure-panel [^>]*>(<svg.*?</svg>)', html, re.DOTALL)
+    as_it_opens, what_it_comes_to, _of_the_job = svgs
     assert as_it_opens != what_it_comes_to
     assert html.index('<div class="figure-after">') < html.index(what_it_comes_to)
 
@@ -153,7 +153,7 @@ def test_a_legend_names_first_what_may_be_seen_first(
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=draw, legend=legend, tape=(({}, ("go",)), ({"scene": "noisy"}, ("go",))))
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html_of(desk, attributes))]
     assert matches == [first, behind]
 
 
@@ -171,7 +171,7 @@ def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
     buttons = (*TOY.buttons[:2], replace(TOY.buttons[2], does="press"))
     desk.widgets["toy"] = replace(TOY, legend=legend, tape=(tape,), buttons=buttons)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    html = led(desk, "controls=noise readouts=noise buttons=go")
+    html = html_of(desk, "controls=noise readouts=noise buttons=go")
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [first, behind]
 
 
@@ -191,7 +191,7 @@ def test_a_legend_names_first_what_the_chosen_option_draws(
     legend = (*TOY.legend, Key("source", "of the noisy scene", "ring", under=("scene", "noisy")))
     desk.widgets["toy"] = replace(TOY, legend=legend)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    matches = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html_of(desk, attributes))]
     assert matches == [first, behind]
 
 
@@ -201,7 +201,7 @@ def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> No
     legend = (*TOY.legend, Key("outlier", "noise"))
     desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), more), legend=legend)
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    html = led(desk, "panels=main")
+    html = html_of(desk, "panels=main")
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [["a point"], ["noise"]]
 
 

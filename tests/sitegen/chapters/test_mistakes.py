@@ -202,10 +202,10 @@ SAVED = {
 LINE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20"><path d="M0 0h9"/></svg>'
 
 
-def places(marked: str, first: int) -> list[str]:
+def places(text: str, first: int) -> list[str]:
     """The marks' places as line:column, if the text begins in line `first`."""
     result, plain = [], ""
-    for piece in marked.split("¦")[:-1]:
+    for piece in text.split("¦")[:-1]:
         plain += piece
         result.append(f"{first + plain.count(chr(10))}:{len(plain) - plain.rfind(chr(10))}")
     return result
@@ -221,20 +221,20 @@ def desk(project: Project) -> Project:
     return project
 
 
-def agree(found: list[str], wanted: list[tuple[str, str]]) -> None:
+def agree(problems: list[str], expected: list[tuple[str, str]]) -> None:
     """Check that each problem has its place and contains its words, in order, and that there are no others."""
-    pairs = [re.fullmatch(r"(?s)content/(\S+?:\d+:\d+): (.*)", problem) for problem in found]
+    pairs = [re.fullmatch(r"(?s)content/(\S+?:\d+:\d+): (.*)", problem) for problem in problems]
     messages = [(match[1], match[2]) for match in pairs if match]
-    assert [place for place, _ in messages] == [place for place, _ in wanted], "\n".join(found)
-    for (place, message), (_, words) in zip(messages, wanted, strict=True):
-        assert words in message, f"{place}: {message}"
+    assert [position for position, _ in messages] == [position for position, _ in expected], "\n".join(problems)
+    for (position, message), (_, words) in zip(messages, expected, strict=True):
+        assert words in message, f"{position}: {message}"
 
 
 @pytest.mark.parametrize("name", TEXT)
 def test_a_mistake_in_the_text(desk: Project, name: str) -> None:
     text, words = TEXT[name]
     desk.write("content/01-second.md", FRONT + text.replace("¦", "") + "\n")
-    agree(desk.problems(), [(f"01-second.md:{at}", each) for at, each in zip(places(text, 6), words, strict=True)])
+    agree(desk.problems(), [(f"01-second.md:{at}", word) for at, word in zip(places(text, 6), words, strict=True)])
 
 
 @pytest.mark.parametrize("name", FENCES)
@@ -267,8 +267,8 @@ def save(desk: Project, name: str) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_mistake_of_a_file(desk: Project, name: str) -> None:
-    wanted = save(desk, name)
-    agree(desk.problems(), wanted)
+    expected = save(desk, name)
+    agree(desk.problems(), expected)
 
 
 def test_all_mistakes_are_told_in_one_build(desk: Project) -> None:
@@ -278,15 +278,15 @@ def test_all_mistakes_are_told_in_one_build(desk: Project) -> None:
     desk.write("content/00-start.md", start)
     last = "code never closed"  # the text after it is still read, except what looks like its end
     texts = {name: TEXT[name][0] for name in sorted(TEXT, key=lambda name: name == last)}
-    body, wanted = "", []
+    body, expected = "", []
     for name, text in texts.items():
         first = 6 + body.count("\n")
-        wanted += [(f"01-second.md:{at}", each) for at, each in zip(places(text, first), TEXT[name][1], strict=True)]
+        expected += [(f"01-second.md:{at}", word) for at, word in zip(places(text, first), TEXT[name][1], strict=True)]
         body += text.replace("¦", "") + "\n\n"
     desk.write("content/01-second.md", FRONT + body)
     for name in FILES:
-        wanted += save(desk, name)
-    agree(desk.problems(), wanted)
+        expected += save(desk, name)
+    agree(desk.problems(), expected)
 
 
 @pytest.mark.parametrize("name", ["references.yaml", "glossary.yaml", "site.yaml"])

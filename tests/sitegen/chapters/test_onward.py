@@ -62,16 +62,16 @@ def test_a_chapter_without_any_has_no_section(desk: Project) -> None:
 
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
-    given, words = WRONG[name]
-    head = f"{FRONT}next:" + ("" if given.startswith(" ¦") else "\n")
-    text = f"{head}{given.rstrip()}\n---\n\n## Two\n\nText.\n"
+    value, words = WRONG[name]
+    head = f"{FRONT}next:" + ("" if value.startswith(" ¦") else "\n")
+    text = f"{head}{value.rstrip()}\n---\n\n## Two\n\nText.\n"
     before = text.partition("¦")[0]
     line = 1 + before.count("\n")
     column = len(before) - before.rfind("\n")
     desk.write("content/01-second.md", text.replace("¦", ""))
     (message,) = desk.problems()
-    where = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of a key's value, the key's
-    assert message.startswith(f"content/01-second.md:{where}: ")
+    position = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of a key's value, the key's
+    assert message.startswith(f"content/01-second.md:{position}: ")
     assert words in message
 
 

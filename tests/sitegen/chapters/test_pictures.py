@@ -18,7 +18,7 @@ def alone(project: Project) -> None:
     project.write("content/00-start.md", START.partition("Read")[0])
 
 
-def drawn(project: Project, attributes: str, caption: str = "C") -> str:
+def picture(project: Project, attributes: str, caption: str = "C") -> str:
     """The picture's HTML with these attributes."""
     project.chapter(f"\n::picture[{caption}]{{toy {attributes}}}\n")
     project.build()
@@ -28,16 +28,16 @@ def drawn(project: Project, attributes: str, caption: str = "C") -> str:
 
 
 def test_a_picture_is_drawn_in_its_state_and_has_nothing_to_do(project: Project) -> None:
-    one, other = drawn(project, ""), drawn(project, "press=go,go", "With **Go** pressed")
-    assert one.count("<svg") == other.count("<svg") == 1
-    assert one.partition("<figcaption>")[0].replace('"C"', "") != other.partition("<figcaption>")[0].replace(
+    first, second = picture(project, ""), picture(project, "press=go,go", "With **Go** pressed")
+    assert first.count("<svg") == second.count("<svg") == 1
+    assert first.partition("<figcaption>")[0].replace('"C"', "") != second.partition("<figcaption>")[0].replace(
         '"With Go pressed"', ""
     )
-    assert 'aria-label="With Go pressed"' in other
-    assert "<figcaption>With <strong>Go</strong> pressed</figcaption>" in other
-    assert "<button" not in other
-    assert "data-tape" not in other
-    words = re.search(r'<p class="visually-hidden">(.+?)</p>', other)
+    assert 'aria-label="With Go pressed"' in second
+    assert "<figcaption>With <strong>Go</strong> pressed</figcaption>" in second
+    assert "<button" not in second
+    assert "data-tape" not in second
+    words = re.search(r'<p class="visually-hidden">(.+?)</p>', second)
     assert words, "who cannot see it is told"
 
 
@@ -49,7 +49,7 @@ def test_two_pictures_share_no_id(project: Project) -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("::picture[C]{¦ty}", "unknown widget 'ty'"),
         ("::picture[C]{¦id=a}", "missing widget for the picture, as in {"),
@@ -62,19 +62,19 @@ def test_two_pictures_share_no_id(project: Project) -> None:
         ("¦::picture[]{toy}", "::picture has no text"),
     ],
 )
-def test_what_is_wrong_with_a_picture(project: Project, line: str, said: str) -> None:
+def test_what_is_wrong_with_a_picture(project: Project, line: str, message: str) -> None:
     project.chapter(f"\n{line.replace('¦', '')}\n")
     (problem,) = project.problems()
-    assert said in problem
+    assert message in problem
     assert problem.startswith(f"content/01-second.md:8:{1 + line.index('¦')}: ")
 
 
 def test_what_is_expected_holds_a_promising_caption(project: Project) -> None:
-    assert drawn(project, 'press=go,go expect="presses > 1"', "It rises")
+    assert picture(project, 'press=go,go expect="presses > 1"', "It rises")
 
 
 def test_a_notebook_has_it_as_an_image(project: Project) -> None:
-    drawn(project, "press=go", "A bar")
+    picture(project, "press=go", "A bar")
     cells = json.loads((project.root / "site/notebooks/second.ipynb").read_text("utf-8"))["cells"]
     (own,) = [cell["source"] for cell in cells if "*A bar*" in "".join(cell["source"])]
     assert "".join(own).startswith("<img alt=")

@@ -23,7 +23,7 @@ def alone(project: Project) -> None:
     project.write("content/00-start.md", START.partition("Read")[0])
 
 
-def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, str]], str]:
+def question(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, str]], str]:
     """The record that decides, each answer with whether it is right, and the HTML of the question's section."""
     project.chapter(f"\n{FIGURE}\n\n{line}\n")
     project.build()
@@ -48,17 +48,17 @@ def drawn_with(project: Project, mark: Any) -> None:
 
 
 def test_the_run_decides_which_answer_is_right(project: Project) -> None:
-    record, answers, section = asked(project, ASK)
+    record, answers, section = question(project, ASK)
     assert record["log"] == [["press", "go"], ["press", "go"]]
     assert answers == [("One.", "no"), ("Two.", "yes")]
     assert " hidden>" in section.partition("\n")[0], "without scripts there is nothing to answer"
-    (other,) = ((r, a) for r, a, _ in [asked(project, ASK.replace("press=go,go", "press=go"))])
-    assert other[1] == [("One.", "yes"), ("Two.", "no")]
+    (second,) = ((r, a) for r, a, _ in [question(project, ASK.replace("press=go,go", "press=go"))])
+    assert second[1] == [("One.", "yes"), ("Two.", "no")]
 
 
 def test_what_decides_is_on_the_tape(project: Project) -> None:
     """Even if nothing else presses so often; the states that lead to it are there too."""
-    record, _, _ = asked(project, ASK.replace("go,go", "go*5").replace("presses > 1", "presses > 4"))
+    record, _, _ = question(project, ASK.replace("go,go", "go*5").replace("presses > 1", "presses > 4"))
     (tape,) = (project.site / "tapes").glob("second-demo.*.js")
     states = re.findall(r'"log":(\[\]|\[\[.*?\]\])', tape.read_text("utf-8"))
     assert [json.loads(state) for state in states].count(record["log"]) == 1
@@ -79,14 +79,14 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
     (problem,) = project.problems()
     assert problem == "content/01-second.md:10:1: toy draws no group 'source' in panel 'main'"
     drawn_with(project, Group("source", ()))
-    _, answers, section = asked(project, ask)
+    _, answers, section = question(project, ask)
     assert answers == []
     assert 'data-within="0.5"' in section
     assert "Place a ghost" in section
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: give at least two"),
         ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: give at least two"),
@@ -112,19 +112,19 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
         (f"{ASK}\n\n¦{ASK}", "duplicate prediction: figure 'demo' already has one"),
     ],
 )
-def test_what_is_wrong_with_a_question(project: Project, line: str, said: str) -> None:
+def test_what_is_wrong_with_a_question(project: Project, line: str, message: str) -> None:
     before, _, _ = line.partition("¦")
     drawn_with(project, Group("source", ()))
     project.chapter(f"\n{FIGURE}\n\n{line.replace('¦', '')}\n")
-    where = f"content/01-second.md:{10 + before.count(chr(10))}:{1 + len(before.rpartition(chr(10))[2])}"
+    position = f"content/01-second.md:{10 + before.count(chr(10))}:{1 + len(before.rpartition(chr(10))[2])}"
     messages = project.problems()
-    assert any(problem.startswith(f"{where}: {said}") for problem in messages), messages
+    assert any(problem.startswith(f"{position}: {message}") for problem in messages), messages
 
 
 def test_a_slide_asks_nothing(project: Project) -> None:
     front = 'title: T\nrung: "1"\nslug: second\nsummary: S\nslides:\n  - title: S\n    figure: demo\n    text: |\n'
     project.chapter(f"\n{FIGURE}\n", f"{front}      {ASK}")
-    assert any("predictions belong in the chapter, with their figures" in each for each in project.problems())
+    assert any("predictions belong in the chapter, with their figures" in problem for problem in project.problems())
     project.chapter(f"\n{FIGURE}\n\n{ASK}\n", f"{front}      Look.")
     project.build()
     assert 'class="predict"' in project.page("second.html")

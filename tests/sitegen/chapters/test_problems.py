@@ -182,10 +182,10 @@ def test_broken_content(second: Fails, name: str) -> None:
     body, expected = BROKEN[name]
     results = second(body)
     assert len(results) == len(expected), results
-    for text, wanted in zip(results, expected, strict=True):
-        assert text.startswith(wanted), results
-        if not wanted.endswith(": ") and "reference 'no" not in wanted and "image not found" not in wanted:
-            assert text == wanted
+    for text, words in zip(results, expected, strict=True):
+        assert text.startswith(words), results
+        if not words.endswith(": ") and "reference 'no" not in words and "image not found" not in words:
+            assert text == words
 
 
 def test_all_problems_of_a_build_are_told_at_once(project: Project) -> None:
@@ -220,8 +220,8 @@ FRONT = {
         "title: T of $x$\nsummary: S **b**\nquestion: Do `a` and *b*?\nnext:\n- to: index\n  says: See :ref[index].",
         "",
         [
-            f"{place}: plain text only; {it!r} would be printed as is"
-            for it, place in {
+            f"{position}: plain text only; {text!r} would be printed as is"
+            for text, position in {
                 "$x$": "2:1: title",
                 "**": "3:1: summary",
                 "`": "4:1: question",
@@ -255,7 +255,7 @@ def test_front_matter(project: Project, name: str) -> None:
         project.write("content/01-second.md", "Text.\n")
     messages = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
     assert len(messages) == len(expected), messages
-    assert all(text.startswith(wanted) for text, wanted in zip(messages, expected, strict=True)), messages
+    assert all(text.startswith(words) for text, words in zip(messages, expected, strict=True)), messages
 
 
 def test_plain_text_may_hold_signs_of_markup(project: Project) -> None:
@@ -301,7 +301,7 @@ def test_settings(project: Project, name: str) -> None:
     name = "content/site.yaml:"
     messages = [problem.removeprefix(name) for problem in project.problems() if problem.startswith(name)]
     assert len(messages) == len(expected), messages
-    assert all(message.startswith(wanted) for message, wanted in zip(messages, expected, strict=True)), messages
+    assert all(message.startswith(words) for message, words in zip(messages, expected, strict=True)), messages
 
 
 def test_what_is_not_utf8_is_named_in_every_file(project: Project) -> None:
@@ -332,9 +332,9 @@ def test_a_strict_build_minds_warnings_and_tells_notes(project: Project) -> None
     assert str(note) == "content/references.yaml:14:1: unused reference spare"
     project.chapter("\nText, and a [link](index.html).\n", 'title: T\nrung: "1"\nslug: second')
     project.write("content/00-start.md", START.partition("Read")[0])
-    warned = "missing summary: search results and link previews show it"
-    assert [w.message for w in project.build().warnings] == [warned]
-    assert project.problems(strict=True) == [f"content/01-second.md:2:1: {warned}"]
+    warning = "missing summary: search results and link previews show it"
+    assert [w.message for w in project.build().warnings] == [warning]
+    assert project.problems(strict=True) == [f"content/01-second.md:2:1: {warning}"]
 
 
 def test_a_figure_that_cannot_be_drawn_is_named(project: Project) -> None:

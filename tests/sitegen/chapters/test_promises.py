@@ -20,14 +20,14 @@ def desk(project: Project) -> Project:
     return project
 
 
-def told(desk: Project, body: str) -> list[tuple[str, str]]:
+def faults(desk: Project, body: str) -> list[tuple[str, str]]:
     """The problems of a body, each with the source text from its place to the end of the line."""
     desk.chapter(body)
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
     results = []
     for problem in desk.problems():
-        _, line, column, says = problem.split(":", 3)
-        results.append((lines[int(line) - 1][int(column) - 1 :], says.strip()))
+        _, line, column, words = problem.split(":", 3)
+        results.append((lines[int(line) - 1][int(column) - 1 :], words.strip()))
     return results
 
 
@@ -42,11 +42,11 @@ def told(desk: Project, body: str) -> list[tuple[str, str]]:
 def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
     """In a caption, in the chapter's text, on a button and on a slide."""
     own = f'{{noise=0.25 press=go*2 expect="{expected}"}}'
-    other = own.replace("{", "{demo ")
+    with_id = own.replace("{", "{demo ")
     slide = f"slides:\n  - title: S\n    figure: demo\n    text: 'A :promise[slide]{own}.'\n"
     desk.chapter(
-        f"\n::figure[A :promise[*caption* of $x$]{own}.]{{toy id=demo noise=0.5}}\n\nA :promise[text]{other}.\n\n"
-        f"::try[B.]{other}\n",
+        f"\n::figure[A :promise[*caption* of $x$]{own}.]{{toy id=demo noise=0.5}}\n\nA :promise[text]{with_id}.\n\n"
+        f"::try[B.]{with_id}\n",
         f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
     )
     desk.build()
@@ -57,7 +57,7 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("expected", "said"),
+    ("expected", "message"),
     [
         ("¦presses < 2", "promised presses < 2, but it is 2"),
         ("¦presses > 2", "promised presses > 2, but it is 2"),
@@ -74,15 +74,15 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
         ("presses > 1;¦", "'': expected"),
     ],
 )
-def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: str) -> None:
+def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, message: str) -> None:
     """In a caption, in the text and on a button, each is reported once, at its own place, with the actual value."""
     set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
     figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
-    results = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
+    results = faults(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
     assert len(results) == 3
-    for at, says in results:
+    for at, words in results:
         assert at.startswith(expected.partition("¦")[2] or '"')
-        assert says.startswith(said)
+        assert words.startswith(message)
 
 
 def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> None:
@@ -93,7 +93,7 @@ def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> No
 
 
 @pytest.mark.parametrize(
-    ("written", "said"),
+    ("text", "message"),
     [
         (":promise[A]{demo ¦prss=go expect=x}", "no control 'prss'; did you mean 'press'?"),
         (":promise[A]{¦dmo expect=x}", "unknown figure 'dmo' in this chapter; did you mean 'demo'?"),
@@ -105,9 +105,9 @@ def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> No
         ('::try[A]{demo ¦expct="presses > 0"}', "no control 'expct'; did you mean 'expect'?"),
     ],
 )
-def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str, said: str) -> None:
-    results = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
-    assert [at for at, says in results if said in says] == [written.partition("¦")[2]]
+def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, text: str, message: str) -> None:
+    results = faults(desk, f"\n::figure[C]{{toy id=demo}}\n\n{text.replace('¦', '')}\n")
+    assert [at for at, words in results if message in words] == [text.partition("¦")[2]]
 
 
 def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project) -> None:
@@ -187,20 +187,20 @@ def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: 
 
 
 def test_a_button_that_promises_expects_something(desk: Project) -> None:
-    ((at, says),) = told(desk, "\n::figure[C]{toy id=demo}\n\n::try[And it rises.]{demo press=go}\n")
+    ((at, words),) = faults(desk, "\n::figure[C]{toy id=demo}\n\n::try[And it rises.]{demo press=go}\n")
     assert at.startswith("rises.]")
-    assert says == "untested promise 'rises': use :promise[…]{press=finish expect=\"rms < 0.1\"}"
+    assert words == "untested promise 'rises': use :promise[…]{press=finish expect=\"rms < 0.1\"}"
 
 
 def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None:
     """In its text and its notes, each reported at its own place. A slide's title is not checked, and a button on it has
     its own check."""
-    held = ':promise[It falls]{press=go expect="presses > 0"}'
+    promise = ':promise[It falls]{press=go expect="presses > 0"}'
     slide = f"""slides:
   - title: It never rises
     figure: demo
     text: |
-      {held}, and ¦breaks.
+      {promise}, and ¦breaks.
 
       ::try[It rises.]{{demo loud=true expect="noise < 1"}}
     notes: It ¦recovers.
@@ -210,17 +210,17 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
     places = []
     for problem in desk.problems():
-        _, line, column, says = problem.split(":", 3)
-        places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(": use")[0]))
+        _, line, column, words = problem.split(":", 3)
+        places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], words.split(": use")[0]))
     assert places == [("breaks", " untested promise 'breaks'"), ("recovers", " untested promise 'recovers'")]
 
 
 def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
     """A plot has no readouts, so what its caption promises must be a claim, or a readout of some figure."""
     claim = ":claim[Notice that it rises]{tests/test_claimed.py::test_it_holds}"
-    ((at, says),) = told(desk, f"\n::plot[{claim}, and falls.]{{toy-plot id=dots}}\n")
+    ((at, words),) = faults(desk, f"\n::plot[{claim}, and falls.]{{toy-plot id=dots}}\n")
     assert at.startswith("falls.]")
-    assert says.startswith("untested promise 'falls': use :claim[")
+    assert words.startswith("untested promise 'falls': use :claim[")
     desk.chapter(f"\n::plot[{claim}.]{{toy-plot id=dots}}\n")
     desk.build()
     assert "it rises" in desk.page("second.html")
@@ -229,10 +229,10 @@ def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
 def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
     """Readouts of a state on the figure's tape are reused from there; a second build draws nothing at all."""
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
-    drawn: list[int] = []
+    presses: list[int] = []
 
     def draw(state: State) -> Picture:
-        drawn.append(state.presses)
+        presses.append(state.presses)
         return TOY.draw(state)
 
     desk.widgets["toy"] = replace(TOY, draw=draw)
@@ -241,13 +241,13 @@ def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
         '{press=go*7 expect="presses is 7"}.]{toy id=demo}\n'
     )
     desk.build()
-    on_the_tape = drawn.count(1)
-    assert drawn.count(7) == 1
+    on_the_tape = presses.count(1)
+    assert presses.count(7) == 1
     desk.chapter('\n::figure[C]{toy id=demo}\n')
     desk.cache = cache_without_drawings(desk.cache, desk.root / "other")
-    drawn.clear()
+    presses.clear()
     desk.build()
-    assert drawn.count(1) == on_the_tape
-    drawn.clear()
+    assert presses.count(1) == on_the_tape
+    presses.clear()
     desk.build()
-    assert drawn == []
+    assert presses == []

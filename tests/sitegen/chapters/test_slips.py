@@ -73,8 +73,8 @@ SLIPS = {
     "bold text that never ends": (
         "Some **bold** text, **then *more*\nand &amp; **so on\n",
         [
-            f"{place}: unmatched **: the other half is missing, or there are spaces just inside"
-            for place in ("7:21", "8:11")
+            f"{position}: unmatched **: the other half is missing, or there are spaces just inside"
+            for position in ("7:21", "8:11")
         ],
     ),
     "code that never ends": (
@@ -101,20 +101,20 @@ FINE = (
 )
 
 
-@pytest.fixture(name="told")
-def _told(project: Project) -> Callable[[str], list[str]]:
+@pytest.fixture(name="problems_of")
+def _problems_of(project: Project) -> Callable[[str], list[str]]:
     """The problems of a small site whose first chapter has this body."""
 
-    def told(body: str) -> list[str]:
+    def problems_of(body: str) -> list[str]:
         project.write("content/00-start.md", START.partition("Read")[0] + body)
         return [line.partition("content/00-start.md:")[2] for line in project.problems()]
 
-    return told
+    return problems_of
 
 
-@pytest.mark.parametrize(("body", "said"), SLIPS.values(), ids=SLIPS)
-def test_a_slip_is_told_with_its_place(told: Callable[[str], list[str]], body: str, said: list[str]) -> None:
-    assert told(body) == said
+@pytest.mark.parametrize(("body", "expected"), SLIPS.values(), ids=SLIPS)
+def test_a_slip_is_told_with_its_place(problems_of: Callable[[str], list[str]], body: str, expected: list[str]) -> None:
+    assert problems_of(body) == expected
 
 
 @pytest.mark.parametrize("body", FINE)

@@ -63,8 +63,8 @@ def test_a_link_opens_a_figure_of_its_own_page(desk: Project) -> None:
 
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
-    given, words = WRONG[name]
-    text = f"{FIRST}See :ref[{given}.\n"
+    value, words = WRONG[name]
+    text = f"{FIRST}See :ref[{value}.\n"
     before = text.partition("¦")[0]
     desk.write("content/00-start.md", text.replace("¦", ""))
     (message,) = desk.problems()

@@ -46,7 +46,7 @@ def chapter_of(text: str) -> Chapter:
     return Chapter(source, parse(source), "a", "a", "A", "1", "", "", (), False)
 
 
-def surveyed(chapter: Chapter, widgets: bool = True) -> tuple[Survey, Problems]:
+def survey_of(chapter: Chapter, widgets: bool = True) -> tuple[Survey, Problems]:
     """Its survey, and the problems."""
     problems = Problems()
     return survey(chapter, {"toy": TOY} if widgets else {}, {"toy-plot": TOY_PLOT}, problems), problems
@@ -54,14 +54,14 @@ def surveyed(chapter: Chapter, widgets: bool = True) -> tuple[Survey, Problems]:
 
 def of_type(chapter: Chapter, *types: str) -> list[Token]:
     """The tokens of these types, including those within lines of text."""
-    every = [each for token in chapter.document.tokens for each in (token, *(token.children or []))]
-    return [token for token in every if token.type in types]
+    tokens = [part for token in chapter.document.tokens for part in (token, *(token.children or []))]
+    return [token for token in tokens if token.type in types]
 
 
 def test_each_token_is_looked_up_in_the_survey() -> None:
     """Given only a token, the survey returns what it has become."""
     chapter = chapter_of(TEXT)
-    result, _ = surveyed(chapter)
+    result, _ = survey_of(chapter)
     assert [result.anchor(token) for token in of_type(chapter, "heading_open")] == ["first", "one"]
     assert [result.is_first(token) for token in of_type(chapter, "footnote_ref")] == [True, False]
     assert [result.number(token) for token in of_type(chapter, "math_block_label")] == ["1.1"]
@@ -79,20 +79,20 @@ def test_each_token_is_looked_up_in_the_survey() -> None:
 def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None:
     """Without the widget, nothing of its figures is left; with it again, the survey is as before."""
     chapter = chapter_of(TEXT)
-    first, _ = surveyed(chapter)
-    without, problems = surveyed(chapter, widgets=False)
-    again, _ = surveyed(chapter)
+    first, _ = survey_of(chapter)
+    without, problems = survey_of(chapter, widgets=False)
+    second, _ = survey_of(chapter)
     assert [problem.message for problem in problems.found] == ["unknown widget 'toy'; none are defined"] * 2
     assert without.tokens.figures == {}
     assert without.tokens.buttons == {}
     assert without.promises == []
-    assert again.tokens == first.tokens
+    assert second.tokens == first.tokens
 
 
 def test_two_equal_lines_are_two_tokens() -> None:
     """A result for one does not apply to the other."""
     chapter = chapter_of("::figure[A toy.]{toy id=a}\n\n" * 2)
-    result, problems = surveyed(chapter)
+    result, problems = survey_of(chapter)
     first, second = map(result.figure, of_type(chapter, "figure"))
     assert first is not None
     assert second is not None
@@ -103,7 +103,7 @@ def test_two_equal_lines_are_two_tokens() -> None:
 @pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])
 def test_a_footnote_holds_nothing_that_is_numbered(inside: str) -> None:
     """This is reported once, at its place."""
-    result, problems = surveyed(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
+    result, problems = survey_of(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
     assert [(problem.line, "not in a footnote" in problem.message) for problem in problems.found] == [(5, True)]
     assert result.figures == {}
 

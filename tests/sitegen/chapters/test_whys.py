@@ -33,7 +33,7 @@ MISTAKES = {  # ¦ comes before the place that is named
 
 
 @pytest.fixture
-def caused(project: Project) -> Project:
+def causal(project: Project) -> Project:
     """The small site with a claim that gives a cause."""
     project.write("tests/test_caused.py", TESTS)
     project.chapter(f"A run fails, and :claim[the gate is why.]{{{CAUSE} kind=why}}\n")
@@ -41,55 +41,55 @@ def caused(project: Project) -> Project:
     return project
 
 
-@pytest.mark.parametrize(("body", "says"), MISTAKES.items())
-def test_a_kind_that_is_none_is_told_at_its_place(caused: Project, body: str, says: str) -> None:
-    caused.chapter(body.replace("¦", "") + "\n")
-    assert caused.problems() == [f"content/01-second.md:7:{body.index('¦') + 1}: {says}"]
+@pytest.mark.parametrize(("body", "message"), MISTAKES.items())
+def test_a_kind_that_is_none_is_told_at_its_place(causal: Project, body: str, message: str) -> None:
+    causal.chapter(body.replace("¦", "") + "\n")
+    assert causal.problems() == [f"content/01-second.md:7:{body.index('¦') + 1}: {message}"]
 
 
-def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(caused: Project) -> None:
+def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(causal: Project) -> None:
     """As the run recorded them. Before a run, and after an edit of the code, none are shown, yet builds succeed."""
-    shown = ["<strong>the gate</strong>", "as it is", "0.6 u", "3 of 25", "changed", "none", "25 of 25"]
-    caused.build()
-    before = caused.page("checks-second.html")
+    cells = ["<strong>the gate</strong>", "as it is", "0.6 u", "3 of 25", "changed", "none", "25 of 25"]
+    causal.build()
+    before = causal.page("checks-second.html")
     assert '<span class="check-kind">Why</span> <a href="second.html#claim-1">' in before
     assert "25 of 25</td>" not in before
 
     change = whys.change("the gate", {"0.6 u": "3 of 25", "none": "25 of 25"})
-    claims.write_results(caused.root, {CAUSE: "passed"}, {CAUSE: change})
-    assert claims.read_results(caused.root)[CAUSE] == claims.Result("passed", True, change)
-    caused.build()
-    table = caused.page("checks-second.html").partition('<table class="check-change">')[2].partition("</table>")[0]
-    places = [table.index(text) for text in shown]
+    claims.write_results(causal.root, {CAUSE: "passed"}, {CAUSE: change})
+    assert claims.read_results(causal.root)[CAUSE] == claims.Result("passed", True, change)
+    causal.build()
+    table = causal.page("checks-second.html").partition('<table class="check-change">')[2].partition("</table>")[0]
+    places = [table.index(text) for text in cells]
     assert places == sorted(places)
-    assert "checked by changing this one thing: see how" in caused.page("second.html")
+    assert "checked by changing this one thing: see how" in causal.page("second.html")
 
-    caused.write("solvers/new.py", "x = 1\n")
-    caused.build()
-    assert "25 of 25</td>" not in caused.page("checks-second.html")
+    causal.write("solvers/new.py", "x = 1\n")
+    causal.build()
+    assert "25 of 25</td>" not in causal.page("checks-second.html")
 
 
-def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(caused: Project) -> None:
-    claims.write_results(caused.root, {CAUSE: "passed"})
-    (problem,) = caused.problems()
+def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(causal: Project) -> None:
+    claims.write_results(causal.root, {CAUSE: "passed"})
+    (problem,) = causal.problems()
     assert problem.startswith("content/01-second.md:7:43: ")
     assert "recorded no outcomes in tests/results.json" in problem
-    claims.write_results(caused.root, {CAUSE: "failed"})
-    caused.build()
+    claims.write_results(causal.root, {CAUSE: "failed"})
+    causal.build()
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "says"),
+    ("outcomes", "message"),
     [
         ({"0.6 u": "3 of 25"}, "an outcome as it is and one with the factor changed"),
         ({"0.6 u": "3 of 25", "none": "3 of 25"}, "every setting gives '3 of 25', so it is not the cause"),
         ({"0.6 u": "3 of 25", "none": " "}, "settings and outcomes must be text"),
     ],
 )
-def test_what_shows_no_cause_is_refused(outcomes: dict[str, str], says: str) -> None:
+def test_what_shows_no_cause_is_refused(outcomes: dict[str, str], message: str) -> None:
     with pytest.raises(ValueError, match="the gate: ") as error:
         whys.change("the gate", outcomes)
-    assert says in str(error.value)
+    assert message in str(error.value)
 
 
 RUNS = '''\
@@ -130,11 +130,11 @@ def test_a_run_notes_the_outcomes_and_refuses_tests_without(tmp_path: Path, proc
     (tmp_path / "conftest.py").write_text("from tests.recorded import why\n", "utf-8")
     (tmp_path / "test_runs.py").write_text(RUNS, "utf-8")
     command = [sys.executable, "-c", RUNNER, "-n", processes, str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    printed, _, message = done.stdout.partition("SAID ")
-    assert message.count('"failed"') == 4, done.stdout + done.stderr
+    process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    output, _, message = process.stdout.partition("SAID ")
+    assert message.count('"failed"') == 4, process.stdout + process.stderr
     assert message.count('"passed"') == 1
     assert message.count('["the gate", [["0.6 u", "3"], ["none", "25"]]]') >= 1
-    assert "takes the fixture `why` and has recorded no outcomes" in printed
-    assert "1 error in" in printed, "a test that has failed is not told a second time"
+    assert "takes the fixture `why` and has recorded no outcomes" in output
+    assert "1 error in" in output, "a test that has failed is not told a second time"
 

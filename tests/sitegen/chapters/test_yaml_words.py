@@ -8,7 +8,7 @@ from tests.sitegen.conftest import SITE, Project
 
 
 @pytest.mark.parametrize(
-    ("front", "says"),
+    ("front", "message"),
     [
         ("title: yes\nsummary: S", '2:1: title: expected text, got yes; quote it: title: "yes"'),
         (
@@ -23,9 +23,9 @@ from tests.sitegen.conftest import SITE, Project
         ("title: T #2\nsummary: S", "2:10: YAML reads a # after a space as the start of a comment"),
     ],
 )
-def test_front_matter_is_told_as_it_was_written(project: Project, front: str, says: str) -> None:
+def test_front_matter_is_told_as_it_was_written(project: Project, front: str, message: str) -> None:
     project.write("content/01-second.md", f"---\n{front}\n---\n\nText.\n")
-    assert any(line.startswith(f"content/01-second.md:{says}") for line in project.problems())
+    assert any(line.startswith(f"content/01-second.md:{message}") for line in project.problems())
 
 
 @pytest.mark.parametrize("key", ["null", "~", "1", "0x10", "1.50", "yes", "2026-01-01", ".inf"])
@@ -61,7 +61,7 @@ def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "says"),
+    ("setting", "message"),
     [
         (
             "report: not a url {nope}",
@@ -70,15 +70,15 @@ def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
         ("macros: {'R': '\\mathbb{R}'}", "expected '\\name': LaTeX for a macro"),
     ],
 )
-def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str) -> None:
+def test_a_wrong_setting_is_told_alone(project: Project, setting: str, message: str) -> None:
     """An invalid macro does not cause errors in formulas that are right."""
     project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: S\n---\n\nA rotation $R$.\n")
     project.write("content/01-second.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n\nText.\n")
     name = setting.partition(":")[0]
-    kept = "\n".join(line for line in SITE.splitlines() if not line.startswith((f"{name}:", "  ")))
-    project.write("content/site.yaml", f"{kept}\n{setting}\n")
+    rest = "\n".join(line for line in SITE.splitlines() if not line.startswith((f"{name}:", "  ")))
+    project.write("content/site.yaml", f"{rest}\n{setting}\n")
     messages = [line for line in project.problems() if not line.endswith("ladder")]
-    assert len([line for line in messages if line.endswith(says)]) == 1
+    assert len([line for line in messages if line.endswith(message)]) == 1
     assert all(line.startswith("content/site.yaml:") for line in messages)
 
 

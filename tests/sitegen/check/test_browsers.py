@@ -118,14 +118,14 @@ def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A shell that does not start is not used; if a Chromium is given or named, its user wants that one tested."""
-    there = program(folder / "chromium-headless-shell", "")
+    shell = program(folder / "chromium-headless-shell", "")
     for name in browsers.ENGINES["chromium"].named:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(browsers, "installers", lambda engine: iter(()))
     monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: "does not start"))
     assert browsers.shell() is None
     monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: ""))
-    assert browsers.shell() == there
-    assert browsers.shell(browser_path=there) is None
-    monkeypatch.setenv("CHROMIUM", str(there))
+    assert browsers.shell() == shell
+    assert browsers.shell(browser_path=shell) is None
+    monkeypatch.setenv("CHROMIUM", str(shell))
     assert browsers.shell() is None

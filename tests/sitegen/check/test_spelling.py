@@ -13,7 +13,7 @@ from sitegen.check.style import style
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def told(root: Path, capfd: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
+def run_check(root: Path, capfd: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
     code = spelling(root)
     return code, [line.removeprefix("./") for line in capfd.readouterr().out.splitlines()]
 
@@ -24,10 +24,10 @@ def test_a_misspelt_and_an_american_word_are_told(tmp_path: Path, capfd: pytest.
     chapter, module = tmp_path / "content" / "01-one.md", tmp_path / "solvers" / "one.py"
     chapter.write_text("The colour of a program.\n", "utf-8")
     module.write_text("color = 1  # matplotlib's word\n", "utf-8")
-    assert told(tmp_path, capfd) == (0, [])
+    assert run_check(tmp_path, capfd) == (0, [])
     chapter.write_text("A neighbor, and the behaviour of the optimizer.\n", "utf-8")
     module.write_text("# It is seperate.\n", "utf-8")
-    code, lines = told(tmp_path, capfd)
+    code, lines = run_check(tmp_path, capfd)
     assert code == 1
     assert lines == [
         "solvers/one.py:1: seperate ==> separate",
@@ -39,7 +39,7 @@ def test_a_misspelt_and_an_american_word_are_told(tmp_path: Path, capfd: pytest.
 def test_the_titles_of_works_are_spelt_as_they_are(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "content").mkdir()
     (tmp_path / "content" / "references.yaml").write_text("title: On Optimization\n", "utf-8")
-    assert told(tmp_path, capfd) == (0, [])
+    assert run_check(tmp_path, capfd) == (0, [])
 
 
 def test_the_dictionary_is_turned_round() -> None:
@@ -57,7 +57,7 @@ def test_american_words_in_drawings_are_told_and_names_of_others_are_not(
     (tmp_path / "widgets" / "one.py").write_text('svg = "text-anchor: center"\nlabel = "Neighbors"\n', "utf-8")
     (tmp_path / "templates").mkdir()
     (tmp_path / "templates" / "one.css").write_text("a { color: red; }\n", "utf-8")
-    code, lines = told(tmp_path, capfd)
+    code, lines = run_check(tmp_path, capfd)
     assert (code, lines) == (1, ["widgets/one.py:2: Neighbors ==> Neighbours"])
 
 

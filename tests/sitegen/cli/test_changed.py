@@ -25,8 +25,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def git(root: Path, *words: str) -> None:
-    who = ("-c", "user.name=A", "-c", "user.email=a@example.org")
-    subprocess.run(["git", *who, *words], cwd=root, check=True, capture_output=True)
+    author = ("-c", "user.name=A", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *author, *words], cwd=root, check=True, capture_output=True)
 
 
 def test_what_differs_is_what_was_edited_added_or_taken_away(tmp_path: Path) -> None:
@@ -65,7 +65,7 @@ def test_why_git_cannot_compare_is_told(tmp_path: Path, monkeypatch: pytest.Monk
         differing(tmp_path, "HEAD")
 
 
-def edited(root: Path, name: str, old: str, new: str) -> None:
+def edit(root: Path, name: str, old: str, new: str) -> None:
     path = root / name
     text = path.read_text("utf-8")
     assert old in text
@@ -88,17 +88,17 @@ def test_what_a_chapter_s_edit_runs(checkout: Path) -> None:
     """The tests of its pages; the claims of edited sentences; the browser tests of its figures if these changed."""
     chapter, drives = "content/02-ransac.md", "tests/browser/widgets/test_ransac.py"
     claim = "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials"
-    edited(checkout, chapter, "summary: ", "summary: Once more. ")
+    edit(checkout, chapter, "summary: ", "summary: Once more. ")
     result = chosen(checkout, [chapter])
     assert result.pages == ("ransac.html", "slides-ransac.html")
     assert not any(name.startswith("tests/claims/test_corrupted") for name in result.tests)
     assert {*OF_PAGES, *OF_WORDS} <= set(result.tests)
     assert drives not in result.tests
-    edited(checkout, chapter, f"]{{{claim}}}", f" indeed]{{{claim}}}")
+    edit(checkout, chapter, f"]{{{claim}}}", f" indeed]{{{claim}}}")
     result = chosen(checkout, [chapter])
     assert claim in result.tests
     assert drives not in result.tests
-    edited(checkout, chapter, "]{ransac ", "]{ransac  ")
+    edit(checkout, chapter, "]{ransac ", "]{ransac  ")
     assert drives in chosen(checkout, [chapter]).tests
     (checkout / "content/20-new.md").write_text("---\ntitle: New\nslug: new\n---\n\nWords.\n", "utf-8")
     assert chosen(checkout, ["content/20-new.md"]).pages == ("new.html", "slides-new.html")
@@ -121,7 +121,7 @@ def test_all_that_is_named_is_there() -> None:
         path, _, name = test.partition("::")
         assert (ROOT / path).exists(), test
         assert not name or f"def {name}(" in (ROOT / path).read_text("utf-8"), test
-    for name in (name for loader, loaded in LOADS.items() for name in (loader, *loaded)):
+    for name in (name for loader, modules in LOADS.items() for name in (loader, *modules)):
         path = ROOT / name.replace(".", "/")
         assert path.is_dir() or path.with_suffix(".py").is_file(), name
 
@@ -196,9 +196,9 @@ def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() 
     assert {"tests/sitegen/cli/test_changed.py", "tests/sitegen/cli/test_run_tests.py"} <= result
     assert "tests/solvers/test_units.py" not in result
     assert "tests/solvers/test_units.py" in importing(ROOT, ["solvers/core/pose.py"])
-    helped = importing(ROOT, ["tests/browser/layout.py"])
-    assert "tests/browser/accessibility/test_axe.py" in helped
-    assert "tests/solvers/test_units.py" not in helped
+    tests = importing(ROOT, ["tests/browser/layout.py"])
+    assert "tests/browser/accessibility/test_axe.py" in tests
+    assert "tests/solvers/test_units.py" not in tests
     assert "tests/sitegen/chapters/test_drags.py" in importing(ROOT, ["tests/sitegen/conftest.py"])
     inside = {"tests/pyodide/test_inside_solvers.py", "tests/test_imports.py"}
     assert importing(ROOT, ["tests/solvers/test_units.py"]) == {"tests/solvers/test_units.py", *inside}

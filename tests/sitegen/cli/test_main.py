@@ -18,7 +18,7 @@ import pytest
 from sitegen.cli import environment
 from sitegen.cli.clean import MADE, clean
 from sitegen.cli.main import parse
-from tests.conftest import copied
+from tests.conftest import copy_file
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -42,7 +42,7 @@ def checkout(tmp_path: Path) -> Path:
     """The commands alone, in a folder with blanks and non-ASCII characters in its name, with an empty lock."""
     root = tmp_path / "a checkout ½"
     for name in ("build.py", "sitegen/__init__.py", "sitegen/stopping.py", "sitegen/pipeline/__init__.py"):
-        copied(name, root)
+        copy_file(name, root)
     shutil.copytree(ROOT / "sitegen/cli", root / "sitegen/cli", ignore=shutil.ignore_patterns("__pycache__"))
     (root / "sitegen" / "pipeline" / "attempt.py").write_text(BUILDING, "utf-8")
     (root / "requirements.lock").write_text("# nothing\n", "utf-8")
@@ -55,34 +55,34 @@ def test_the_first_use_sets_up_and_later_ones_do_not(checkout: Path, tmp_path: P
     assert first.returncode == 1, first.stderr
     assert json.loads(first.stdout) == {"prefix": str(checkout / ".venv"), "root": str(checkout)}
     assert "set up .venv" in first.stderr
-    kept = checkout / ".venv" / "kept"
-    kept.touch()
+    mark = checkout / ".venv" / "kept"
+    mark.touch()
 
-    again = run(checkout / "build.py", "build", cwd=tmp_path)
-    assert (again.returncode, again.stdout, again.stderr) == (1, first.stdout, "")
+    second = run(checkout / "build.py", "build", cwd=tmp_path)
+    assert (second.returncode, second.stdout, second.stderr) == (1, first.stdout, "")
 
     (checkout / "requirements.lock").write_text("# still nothing\n", "utf-8")
     assert not environment.is_ready(checkout)
-    changed = run(checkout / "build.py", cwd=tmp_path)
-    assert "set up .venv" in changed.stderr
+    third = run(checkout / "build.py", cwd=tmp_path)
+    assert "set up .venv" in third.stderr
     assert environment.is_ready(checkout)
-    assert kept.exists(), "a complete environment is brought up to date in place"
+    assert mark.exists(), "a complete environment is brought up to date in place"
 
     (checkout / ".venv" / environment.STAMP).unlink()
     redone = run(checkout / "build.py", cwd=tmp_path)
     assert "set up .venv" in redone.stderr
     assert json.loads(redone.stdout) == json.loads(first.stdout)
-    assert not kept.exists(), "what an interrupted set-up left is not built upon"
+    assert not mark.exists(), "what an interrupted set-up left is not built upon"
 
 
 def test_a_lock_that_cannot_be_installed_ends_with_what_pip_said(checkout: Path) -> None:
     """No traceback, exit code 1, no stamp: the next call tries again."""
     (checkout / "requirements.lock").write_text(f"./absent-1.0-py3-none-any.whl --hash=sha256:{'0' * 64}\n", "utf-8")
-    done = run(checkout / "build.py", cwd=checkout)
-    assert done.returncode == 1
-    assert "pip could not install the locked packages" in done.stderr
-    assert "absent-1.0" in done.stderr
-    assert "Traceback" not in done.stderr
+    process = run(checkout / "build.py", cwd=checkout)
+    assert process.returncode == 1
+    assert "pip could not install the locked packages" in process.stderr
+    assert "absent-1.0" in process.stderr
+    assert "Traceback" not in process.stderr
     assert not (checkout / ".venv" / environment.STAMP).exists()
 
 
@@ -100,14 +100,14 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
     """Old Pythons read build.py without a syntax error, and it ends with one sentence."""
     ast.parse((ROOT / "build.py").read_text("utf-8"), feature_version=(3, 4))
     older = "import runpy, sys; sys.version_info = (3, 10, 4, 'final', 0)"
-    asks = f"{older}; runpy.run_path(sys.argv[1], run_name='__main__')"
-    done = run("-c", asks, ROOT / "build.py")
-    assert done.returncode == 1
-    assert done.stderr.strip() == "build.py needs Python 3.11 or newer; this is Python 3.10"
+    code = f"{older}; runpy.run_path(sys.argv[1], run_name='__main__')"
+    process = run("-c", code, ROOT / "build.py")
+    assert process.returncode == 1
+    assert process.stderr.strip() == "build.py needs Python 3.11 or newer; this is Python 3.10"
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "says"),
+    ("words", "code", "message"),
     [
         (["--help"], 0, "serve"),
         (["serve", "--help"], 0, "--no-open"),
@@ -121,17 +121,17 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
     ],
 )
 def test_help_and_mistakes_are_answered_before_any_set_up(
-    checkout: Path, words: list[str], code: int, says: str
+    checkout: Path, words: list[str], code: int, message: str
 ) -> None:
     """The exit code is 0 for help and 2 for an unknown command, and neither makes a .venv."""
-    done = run(checkout / "build.py", *words)
-    assert done.returncode == code
-    assert says in done.stdout + done.stderr
+    process = run(checkout / "build.py", *words)
+    assert process.returncode == code
+    assert message in process.stdout + process.stderr
     assert not (checkout / ".venv").exists()
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("words", "message"),
     [
         ("serve --offline-check --host ::1", "--offline-check cannot be combined with --host"),
         ("serve --no-open --offline-check", "--offline-check cannot be combined with --no-open"),
@@ -146,12 +146,12 @@ def test_help_and_mistakes_are_answered_before_any_set_up(
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(
-    words: str, says: str, capsys: pytest.CaptureFixture[str]
+    words: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as end:
         parse(words.split())
     assert end.value.code == 2
-    assert capsys.readouterr().err.endswith(f": error: {says}\n")
+    assert capsys.readouterr().err.endswith(f": error: {message}\n")
 
 
 @pytest.mark.parametrize(
@@ -173,9 +173,9 @@ def test_options_that_go_together_are_taken(words: str) -> None:
 
 def test_test_passes_further_arguments_on_in_order() -> None:
     """`build.py test -k drag -x tests/browser` reaches pytest as written."""
-    asked = parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
-    assert asked.engines == "firefox"
-    assert asked.further == ["-k", "drag", "-x", "tests/browser"]
+    arguments = parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
+    assert arguments.engines == "firefox"
+    assert arguments.further == ["-k", "drag", "-x", "tests/browser"]
     assert parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
     assert parse(["test"]).engines == ""
 
@@ -222,14 +222,14 @@ def test_clean_removes_everything_though_nobody_reads_what_it_says(
 
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Files made by the commands are removed, people's files stay; .venv goes only with --all."""
-    made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
-    made += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
+    outputs = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
+    outputs += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
     stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md", "content/build/a.svg"]
-    for name in [*made, *stays]:
+    for name in [*outputs, *stays]:
         (checkout / name).parent.mkdir(parents=True, exist_ok=True)
         (checkout / name).touch()
     assert clean(checkout) == 0
-    assert [name for name in made if (checkout / name).exists()] == [".venv/bin/x"]
+    assert [name for name in outputs if (checkout / name).exists()] == [".venv/bin/x"]
     monkeypatch.delenv("LADDER_CACHE", raising=False)
     assert clean(checkout, everything=True) == 1, "the cache of a broken .venv cannot be found, and that is said"
     assert not (checkout / ".venv").exists()
@@ -238,17 +238,17 @@ def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatc
 
 def test_whatever_git_ignores_is_what_clean_removes() -> None:
     """Git ignores exactly what the commands make, and .venv, which only --all removes."""
-    ignored = (ROOT / ".gitignore").read_text("utf-8").split()
-    assert {name.rstrip("/") for name in ignored} == {*MADE, ".venv"}
+    patterns = (ROOT / ".gitignore").read_text("utf-8").split()
+    assert {name.rstrip("/") for name in patterns} == {*MADE, ".venv"}
 
 
 def test_clean_removes_no_folder_that_a_variable_names(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """LADDER_CACHE may be anyone's folder, with other things in it."""
-    kept = tmp_path / "mine" / "thesis.tex"
-    kept.parent.mkdir()
-    kept.touch()
-    monkeypatch.setenv("LADDER_CACHE", str(kept.parent))
+    path = tmp_path / "mine" / "thesis.tex"
+    path.parent.mkdir()
+    path.touch()
+    monkeypatch.setenv("LADDER_CACHE", str(path.parent))
     assert clean(checkout, everything=True) == 0
-    assert kept.exists()
+    assert path.exists()

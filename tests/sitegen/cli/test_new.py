@@ -35,17 +35,17 @@ for frame in frames:
 
 def run(root: Path, *words: str) -> None:
     env = {**os.environ, "PYTHONPATH": str(root)}
-    done = subprocess.run([sys.executable, *words], cwd=root, env=env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    process = subprocess.run([sys.executable, *words], cwd=root, env=env, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stdout + process.stderr
 
 
 def test_a_new_chapter_builds_as_it_is(project: Project) -> None:
     project.widgets["kabsch"] = WIDGETS["kabsch"]
-    claimed = "tests/claims/test_known_pairs.py"
-    project.write(claimed, (ROOT / claimed).read_text("utf-8"))
+    tests = "tests/claims/test_known_pairs.py"
+    project.write(tests, (ROOT / tests).read_text("utf-8"))
     project.write("content/02-kabsch.md", "---\ntitle: Known pairs\nslug: kabsch\nsummary: S\n---\nText.\n")
-    made = new_chapter(project.root, "my-chapter", 'Of "this": and that')
-    assert made == [project.root / "content" / "03-my-chapter.md"]
+    paths = new_chapter(project.root, "my-chapter", 'Of "this": and that')
+    assert paths == [project.root / "content" / "03-my-chapter.md"]
     project.build(drafts=True, strict=True)
     page = project.page("my-chapter.html")
     assert "Of &#34;this&#34;: and that" in page
@@ -77,28 +77,28 @@ def test_a_title_that_no_chapter_can_have_is_refused(tmp_path: Path, title: str)
 
 def test_a_new_chapter_is_written_as_the_docs_say(tmp_path: Path) -> None:
     """A lead before the bar, a bold button, and everything required of the site's chapters."""
-    (made,) = new_chapter(tmp_path, "my-chapter")
-    text = made.read_text("utf-8")
+    (path,) = new_chapter(tmp_path, "my-chapter")
+    text = path.read_text("utf-8")
     assert re.search(r"^::figure\[[^|]*\*\*Solve\*\*[^|]* \| ", text, re.MULTILINE)
-    real_chapters.test_it_opens_with_what_it_assumes_and_answers(made)
-    real_chapters.test_it_has_three_exercises_whose_answers_are_computed(made)
-    real_chapters.test_it_ends_in_five_lines(made)
-    real_chapters.test_it_says_where_next(made)
+    real_chapters.test_it_opens_with_what_it_assumes_and_answers(path)
+    real_chapters.test_it_has_three_exercises_whose_answers_are_computed(path)
+    real_chapters.test_it_ends_in_five_lines(path)
+    real_chapters.test_it_says_where_next(path)
 
 
 def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
     for name in ("solvers", "widgets", "tests/widgets"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    made = new_figure(tmp_path, "my-figure", "It's \"mine\"")
-    assert [path.relative_to(tmp_path).as_posix() for path in made] == [
+    paths = new_figure(tmp_path, "my-figure", "It's \"mine\"")
+    assert [path.relative_to(tmp_path).as_posix() for path in paths] == [
         "widgets/figures/my_figure.py",
         "tests/widgets/figures/test_my_figure.py",
     ]
     run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen("my-figure").strip('"'), "tests/widgets")
     run(tmp_path, "-c", FRAMES)
     ruff = ("ruff", "check", "--no-cache", "--ignore", "I001", "--config", str(ROOT / "pyproject.toml"))
-    run(ROOT, "-m", *ruff, *map(str, made))
+    run(ROOT, "-m", *ruff, *map(str, paths))
 
 
 def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
@@ -108,25 +108,25 @@ def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
     (tmp_path / "tests" / "widgets").mkdir(parents=True)
     for name in ("tests/widgets/test_every_widget.py", "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path / name)
-    (made, _) = new_figure(tmp_path, "my-figure")
-    text = made.read_text("utf-8")
-    broken = {
+    (path, _) = new_figure(tmp_path, "my-figure")
+    text = path.read_text("utf-8")
+    mistakes = {
         'Group("source"': 'Group("sourec"',
         '"Source and target", VIEW': '"Source and target", View(-6.0, 6.0 + left, -4.0, 4.0)',
         "which have noise of {number(state.controls.noise)} u.": "as they should be by now.",
     }
-    for right, wrong in broken.items():
+    for right, wrong in mistakes.items():
         assert text.count(right) == 1
         text = text.replace(right, wrong)
-    made.write_text(text, "utf-8")
+    path.write_text(text, "utf-8")
     words = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "my-figure", "tests/widgets"]
-    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    process = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
     for report in (
         "draw puts no Group of that name into that panel",
         "my-figure: give every state the same readouts (names, labels) and the same panels, each with one view",
         "my-figure: noise is 0.2; say '0.20 u' in the description or a caption",
     ):
-        assert report in done.stdout
+        assert report in process.stdout
 
 
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
@@ -184,8 +184,8 @@ def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
     """Its own test file and its case in every test over all figures, but no other figure's cases."""
     choosing = chosen("two-poses").strip('"')
     words = ["-m", "pytest", "--collect-only", "-q", "-k", choosing, "tests/widgets", "tests/pyodide/test_frames.py"]
-    done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
-    output = [line.removeprefix("tests/") for line in done.stdout.splitlines() if "::" in line]
+    process = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    output = [line.removeprefix("tests/") for line in process.stdout.splitlines() if "::" in line]
     own = [line for line in output if line.startswith("widgets/figures/test_two_poses.py::")]
     cases = [line for line in output if line.endswith("[two-poses]")]
     assert len(own) > 3

@@ -28,7 +28,7 @@ def site(tmp_path: Path) -> Path:
     return write(tmp_path / "site", files)
 
 
-def there(folder: Path) -> dict[str, str]:
+def texts(folder: Path) -> dict[str, str]:
     files = [path for path in folder.rglob("*") if path.is_file() and ".git" not in path.parts]
     return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in files}
 
@@ -48,13 +48,13 @@ def test_a_folder_gets_what_changed_and_keeps_what_is_its_own(site: Path, tmp_pa
     assert "4 files written" in to_folder(site, host)
     own = {"CNAME": "example.org", "assets/own.css": "o"}
     write(host, own)
-    published = {"index.html": "one", "assets/a.1.css": "a", "sw.js": "w", "_headers": "h"}
-    assert {k: v for k, v in there(host).items() if k != LIST} == {**own, **published}
+    pages = {"index.html": "one", "assets/a.1.css": "a", "sw.js": "w", "_headers": "h"}
+    assert {k: v for k, v in texts(host).items() if k != LIST} == {**own, **pages}
     (site / "assets/a.1.css").unlink()
     write(site, {"index.html": "two", "new/b.2.css": "b"})
     assert to_folder(site, host).endswith("2 files written, 2 unchanged, 1 old ones removed")
-    published = {"index.html": "two", "new/b.2.css": "b", "sw.js": "w", "_headers": "h"}
-    assert {k: v for k, v in there(host).items() if k != LIST} == {**own, **published}
+    pages = {"index.html": "two", "new/b.2.css": "b", "sw.js": "w", "_headers": "h"}
+    assert {k: v for k, v in texts(host).items() if k != LIST} == {**own, **pages}
     assert "0 files written" in to_folder(site, host)
 
 
@@ -63,16 +63,16 @@ def test_what_others_put_there_is_replaced_only_when_told_to(site: Path, tmp_pat
     host = write(tmp_path / "host", {"index.html": "a stranger's", "CNAME": "example.org"})
     with pytest.raises(PublishError, match=r"host has files .* \(CNAME, index.html\); .* add --force"):
         to_folder(site, host)
-    assert there(host) == {"index.html": "a stranger's", "CNAME": "example.org"}
+    assert texts(host) == {"index.html": "a stranger's", "CNAME": "example.org"}
     assert "4 files written" in to_folder(site, host, force=True)
-    assert there(host)["index.html"] == "one"
-    assert there(host)["CNAME"] == "example.org"
+    assert texts(host)["index.html"] == "one"
+    assert texts(host)["CNAME"] == "example.org"
     write(site, {"CNAME": "elsewhere.org"})
     with pytest.raises(PublishError, match=r"CNAME comes from elsewhere.*add --force"):
         to_folder(site, host)
-    assert there(host)["CNAME"] == "example.org"
+    assert texts(host)["CNAME"] == "example.org"
     to_folder(site, host, force=True)
-    assert there(host)["CNAME"] == "elsewhere.org"
+    assert texts(host)["CNAME"] == "elsewhere.org"
 
 
 def test_a_folder_with_a_repository_of_its_own_is_empty(site: Path, tmp_path: Path) -> None:
@@ -99,10 +99,10 @@ def test_no_planted_link_to_a_file_is_written_through(site: Path, tmp_path: Path
     (host / name).symlink_to(tmp_path / LINKS[name])
     write(site, {"index.html": "two"})
     to_folder(site, host, force=True)
-    assert there(tmp_path / "precious") == {"file.txt": "p"}
+    assert texts(tmp_path / "precious") == {"file.txt": "p"}
     assert (host / "index.html").read_text("utf-8") == "two"
-    for each in ("index.html", "sw.js", LIST):
-        assert not (host / each).is_symlink()
+    for file in ("index.html", "sw.js", LIST):
+        assert not (host / file).is_symlink()
 
 
 def test_a_planted_link_to_the_same_words_does_not_stand_for_the_page(site: Path, tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_no_planted_link_to_a_folder_is_followed(site: Path, tmp_path: Path, lea
     assert (host / "index.html").read_text("utf-8") == "one"  # nothing at all was written
     shutil.rmtree(site / "assets")
     assert "0 old ones removed" in to_folder(site, host)
-    assert there(precious) == {"a.1.css": "p"}
+    assert texts(precious) == {"a.1.css": "p"}
     assert not (tmp_path / "absent").exists()
 
 
@@ -198,7 +198,7 @@ def test_a_link_on_a_branch_is_not_followed(site: Path, project: Path, tmp_path:
     git(project, "branch", "--force", "main", "work")
     with pytest.raises(PublishError, match="assets leads outside through a link"):
         to_branch(site, Branch(str(project), "main"), force=True)
-    assert there(precious) == {"a.1.css": "p"}
+    assert texts(precious) == {"a.1.css": "p"}
 
 
 def test_a_hook_s_repository_is_not_taken_for_the_branch_s(
@@ -235,17 +235,17 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("where", REFUSED)
+@pytest.mark.parametrize("target", REFUSED)
 def test_what_is_no_place_is_refused_before_anything_is_built(
-    where: str, project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    target: str, project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The message says what to write instead; nothing is run, and nothing is made."""
     monkeypatch.chdir(project)
     before = {path: path.stat().st_mtime_ns for path in project.rglob("*")}
     monkeypatch.setattr(publish, "attempt", lambda *_, **__: pytest.fail("it was built"))
-    assert cli.run(project, cli.parse(["publish", "--", where])) == 2
+    assert cli.run(project, cli.parse(["publish", "--", target])) == 2
     output = capsys.readouterr().err
-    assert re.match(f"publish: .*{REFUSED[where]}", output)
+    assert re.match(f"publish: .*{REFUSED[target]}", output)
     assert output.count("\n") == 1
     assert {path: path.stat().st_mtime_ns for path in project.rglob("*")} == before
 
@@ -275,10 +275,10 @@ def test_a_folder_that_will_not_do_is_refused_before_anything_is_built(
 ) -> None:
     """A suitable folder is published to with the options as given."""
     host = write(tmp_path / "host", {"index.html": "a stranger's"})
-    built = []
-    monkeypatch.setattr(publish, "attempt", lambda *_, **__: built.append(1) or Outcome(pages=1))
+    builds = []
+    monkeypatch.setattr(publish, "attempt", lambda *_, **__: builds.append(1) or Outcome(pages=1))
     assert cli.run(tmp_path, cli.parse(["publish", str(host)])) == 2
-    assert not built
+    assert not builds
     assert "add --force" in capsys.readouterr().err
     assert cli.run(tmp_path, cli.parse(["publish", str(host), "--force"])) == 0
     assert "4 files written" in capsys.readouterr().out
@@ -301,14 +301,14 @@ def test_publishing_goes_on_where_it_was_cut_short(
     site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Files written before the interruption are known to be ours."""
-    host, put = tmp_path / "host", publish.write
+    host, write = tmp_path / "host", publish.write
 
-    def cut(path: Path, data: bytes) -> None:
+    def interrupt(path: Path, data: bytes) -> None:
         if path.name == "index.html":
             raise OSError("cut short")
-        put(path, data)
+        write(path, data)
 
-    monkeypatch.setattr(publish, "write", cut)
+    monkeypatch.setattr(publish, "write", interrupt)
     with pytest.raises(OSError, match="cut short"):
         to_folder(site, host)
     monkeypatch.undo()

@@ -27,7 +27,7 @@ def test_this_python_is_found_and_says_its_version(tmp_path: Path) -> None:
     (tmp_path / "python3").symlink_to(sys.executable)
     (tmp_path / "python3-config").symlink_to(sys.executable)
     results = interpreters(candidates({"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "none")}))
-    assert [(one.version, one.path) for one in results] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
+    assert [(p.version, p.path) for p in results] == [(tuple(sys.version_info[:3]), tmp_path / "python3")]
 
 
 def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> None:
@@ -44,21 +44,21 @@ def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> No
         program(pyenv / "versions" / version / "bin" / "python3", f"{version.replace('.', ' ')} final True")
     environ = {"PATH": os.pathsep.join([str(path), str(tmp_path / "absent")]), "PYENV_ROOT": str(pyenv)}
     results = interpreters(candidates(environ))
-    assert [(one.name, one.can_set_up) for one in results] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
+    assert [(p.name, p.can_set_up) for p in results] == [("3.12.10", True), ("3.13.0", True), ("3.14.2", False)]
 
 
 def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
     root = tmp_path / "checkout"
-    kept = ["build.py", "site/.gitignore", "content/site/kept.md", "tests/build/kept.py", ".ci/run", "tests/new.py"]
-    left = [".git/HEAD", ".venv/bin/python", "site/index.html", "solvers/__pycache__/x.pyc", ".mypy_cache/x"]
-    left += ["bench.json", "build/peers/bin/python", "dist/x", "a.egg-info/x", ".site-1/index.html"]
-    for name in [*kept, *left]:
+    sources = ["build.py", "site/.gitignore", "content/site/kept.md", "tests/build/kept.py", ".ci/run", "tests/new.py"]
+    outputs = [".git/HEAD", ".venv/bin/python", "site/index.html", "solvers/__pycache__/x.pyc", ".mypy_cache/x"]
+    outputs += ["bench.json", "build/peers/bin/python", "dist/x", "a.egg-info/x", ".site-1/index.html"]
+    for name in [*sources, *outputs]:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(name)
     copied(root, tmp_path / "copy")
     files = (path for path in (tmp_path / "copy").rglob("*") if path.is_file())
-    there = {path.relative_to(tmp_path / "copy").as_posix() for path in files}
-    assert there == {*kept}
+    copies = {path.relative_to(tmp_path / "copy").as_posix() for path in files}
+    assert copies == {*sources}
 
 
 def test_one_that_fails_fails_the_whole_and_the_others_are_tried(

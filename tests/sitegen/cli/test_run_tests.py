@@ -64,23 +64,23 @@ def checkout(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def ran(
+def run(
     root: Path, *runs: str, engines: tuple[str, ...] = (), builds: int = 0, commit: str = ""
 ) -> list[tuple[int, list[str], str]]:
     """For each run: its exit code, its steps besides pytest, and its output. `builds` is the exit code of a build; with
     `commit`, only what has changed since then is tested."""
-    given = json.dumps([str(root), engines, builds, [run.split() for run in runs], commit])
+    request = json.dumps([str(root), engines, builds, [run.split() for run in runs], commit])
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run([sys.executable, "-c", RUNNER, given], env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-c", RUNNER, request], env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    return [tuple(each) for each in json.loads(done.stdout)]
+    return [tuple(result) for result in json.loads(done.stdout)]
 
 
 def test_a_whole_run_leaves_nothing_out(checkout: Path) -> None:
     """Also with options on how to run it, or with all tests named."""
-    for code, report, printed in ran(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
-        assert (code, report) == (0, WHOLE), printed
-        assert "3 passed" in printed
+    for code, report, output in run(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
+        assert (code, report) == (0, WHOLE), output
+        assert "3 passed" in output
 
 
 PARTS = {
@@ -97,10 +97,10 @@ PARTS = {
 
 def test_a_part_gets_what_it_needs(checkout: Path) -> None:
     """No lint, spelling, types, checks or sweep, and the tracked file of results is not written."""
-    for (needs, passed), result in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
+    for (needs, count), result in zip(PARTS.values(), run(checkout, *PARTS), strict=True):
         assert result[:2] == (0, needs), result[2]
-        assert f"{passed} passed" in result[2]
-    ((code, report, _),) = ran(checkout, "--collect-only tests/browser")
+        assert f"{count} passed" in result[2]
+    ((code, report, _),) = run(checkout, "--collect-only tests/browser")
     assert (code, report) == (0, [])
 
 
@@ -108,7 +108,7 @@ def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
     """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name) gives 2, and an option or
     a file does so before anything else."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
-    fails, unknown, absent, several, test, name = ran(
+    fails, unknown, absent, several, test, name = run(
         checkout,
         "-k plain",
         "--max-fial=1",
@@ -129,31 +129,31 @@ def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
 def test_ctrl_c_in_a_run_is_no_result(checkout: Path) -> None:
     """It ends the command as everywhere else; no results are recorded, as a test may have run for some of its cases."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): raise KeyboardInterrupt\n", "utf-8")
-    for run in ("-n0", "-n0 -k plain"):
+    for arguments in ("-n0", "-n0 -k plain"):
         with pytest.raises(AssertionError, match="raise KeyboardInterrupt"):
-            ran(checkout, run)
+            run(checkout, arguments)
 
 
 def test_a_site_that_cannot_be_built_ends_the_part(checkout: Path) -> None:
-    ((code, report, printed),) = ran(checkout, "tests/test_looks.py", builds=1)
+    ((code, report, output),) = run(checkout, "tests/test_looks.py", builds=1)
     assert (code, report) == (1, ["build"])
-    assert "which cannot be built" in printed
-    assert "passed" not in printed
+    assert "which cannot be built" in output
+    assert "passed" not in output
 
 
 def test_an_engine_s_tests_write_no_results(checkout: Path) -> None:
-    ((code, report, printed),) = ran(checkout, "", engines=("firefox",))
-    assert (code, report) == (0, ["browser", "check"]), printed
-    assert "1 passed" in printed
+    ((code, report, output),) = run(checkout, "", engines=("firefox",))
+    assert (code, report) == (0, ["browser", "check"]), output
+    assert "1 passed" in output
 
 
 def git(root: Path, *words: str) -> None:
-    who = ("-c", "user.name=A", "-c", "user.email=a@example.org")
-    subprocess.run(["git", *who, *words], cwd=root, check=True, capture_output=True)
+    author = ("-c", "user.name=A", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *author, *words], cwd=root, check=True, capture_output=True)
 
 
 @pytest.fixture
-def committed(checkout: Path) -> Path:
+def repository(checkout: Path) -> Path:
     """The checkout with a chapter, a test of every page, and a package for each of the rooms."""
     (checkout / "content").mkdir()
     chapter = "---\nslug: one\n---\n\nSo it is.[it]{tests/test_plain.py::test_plain}\n"
@@ -161,8 +161,8 @@ def committed(checkout: Path) -> Path:
     for room in ("solvers", "sitegen", "widgets"):
         (checkout / room).mkdir()
         (checkout / room / "__init__.py").write_text("", "utf-8")
-    asks = "def pytest_addoption(parser): parser.addoption('--pages')\n"
-    (checkout / "tests" / "conftest.py").write_text(asks, "utf-8")
+    code = "def pytest_addoption(parser): parser.addoption('--pages')\n"
+    (checkout / "tests" / "conftest.py").write_text(code, "utf-8")
     static = checkout / "tests" / "browser" / "pages" / "test_static.py"
     static.parent.mkdir()
     static.write_text("def test_static(pytestconfig): print(pytestconfig.getoption('--pages'))\n", "utf-8")
@@ -177,75 +177,75 @@ def committed(checkout: Path) -> Path:
 BRIEF = ["browser", "ruff", "spelling", "check"]
 
 
-def test_changed_runs_what_a_chapter_s_edit_touches(committed: Path) -> None:
+def test_changed_runs_what_a_chapter_s_edit_touches(repository: Path) -> None:
     """Its claim and the tests of every page, for its pages only; lint, spelling and check, and no other step."""
-    chapter = committed / "content" / "01-one.md"
+    chapter = repository / "content" / "01-one.md"
     chapter.write_text(chapter.read_text("utf-8") + "More.\n", "utf-8")
-    ((code, report, printed),) = ran(committed, "-n0 -v -rP", commit="HEAD")
-    assert (code, report) == (0, BRIEF), printed
-    assert "2 passed" in printed
-    assert "one.html,slides-one.html" in printed
+    ((code, report, output),) = run(repository, "-n0 -v -rP", commit="HEAD")
+    assert (code, report) == (0, BRIEF), output
+    assert "2 passed" in output
+    assert "one.html,slides-one.html" in output
 
 
-def test_changed_runs_what_a_module_s_edit_touches(committed: Path) -> None:
-    (committed / "solvers" / "__init__.py").write_text("ONE = 1\n", "utf-8")
-    ((code, report, printed),) = ran(committed, "-n0", commit="HEAD")
-    assert (code, report) == (0, ["browser", "ruff", "spelling", "mypy", "imports", "check", "sweep"]), printed
-    assert "1 passed" in printed
+def test_changed_runs_what_a_module_s_edit_touches(repository: Path) -> None:
+    (repository / "solvers" / "__init__.py").write_text("ONE = 1\n", "utf-8")
+    ((code, report, output),) = run(repository, "-n0", commit="HEAD")
+    assert (code, report) == (0, ["browser", "ruff", "spelling", "mypy", "imports", "check", "sweep"]), output
+    assert "1 passed" in output
 
 
-def test_changed_runs_everything_where_everything_may_depend_on_it(committed: Path) -> None:
-    (committed / "solvers" / "__init__.py").unlink()
-    (committed / "tests" / "test_solvers.py").write_text("def test_solvers(): pass\n", "utf-8")
-    ((_, report, _),) = ran(committed, "-n0", commit="HEAD")
+def test_changed_runs_everything_where_everything_may_depend_on_it(repository: Path) -> None:
+    (repository / "solvers" / "__init__.py").unlink()
+    (repository / "tests" / "test_solvers.py").write_text("def test_solvers(): pass\n", "utf-8")
+    ((_, report, _),) = run(repository, "-n0", commit="HEAD")
     assert report[: len(WHOLE) - 1] == WHOLE[:-1]
 
 
-def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
+def test_changed_says_what_it_cannot_do_or_need_not(repository: Path) -> None:
     """Nothing differs; no such commit; an option that pytest does not know."""
-    nothing, unknown = ran(committed, "", "--max-fial=1", commit="HEAD")
+    nothing, unknown = run(repository, "", "--max-fial=1", commit="HEAD")
     assert nothing[:2] == (0, [])
     assert "no changes since HEAD" in nothing[2]
     assert unknown[:2] == (2, [])
-    ((code, report, printed),) = ran(committed, "", commit="nowhere")
+    ((code, report, output),) = run(repository, "", commit="nowhere")
     assert (code, report) == (2, [])
-    assert "git cannot compare with 'nowhere'" in printed
+    assert "git cannot compare with 'nowhere'" in output
 
 
 @pytest.mark.parametrize("fails", ["step", "test"])
-def test_changed_fails_where_something_does(committed: Path, fails: str) -> None:
+def test_changed_fails_where_something_does(repository: Path, fails: str) -> None:
     """A failed step is reported after the tests, which run all the same; a failing test alone suffices."""
-    root = committed.rename(committed.with_name("misspelt")) if fails == "step" else committed
+    root = repository.rename(repository.with_name("misspelt")) if fails == "step" else repository
     wrong = "assert False" if fails == "test" else "pass"
     (root / "tests" / "test_solvers.py").write_text(f"def test_solvers(): {wrong}\n", "utf-8")
-    ((code, report, printed),) = ran(root, "-n0", commit="HEAD")
-    assert (code, report) == (1, BRIEF), printed
-    assert ("1 failed" if fails == "test" else "1 passed") in printed
-    assert ("failed: spelling (see above)" in printed) == (fails == "step")
+    ((code, report, output),) = run(root, "-n0", commit="HEAD")
+    assert (code, report) == (1, BRIEF), output
+    assert ("1 failed" if fails == "test" else "1 passed") in output
+    assert ("failed: spelling (see above)" in output) == (fails == "step")
 
 
-def asked(**options: Any) -> argparse.Namespace:
+def arguments(**options: Any) -> argparse.Namespace:
     """pytest's default options, with some of them set."""
     plain = {"file_or_dir": [], "keyword": "", "numprocesses": None, "usepdb": False, "capture": "fd"}
     return argparse.Namespace(**{**plain, **options})
 
 
-@pytest.mark.parametrize(("have", "used"), [(2, 2), (4, 4), (64, PROCESSES)])
-def test_a_whole_run_uses_the_machine(have: int, used: int) -> None:
+@pytest.mark.parametrize(("cores", "used"), [(2, 2), (4, 4), (64, PROCESSES)])
+def test_a_whole_run_uses_the_machine(cores: int, used: int) -> None:
     """As many processes as cores, up to a limit."""
-    assert processes(asked(), have) == [f"-n{used}", *SPREAD]
+    assert processes(arguments(), cores) == [f"-n{used}", *SPREAD]
 
 
 @pytest.mark.parametrize("option", [{"numprocesses": 0}, {"usepdb": True}, {"capture": "no"}])
 def test_a_word_on_it_is_left_alone(option: dict[str, Any]) -> None:
     """A debugger, visible prints and a given number take precedence; one core needs no other process."""
-    assert processes(asked(**option), 2) == []
-    assert processes(asked(), 1) == []
+    assert processes(arguments(**option), 2) == []
+    assert processes(arguments(), 1) == []
 
 
 def test_the_folder_of_all_tests_is_no_part() -> None:
-    assert not is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests")]))
-    assert is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests" / "solvers")]))
+    assert not is_part(ROOT, arguments(file_or_dir=[str(ROOT / "tests")]))
+    assert is_part(ROOT, arguments(file_or_dir=[str(ROOT / "tests" / "solvers")]))
 
 
 def test_an_import_against_the_direction_of_the_rooms_fails(
@@ -268,13 +268,13 @@ def test_an_import_against_the_direction_of_the_rooms_fails(
     capfd.readouterr()
     assert imports() == 1
     output = capfd.readouterr().out
-    for broken in ("The rooms of solvers", "No family of methods knows another", "The rooms of the generator"):
-        assert re.search(rf"{broken}.* BROKEN", output)
+    for contract in ("The rooms of solvers", "No family of methods knows another", "The rooms of the generator"):
+        assert re.search(rf"{contract}.* BROKEN", output)
 
 
 def test_a_skipped_test_is_not_recorded_as_passed() -> None:
     ledger = Ledger([])
     stages: tuple[tuple[Any, Any], ...] = (("setup", "passed"), ("call", "skipped"), ("teardown", "passed"))
-    for when, outcome in stages:
-        ledger.pytest_runtest_logreport(pytest.TestReport("a::b", ("a", 0, "b"), {}, outcome, None, when))
+    for stage, outcome in stages:
+        ledger.pytest_runtest_logreport(pytest.TestReport("a::b", ("a", 0, "b"), {}, outcome, None, stage))
     assert ledger.reports == []

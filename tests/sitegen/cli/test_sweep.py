@@ -36,20 +36,20 @@ def test_what_is_asked_for_is_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], sweeps: list[str], plots: Any
 ) -> None:
     """By default all of both; a plot needs several methods, so naming methods runs no plot."""
-    ran: list[str] = []
-    renewed: list[str] = []
+    runs: list[str] = []
+    updates: list[str] = []
 
-    def run(root: Path, each: Any, *rest: Any) -> None:
-        ran.append(each.name)
+    def run(root: Path, item: Any, *rest: Any) -> None:
+        runs.append(item.name)
         (root / sweep.FOLDER).mkdir(parents=True, exist_ok=True)
-        (root / sweep.FOLDER / f"{each.name}.json").write_text("{}")
+        (root / sweep.FOLDER / f"{item.name}.json").write_text("{}")
 
     def renew(names: list[str], *rest: Any) -> list[str]:
-        renewed.extend(names)
+        updates.extend(names)
         return names
 
     monkeypatch.setattr(sweep, "run", run)
     monkeypatch.setattr(sweep, "renew", renew)
     assert main.run(tmp_path, main.parse(["sweep", *words])) == 0
-    assert ran == sweeps
-    assert renewed == (list(sweep.long_plots()) if plots is True else plots)
+    assert runs == sweeps
+    assert updates == (list(sweep.long_plots()) if plots is True else plots)

@@ -50,17 +50,17 @@ def home(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def swept(home: Path, methods: list[str], which: Sweep = SMALL) -> dict[str, Any]:
-    sweep.run(home, which, methods, home / "cache", quiet, 1)
+def swept(home: Path, methods: list[str], plan: Sweep = SMALL) -> dict[str, Any]:
+    sweep.run(home, plan, methods, home / "cache", quiet, 1)
     result: dict[str, Any] = json.loads((home / "content/data/sweep/small.json").read_text("utf-8"))
     return result
 
 
 def test_a_unit_is_the_benchmark() -> None:
     """25 seeds of one setting end as in the race's benchmark, to the stored digits."""
-    chosen = tuple(40 + 13 * k for k in range(25))
-    result = run_unit(Unit("gicp", ({"setting": "clean"},), chosen))
-    (row,) = benchmark(Controls(setting="clean"), seeds=chosen, contestants=contestants(["gicp"]))
+    seeds = tuple(40 + 13 * k for k in range(25))
+    result = run_unit(Unit("gicp", ({"setting": "clean"},), seeds))
+    (row,) = benchmark(Controls(setting="clean"), seeds=seeds, contestants=contestants(["gicp"]))
     assert result["rre"] == [float(e) for e in np.round(row.rre, 4)]
     assert result["steps"] == row.steps.tolist()
     assert sum(close(result)) == row.close
@@ -71,68 +71,68 @@ def test_cells_of_different_sizes_and_starts_stand_in_one_unit() -> None:
     points = ({"setting": "clean"}, {"setting": "clean", "degrees": 15}, {"setting": "clean", "density": 0.5})
     whole = run_unit(Unit("icp", points, (40, 53, 66)))
     alone = [run_unit(Unit("icp", (point,), (40, 53, 66))) for point in points]
-    assert whole["rre"] == pytest.approx([e for one in alone for e in one["rre"]], abs=1e-4)
+    assert whole["rre"] == pytest.approx([e for cell in alone for e in cell["rre"]], abs=1e-4)
     assert len(whole["steps"]) == 9
 
 
 def test_every_seed_of_every_cell_is_run_once() -> None:
-    for each in SWEEPS:
-        ran = [(name, seed) for names, unit in units(each, racing()[0]) for name in names for seed in unit.seeds]
-        assert len(ran) == len(set(ran)) == len(each.cells) * len(each.seeds)
-        for controls in each.cells.values():
+    for plan in SWEEPS:
+        runs = [(name, seed) for names, unit in units(plan, racing()[0]) for name in names for seed in unit.seeds]
+        assert len(runs) == len(set(runs)) == len(plan.cells) * len(plan.seeds)
+        for controls in plan.cells.values():
             Controls(**controls)
 
 
 def test_a_sweep_goes_on_where_it_was(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Finished units are not run again; another contestant joins the file; changed code is run anew."""
-    ran: list[Unit] = []
+    runs: list[Unit] = []
 
-    def counted(unit: Unit) -> dict[str, list[float]]:
-        ran.append(unit)
-        if len(ran) == 2:
+    def count(unit: Unit) -> dict[str, list[float]]:
+        runs.append(unit)
+        if len(runs) == 2:
             raise KeyboardInterrupt
         return run_unit(unit)
 
-    monkeypatch.setattr(sweep, "run_unit", counted)
+    monkeypatch.setattr(sweep, "run_unit", count)
     with pytest.raises(KeyboardInterrupt):
         swept(home, ["icp"])
-    assert len(ran) == 2
+    assert len(runs) == 2
     first = swept(home, ["icp"])
-    assert len(ran) == 2 + 1
-    again = swept(home, ["gicp", "icp"])
-    assert len(ran) == 3 + 2
-    assert list(again["contestants"]) == ["icp", "gicp"]
-    assert again["contestants"]["icp"] == first["contestants"]["icp"]
+    assert len(runs) == 2 + 1
+    second = swept(home, ["gicp", "icp"])
+    assert len(runs) == 3 + 2
+    assert list(second["contestants"]) == ["icp", "gicp"]
+    assert second["contestants"]["icp"] == first["contestants"]["icp"]
     monkeypatch.setattr(sweep, "code_of", lambda contestant, root: "another code")
     swept(home, ["icp"])
-    assert len(ran) == 5 + 2
+    assert len(runs) == 5 + 2
 
 
 def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
     """The same units through a pool and through a local Dask cluster that is given our sources."""
-    asked = [Unit("icp", ({"setting": "clean"},), (40, 53)), Unit("gicp", ({"setting": "clean"},), (40, 53))]
-    expected = {unit.method: run_unit(unit) for unit in asked}
-    with sweep.workers(ROOT, asked, 2) as finished:
-        assert {unit.method: result for unit, result in finished} == expected
+    tasks = [Unit("icp", ({"setting": "clean"},), (40, 53)), Unit("gicp", ({"setting": "clean"},), (40, 53))]
+    expected = {unit.method: run_unit(unit) for unit in tasks}
+    with sweep.workers(ROOT, tasks, 2) as results:
+        assert {unit.method: result for unit, result in results} == expected
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
-        sweep.workers(ROOT, asked, cluster.scheduler_address) as finished,
+        sweep.workers(ROOT, tasks, cluster.scheduler_address) as results,
     ):
-        assert {unit.method: result for unit, result in finished} == expected
+        assert {unit.method: result for unit, result in results} == expected
 
 
 def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file from this code is partly run again and agrees; a false bit is reported as wrong; other code is reported as
     stale and not run."""
-    only = [each for each in racing() if each.method in ("icp", "gicp")]
+    only = [c for c in racing() if c.method in ("icp", "gicp")]
     monkeypatch.setattr(sweep_verify, "racing", lambda: only)
     small = replace(SMALL, keep=keep_bits)
     data = swept(home, ["icp", "gicp"], small)
     cache = home / "cache"
     fine = sweep_verify.standing(home, [small], cache)
     assert (fine.wrong, fine.stale, fine.proved, fine.ran) == ((), (), 16, 2)
-    again = sweep_verify.standing(home, [small], cache)
-    assert (again.proved, again.ran) == (16, 0), "what was proved is remembered"
+    second = sweep_verify.standing(home, [small], cache)
+    assert (second.proved, second.ran) == (16, 0), "what was proved is remembered"
     assert sweep_verify.standing(home, [small]).ran == 2
 
     path = home / "content/data/sweep/small.json"
@@ -152,15 +152,15 @@ def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.
     assert "(ICP, GICP)" in str(sweep_verify.standing(home, [small]).stale[0])
 
 
-@pytest.mark.parametrize("each", SWEEPS, ids=lambda each: each.name)
-def test_the_files_in_the_repository_are_whole_and_small(each: Sweep) -> None:
+@pytest.mark.parametrize("plan", SWEEPS, ids=lambda plan: plan.name)
+def test_the_files_in_the_repository_are_whole_and_small(plan: Sweep) -> None:
     """All contestants with all cells, seed by seed; the three files together are below 300 kB."""
     folder = ROOT / "content/data/sweep"
-    data = json.loads((folder / f"{each.name}.json").read_text("utf-8"))
+    data = json.loads((folder / f"{plan.name}.json").read_text("utf-8"))
     assert list(data["contestants"]) == [contestant.method for contestant in racing()]
     for entry in data["contestants"].values():
-        assert list(entry["cells"]) == list(each.cells)
-        assert all(len(cell["bits"]) == -(-len(each.seeds) // 4) for cell in entry["cells"].values())
+        assert list(entry["cells"]) == list(plan.cells)
+        assert all(len(cell["bits"]) == -(-len(plan.seeds) // 4) for cell in entry["cells"].values())
     assert sum(path.stat().st_size for path in folder.glob("*.json")) < 300_000
 
 
@@ -189,8 +189,8 @@ def test_the_code_of_a_contestant_is_its_own(tmp_path: Path) -> None:
 def test_bits_and_flags_are_inverse() -> None:
     rng = np.random.default_rng(40)
     for count in (1, 4, 10, 25, 1000):
-        drawn = [bool(each) for each in rng.random(count) < 0.5]
-        assert flags(bits(drawn), count) == drawn
+        values = [bool(x) for x in rng.random(count) < 0.5]
+        assert flags(bits(values), count) == values
 
 
 def test_bootstrap_intervals_hold_the_statistic() -> None:

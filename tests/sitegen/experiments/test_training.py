@@ -23,15 +23,15 @@ def test_the_network_is_taught_a_rigid_motion_of_what_it_is_given() -> None:
 
 
 def test_another_seed_is_another_batch() -> None:
-    one, same, other = (training.batch(seed)[0] for seed in (1000, 1000, 1021))
-    assert (one == same).all()
-    assert np.abs(one - other).max() > 0.1
+    first, twin, second = (training.batch(seed)[0] for seed in (1000, 1000, 1021))
+    assert (first == twin).all()
+    assert np.abs(first - second).max() > 0.1
 
 
 def test_studies_that_differ_by_more_than_the_bound_are_told() -> None:
-    kept = [{"variant": "flow", "kind": "k", "count": 200, "turned": 150, "placed": 140}]
-    assert training.differences(kept, [{**kept[0], "turned": 121, "placed": 169}]) == []
-    report = training.differences(kept, [{**kept[0], "turned": 119}])
+    entries = [{"variant": "flow", "kind": "k", "count": 200, "turned": 150, "placed": 140}]
+    assert training.differences(entries, [{**entries[0], "turned": 121, "placed": 169}]) == []
+    report = training.differences(entries, [{**entries[0], "turned": 119}])
     assert report == ["flow, k: turned was 150 of 200, now 119"]
 
 

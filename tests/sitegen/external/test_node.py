@@ -13,7 +13,7 @@ import pytest
 from sitegen.external.node import NodeError, run_node
 
 READ = 'import { appendFileSync, readFileSync } from "node:fs";\nconst said = JSON.parse(readFileSync(0, "utf-8"));\n'
-Waited = dict[str, tuple[Future[Any], Path]]
+Outcomes = dict[str, tuple[Future[Any], Path]]
 STAY = "setInterval(() => {}, 1000);\n"
 
 
@@ -30,36 +30,36 @@ def test_the_last_line_is_the_answer(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def waited(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Waited]:
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outcomes]:
     """Scripts that never end, all awaited at once: the result of each, and the file to which each start adds a mark."""
-    once = 'if (readFileSync(said, "utf-8") === "x") '
+    condition = 'if (readFileSync(said, "utf-8") === "x") '
     bodies = {"answers": ("console.log(7);\n" + STAY, {"attempts": 1}), "always": (STAY, {})}
     with ThreadPoolExecutor() as threads:
         results = {}
-        for name, (body, options) in {**bodies, "at first": (once + STAY + "else console.log(7);", {})}.items():
+        for name, (body, options) in {**bodies, "at first": (condition + STAY + "else console.log(7);", {})}.items():
             folder = tmp_path_factory.mktemp("node")
-            path, begun = script(folder, 'appendFileSync(said, "x");\n' + body), folder / "begun"
-            results[name] = (threads.submit(run_node, path, str(begun), timeout=5, **options), begun)
+            path, log = script(folder, 'appendFileSync(said, "x");\n' + body), folder / "begun"
+            results[name] = (threads.submit(run_node, path, str(log), timeout=5, **options), log)
         yield results
 
 
-def test_an_answer_counts_although_its_process_never_ends(waited: Waited) -> None:
-    answer, begun = waited["answers"]
+def test_an_answer_counts_although_its_process_never_ends(outcomes: Outcomes) -> None:
+    answer, log = outcomes["answers"]
     assert answer.result() == 7
-    assert begun.read_text() == "x"
+    assert log.read_text() == "x"
 
 
-def test_a_script_that_hangs_is_run_once_more(waited: Waited) -> None:
-    answer, begun = waited["at first"]
+def test_a_script_that_hangs_is_run_once_more(outcomes: Outcomes) -> None:
+    answer, log = outcomes["at first"]
     assert answer.result() == 7
-    assert begun.read_text() == "xx"
+    assert log.read_text() == "xx"
 
 
-def test_one_that_always_hangs_is_an_error_in_the_end(waited: Waited) -> None:
-    answer, begun = waited["always"]
+def test_one_that_always_hangs_is_an_error_in_the_end(outcomes: Outcomes) -> None:
+    answer, log = outcomes["always"]
     with pytest.raises(NodeError, match=r"script\.mjs did not answer within 5 s"):
         answer.result()
-    assert begun.read_text() == "xx"
+    assert log.read_text() == "xx"
 
 
 @pytest.mark.parametrize(

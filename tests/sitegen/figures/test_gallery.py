@@ -37,7 +37,7 @@ See :ref[fig:dots].
 LIMIT = 25_000
 
 
-def built(project: Project, body: str = PLACED) -> str:
+def page_of(project: Project, body: str = PLACED) -> str:
     project.chapter(body)
     project.write("content/00-start.md", "---\ntitle: Start\nrung: '0'\nsummary: S\n---\n\nText.\n")
     project.build()
@@ -46,7 +46,7 @@ def built(project: Project, body: str = PLACED) -> str:
 
 def test_a_plot_stands_in_the_page(project: Project) -> None:
     """Both drawings, numbered with the figures, with words and table, and nothing that the policy blocks."""
-    page = built(project)
+    page = page_of(project)
     assert page.count('class="graph-svg"') == 2
     assert '<a class="ref" href="#fig-dots">Figure 1.1</a>' in page
     assert "3 dots &amp; &lt;words&gt;." in page
@@ -60,13 +60,13 @@ def test_a_plot_stands_in_the_page(project: Project) -> None:
 
 
 def test_figures_and_plots_are_numbered_together(project: Project) -> None:
-    page = built(project, "::plot[One.]{toy-plot}\n\n::figure[Two.]{toy}\n\n::plot[Three.]{toy-plot id=three}\n")
+    page = page_of(project, "::plot[One.]{toy-plot}\n\n::figure[Two.]{toy}\n\n::plot[Three.]{toy-plot id=three}\n")
     numbers = re.findall(r'<span class="figure-number"><a href="#(fig-[\w-]+)">Figure (?:\d\.)?(\d)</a>', page)
     assert numbers == [("fig-toy-plot", "1"), ("fig-toy", "2"), ("fig-three", "3")]
 
 
 @pytest.mark.parametrize(
-    ("body", "said"),
+    ("body", "messages"),
     [
         ("::plot[C]{toy-plt}\n", ["7:11: unknown plot 'toy-plt'; did you mean 'toy-plot'?"]),
         ("::plot[C]{}\n", ["7:11: missing plot name, as in {trial-budget id=budget}"]),
@@ -89,8 +89,8 @@ def test_figures_and_plots_are_numbered_together(project: Project) -> None:
         (":value[plots.toy_plot()]\n", ["7:14: plots.toy_plot has no number ''; known: highest"]),
     ],
 )
-def test_what_is_placed_wrongly_is_told_with_its_place(second: Any, body: str, said: list[str]) -> None:
-    assert second(body) == said
+def test_what_is_placed_wrongly_is_told_with_its_place(second: Any, body: str, messages: list[str]) -> None:
+    assert second(body) == messages
 
 
 def test_a_plot_that_fails_names_itself_and_its_place(project: Project) -> None:
@@ -99,7 +99,7 @@ def test_a_plot_that_fails_names_itself_and_its_place(project: Project) -> None:
 
     project.plots = {"toy-plot": replace(TOY_PLOT, draw=fails, look="another")}
     project.chapter(PLACED)
-    (problem, *_) = [each for each in project.problems() if "plot" in each]
+    (problem, *_) = [p for p in project.problems() if "plot" in p]
     assert "01-second.md:9:1: the plot cannot be drawn: ValueError: unknown colour #123456" in problem
 
 
@@ -111,18 +111,18 @@ def test_what_is_known_is_not_computed_again(tmp_path: Path) -> None:
         counts["compute"] += 1
         return Counted(((0.5, 0.1 + 0.2), (2.0, 1.0)))
 
-    def drawn(result: Counted, figure: Any, narrow: bool) -> None:
+    def draw(result: Counted, figure: Any, narrow: bool) -> None:
         counts["draw"] += 1
         assert result == Counted(((0.5, 0.1 + 0.2), (2.0, 1.0)))
 
-    plot = replace(TOY_PLOT, compute=compute, draw=drawn)
-    for each, expected in (
+    plot = replace(TOY_PLOT, compute=compute, draw=draw)
+    for variant, expected in (
         (plot, {"compute": 1, "draw": 2}),
         (plot, {"compute": 1, "draw": 2}),
         (replace(plot, look="other"), {"compute": 1, "draw": 4}),
         (replace(plot, code="other"), {"compute": 2, "draw": 4}),
     ):
-        Gallery({"toy-plot": each}, tmp_path).drawn(Placed("p", "1", each, Place("x")))
+        Gallery({"toy-plot": variant}, tmp_path).drawn(Placed("p", "1", variant, Place("x")))
         assert counts == expected
 
 
@@ -135,12 +135,12 @@ def test_editing_the_drawing_leaves_what_is_computed() -> None:
 
 
 def test_a_drawing_is_the_same_twice_and_small() -> None:
-    once, again = (
+    first, second = (
         draw(lambda figure: TOY_PLOT.draw(TOY_PLOT.compute(), figure, False), (300, 200), "p") for _ in range(2)
     )
-    assert once == again
-    assert "202" not in re.sub(r'="[^"]*"', "", once)  # no date
-    assert len(once) < 6000
+    assert first == second
+    assert "202" not in re.sub(r'="[^"]*"', "", first)  # no date
+    assert len(first) < 6000
 
 
 def test_only_what_can_stand_in_a_page_is_let_through() -> None:
@@ -179,19 +179,19 @@ def test_every_plot_of_the_site(name: str) -> None:
     """From its kept result: words that end in a full stop, a table without gaps, small and legible drawings."""
     plot = all_plots()[name]
     gallery = Gallery({name: plot}, cache_dir())
-    drawn = gallery.drawn(Placed(name, "1", plot, Place("x")))
-    assert drawn.words.endswith(".")
-    assert set(drawn.svgs) == {"wide", "narrow"}
-    assert len(gzip.compress("".join(drawn.svgs.values()).encode(), 9)) < LIMIT
-    for svg in drawn.svgs.values():
+    drawing = gallery.drawn(Placed(name, "1", plot, Place("x")))
+    assert drawing.words.endswith(".")
+    assert set(drawing.svgs) == {"wide", "narrow"}
+    assert len(gzip.compress("".join(drawing.svgs.values()).encode(), 9)) < LIMIT
+    for svg in drawing.svgs.values():
         assert "style=" not in svg
         sizes = [float(size) for size in re.findall(r'font-size="([\d.]+)"', svg)]
         assert sizes
         assert min(sizes) >= 11.0
     assert plot.sizes["narrow"][0] <= 350
     assert plot.sizes["wide"][0] <= 720
-    if drawn.table:
-        heads, rows = drawn.table
+    if drawing.table:
+        heads, rows = drawing.table
         assert all(len(row) == len(heads) for row in rows)
 
 
@@ -240,8 +240,8 @@ def test_point_pairs_crab_and_planes_do_not() -> None:
     """Point pairs never overtake the mean that the long wall allows, and stop short; planes arrive in two steps."""
     outcome = result("crab-walk")
     point, plane = outcome.gaps
-    held = [0.6 * (1.0 - outcome.facing) ** step for step in range(len(point))]
-    assert all(a >= b - 1e-9 for a, b in zip(point, held, strict=True))
+    bounds = [0.6 * (1.0 - outcome.facing) ** step for step in range(len(point))]
+    assert all(a >= b - 1e-9 for a, b in zip(point, bounds, strict=True))
     assert point[-1] == point[-2] > 0.15
     assert abs(plane[2]) < 0.01
     assert [corners[0][2][0] for corners in outcome.corners] == pytest.approx([7.4, 7.4])
@@ -256,14 +256,14 @@ def test_four_grids_jump_more_often_and_less_far() -> None:
 
 def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
     outcome = result("coarse-to-fine")
-    for one, fine in (outcome.by_angle, outcome.by_offset):
-        assert all(a <= b for a, b in zip(one, fine, strict=True))
-        assert sum(one) < sum(fine)
+    for coarse, fine in (outcome.by_angle, outcome.by_offset):
+        assert all(a <= b for a, b in zip(coarse, fine, strict=True))
+        assert sum(coarse) < sum(fine)
         assert fine[-1] == 0
     # Away from the truth, by angle either way and by offset, the single cell size drops to zero first.
     middle = outcome.angles.index(0)
     ways = [*(tuple(row[middle::way] for row in outcome.by_angle) for way in (1, -1)), outcome.by_offset]
-    assert all(one.index(0) < fine.index(0) for one, fine in ways)
+    assert all(coarse.index(0) < fine.index(0) for coarse, fine in ways)
 
 
 def test_the_basins_are_as_the_chapter_says() -> None:
@@ -281,22 +281,22 @@ def test_the_basins_are_as_the_chapter_says() -> None:
 
 def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None:
     """Computed and drawn in other processes, then in this one: the same files, and nothing is left to make."""
-    placed = [Placed(name, "1", all_plots()[name], Place("x")) for name in ("sweep-table", "basins")]
-    together, alone = Gallery(all_plots(), tmp_path / "one"), Gallery(all_plots(), tmp_path / "two")
-    assert all(map(together.lacks, placed))
-    pool.make("plots", [(make_ahead, (p.plot.name, p.id, tmp_path / "one")) for p in placed], quiet)
-    assert not any(map(together.lacks, placed))
+    plots = [Placed(name, "1", all_plots()[name], Place("x")) for name in ("sweep-table", "basins")]
+    ahead, alone = Gallery(all_plots(), tmp_path / "one"), Gallery(all_plots(), tmp_path / "two")
+    assert all(map(ahead.lacks, plots))
+    pool.make("plots", [(make_ahead, (p.plot.name, p.id, tmp_path / "one")) for p in plots], quiet)
+    assert not any(map(ahead.lacks, plots))
     before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*") if path.is_file()}
-    for one in placed:
-        assert together.drawn(one) == alone.drawn(one)
+    for p in plots:
+        assert ahead.drawn(p) == alone.drawn(p)
     assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*") if path.is_file()} == before
     assert len(before) == 4
 
 
 def test_the_longest_plots_are_begun_first() -> None:
     """By the seconds stated in their modules; the others keep the order of the site."""
-    placed = [Placed(name, "1", plot, Place("x")) for name, plot in all_plots().items()]
-    order = [one.plot for one in longest_first(placed)]
+    plots = [Placed(name, "1", plot, Place("x")) for name, plot in all_plots().items()]
+    order = [p.plot for p in longest_first(plots)]
     assert order[0].name == "four-reach"
     assert all(a.seconds >= b.seconds for a, b in pairwise(order))
     quick = [name for name, plot in all_plots().items() if not plot.seconds]
@@ -305,23 +305,23 @@ def test_the_longest_plots_are_begun_first() -> None:
 
 def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
     """An unknown plot does not affect the other pieces."""
-    placed = Placed("basins", "1", all_plots()["basins"], Place("x"))
+    plot = Placed("basins", "1", all_plots()["basins"], Place("x"))
     pieces = [(make_ahead, (name, "basins", tmp_path)) for name in ("no-such-plot", "basins")]
     pool.make("plots", pieces, quiet)
-    assert not Gallery(all_plots(), tmp_path).lacks(placed)
+    assert not Gallery(all_plots(), tmp_path).lacks(plot)
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "message"),
     [
         ("plots.trial_budget.failed(0.4, 0.9)", "share: expected one of 0.3, 0.5, 0.7, 0.9; got 0.4"),
         ("plots.sweep_table.success('icpp', 'clean')", "method: unknown 'icpp'; did you mean 'icp'?"),
         ("plots.success_curves.success('icp', 'noise', 0.4)", "value: expected one of 0, 0.02, "),
     ],
 )
-def test_numbers_that_a_plot_does_not_have_are_told(call: str, said: str) -> None:
+def test_numbers_that_a_plot_does_not_have_are_told(call: str, message: str) -> None:
     gallery = Gallery(all_plots(), cache_dir())
-    with pytest.raises(CallError, match=re.escape(said)):
+    with pytest.raises(CallError, match=re.escape(message)):
         of_plot(read_call(call), gallery)
 
 
@@ -331,9 +331,9 @@ def test_the_ways_to_a_covariance_have_marks_of_their_own(narrow: bool) -> None:
     from matplotlib.figure import Figure
 
     rows = [(5, 5, 5), (5, 5, 5), (5, None, 5)]
-    covered, spread = (tuple((row,) * 3 for row in rows) for _ in range(2))
+    counts, spread = (tuple((row,) * 3 for row in rows) for _ in range(2))
     places, ways = PLACES, coverage.SHOWN
-    result = coverage.Result(10, tuple(coverage.RESIDUALS), places, ways, covered, spread, 10, (1, 1, None))
+    result = coverage.Result(10, tuple(coverage.RESIDUALS), places, ways, counts, spread, 10, (1, 1, None))
     roles = {"hessian": "accent", "censi": "inlier", "sampled": "source"}.items()
     figure = Figure(figsize=(7, 5))
     coverage.draw(result, figure, narrow)

@@ -18,32 +18,32 @@ from sitegen.plots import registry
 @pytest.fixture
 def parts(tmp_path: Path) -> Parts:
     """Squares of three numbers, and their sum."""
-    asked = (("a", 1), ("a", 2), ("b", 3))
+    keys = (("a", 1), ("a", 2), ("b", 3))
     file = tmp_path / "sums.json"
     return Parts(
-        asked, lambda name, k: (k * k, name), lambda found: sum(k for k, _ in found.values()), lambda: "code", file
+        keys, lambda name, k: (k * k, name), lambda results: sum(k for k, _ in results.values()), lambda: "code", file
     )
 
 
-def never(*asked: Any) -> Any:
-    raise AssertionError(f"{asked} was run")
+def fail(*key: Any) -> Any:
+    raise AssertionError(f"{key} was run")
 
 
 def test_what_is_kept_is_not_run(parts: Parts) -> None:
     """Without a file the parts are run; with one none is run, and the result is the same."""
     assert parts.kept() is None
     assert parts.result() == 14
-    results = {asked: parts.run(asked) for asked in parts.asked}
+    results = {key: parts.run(key) for key in parts.asked}
     assert results["a", 2] == [4, "a"], "as it comes from a file"
     parts.keep(results)
-    kept = replace(parts, part=never)
-    assert kept.kept() == results
-    assert kept.result() == 14
+    second = replace(parts, part=fail)
+    assert second.kept() == results
+    assert second.result() == 14
 
 
 def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
     """The parts are run, and `keep` writes a whole file again."""
-    results = {asked: parts.run(asked) for asked in parts.asked}
+    results = {key: parts.run(key) for key in parts.asked}
     parts.keep(results)
     parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")
     assert parts.kept() is None
@@ -58,13 +58,13 @@ def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -
     ids=["code", "a part less", "another part"],
 )
 def test_other_code_and_other_parts_are_run(parts: Parts, change: dict[str, Any]) -> None:
-    parts.keep({asked: parts.run(asked) for asked in parts.asked})
+    parts.keep({key: parts.run(key) for key in parts.asked})
     assert parts.kept() is not None
     assert replace(parts, **change).kept() is None
 
 
 def test_another_numpy_is_run(parts: Parts) -> None:
-    parts.keep({asked: parts.run(asked) for asked in parts.asked})
+    parts.keep({key: parts.run(key) for key in parts.asked})
     data = json.loads(parts.file.read_text("utf-8"))
     parts.file.write_text(json.dumps({**data, "numpy": "1.0"}), "utf-8")
     assert parts.kept() is None
@@ -76,12 +76,12 @@ def test_the_files_in_the_repository_are_whole(name: str) -> None:
     plot = long_plots()[name]
     parts = plot.parts
     assert parts is not None
-    names = [named(asked) for asked in parts.asked]
+    names = [named(key) for key in parts.asked]
     assert len(set(names)) == len(names)
     report = json.loads(parts.file.read_text("utf-8"))["parts"]
     assert list(report) == names
     assert plot.compute == parts.result
-    assert isinstance(parts.whole({asked: report[named(asked)] for asked in parts.asked}), plot.result)
+    assert isinstance(parts.whole({key: report[named(key)] for key in parts.asked}), plot.result)
     assert len(parts.file.read_text("utf-8").splitlines()) == len(names) + 2
 
 

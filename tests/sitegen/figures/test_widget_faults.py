@@ -262,12 +262,12 @@ def module(project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     return write
 
 
-def marked(name: str, source: str, said: str) -> tuple[str, str]:
+def with_place(name: str, source: str, message: str) -> tuple[str, str]:
     """The module's source, and the place to be reported: the mark's, a field's function's, or the first."""
-    begins = source.index("¦") if "¦" in source else max(source.find(f"def {said.partition(':')[0]}("), 0)
+    begins = source.index("¦") if "¦" in source else max(source.find(f"def {message.partition(':')[0]}("), 0)
     before = source[:begins]
-    place = f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
-    return source.replace("¦", ""), f"widgets/figures/{name.replace('-', '_')}.py:{place}"
+    position = f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+    return source.replace("¦", ""), f"widgets/figures/{name.replace('-', '_')}.py:{position}"
 
 
 @pytest.mark.parametrize("case", MISTAKES)
@@ -276,14 +276,14 @@ def test_a_mistake_in_a_figure(project: Project, module: Callable[[str, str], No
     old, new, text = MISTAKES[case]
     name = "-".join(re.findall("[a-z]+", f"case {case}"))
     assert MODULE.count(old.replace("¦", "")) == 1
-    source, place = marked(name, MODULE.replace(old.replace("¦", ""), new), text)
+    source, position = with_place(name, MODULE.replace(old.replace("¦", ""), new), text)
     module(name, source)
     project.chapter(PLACED.replace("NAME", name) + "\nAnd [@on2001].\n")
-    other, *result = project.problems()
-    assert other.startswith("content/01-second.md:13:7: unknown reference 'on2001'")
+    first, *result = project.problems()
+    assert first.startswith("content/01-second.md:13:7: unknown reference 'on2001'")
     assert len(result) == 1, "\n".join(result)
     words = text.replace("NAME", name)
-    assert result[0].startswith(f"{place}: figure {name}{'' if words[0] == ' ' else ', '}{words}"), result[0]
+    assert result[0].startswith(f"{position}: figure {name}{'' if words[0] == ' ' else ', '}{words}"), result[0]
     if words.split(":")[0] in ("draw", "start", "act", "python", "motion"):
         assert "placed at content/01-second.md:7)" in result[0]
 
@@ -304,11 +304,11 @@ def test_a_strict_build_draws_what_no_chapter_shows(project: Project, module: Ca
     project.chapter("Text.\n")
     project.build()
     message = "figure case-unplaced, draw: panel 'main', mark 1 (Points): unknown role 'sorce'; did you mean 'source'?"
-    place = f"widgets/figures/case_unplaced.py:{line}:1"
-    assert project.problems(strict=True) == [f"{place}: {message} (preset noisy press=go; not placed in any chapter)"]
+    start = f"widgets/figures/case_unplaced.py:{line}:1"
+    assert project.problems(strict=True) == [f"{start}: {message} (preset noisy press=go; not placed in any chapter)"]
     project.chapter(PLACED.replace("NAME", "case-unplaced"))
     assert project.problems(strict=True) == [
-        f"{place}: {message} (preset noisy press=go; placed at content/01-second.md:7)"
+        f"{start}: {message} (preset noisy press=go; placed at content/01-second.md:7)"
     ]
 
 
@@ -318,11 +318,11 @@ def test_what_a_strict_build_drew_is_not_drawn_again(
     module("case-kept", MODULE)
     project.chapter("Text.\n")
     project.build(strict=True)
-    asked: list[str] = []
+    requests: list[str] = []
     frame = Host.frame
-    monkeypatch.setattr(Host, "frame", lambda host, request: asked.append(request) or frame(host, request))
+    monkeypatch.setattr(Host, "frame", lambda host, request: requests.append(request) or frame(host, request))
     project.build(strict=True)
-    assert asked == []
+    assert requests == []
 
 
 def test_a_slide_of_a_figure_that_fails_is_no_traceback(project: Project, module: Callable[[str, str], None]) -> None:

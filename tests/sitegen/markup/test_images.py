@@ -27,7 +27,7 @@ def test_a_drawing_has_the_size_of_its_view(tmp_path: Path, text: str, size: tup
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("<svg", "not SVG: "),
         ('<html viewBox="0 0 3 2"/>', "not SVG: the root element is <html>"),
@@ -38,9 +38,9 @@ def test_a_drawing_has_the_size_of_its_view(tmp_path: Path, text: str, size: tup
         (f'<svg xmlns="{SVG}" viewBox="0 0 -4 3"/>', "expected an SVG image with width and height, got -4 × 3"),
     ],
 )
-def test_a_drawing_of_no_size_is_refused(tmp_path: Path, text: str, says: str) -> None:
+def test_a_drawing_of_no_size_is_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.svg").write_text(text, "utf-8")
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(ValueError, match=message):
         read_image(tmp_path / "a.svg")
 
 

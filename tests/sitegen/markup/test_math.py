@@ -14,7 +14,7 @@ THIN = '<mspace width="0.1667em"></mspace>'
 
 
 @pytest.mark.parametrize(
-    ("source", "shown"),
+    ("source", "expected"),
     [
         (r"p_1, \dots, p_m", "p1,…,pm"),
         (r"x_1 + \cdots + x_m", "x1+⋯+xm"),
@@ -25,10 +25,10 @@ THIN = '<mspace width="0.1667em"></mspace>'
         (r"a \, b", "a|b"),
     ],
 )
-def test_dots_and_functions_are_spaced_as_in_print(source: str, shown: str, cache: Path) -> None:
+def test_dots_and_functions_are_spaced_as_in_print(source: str, expected: str, cache: Path) -> None:
     """A thin space, |, comes before and after a function unless nothing is there; dots are not operators."""
     formula, problems = Formula(source, display=False), Problems()
     mathml = render([Asked(formula, lambda at: Place("x.md", 1, at))], {}, cache, problems).mathml[formula]
     assert not problems.found
     assert not re.search("<mo[^>]*>[…⋯]", mathml)
-    assert re.sub("<[^>]*>|\u2061", "", mathml.replace(THIN, "|")) == shown
+    assert re.sub("<[^>]*>|\u2061", "", mathml.replace(THIN, "|")) == expected

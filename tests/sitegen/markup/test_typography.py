@@ -14,7 +14,7 @@ AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
 
 
 @pytest.mark.parametrize(
-    ("typed", "printed"),
+    ("text", "expected"),
     [
         ("the cloud's edge, row i's partner", "the cloud’s edge, row i’s partner"),
         ("the points' noise", "the points’ noise"),
@@ -29,13 +29,13 @@ AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
         ("", ""),
     ],
 )
-def test_what_is_curved_and_what_is_left(typed: str, printed: str) -> None:
+def test_what_is_curved_and_what_is_left(text: str, expected: str) -> None:
     """The typed text is printed so, and printing it twice changes nothing more."""
-    assert apostrophes(typed) == apostrophes(printed) == printed
+    assert apostrophes(text) == apostrophes(expected) == expected
 
 
 @pytest.mark.parametrize(
-    ("html", "kept"),
+    ("html", "expected"),
     [
         ("a <math>x</math>, b", 'a <span class="held"><math>x</math>,</span> b'),
         ("(<math>x</math>) b", '<span class="held">(<math>x</math>)</span> b'),
@@ -45,8 +45,8 @@ def test_what_is_curved_and_what_is_left(typed: str, printed: str) -> None:
         ('<div class="formula"><math>x,</math></div>', '<div class="formula"><math>x,</math></div>'),
     ],
 )
-def test_signs_keep_to_their_formula(html: str, kept: str) -> None:
-    assert held(html) == kept
+def test_signs_keep_to_their_formula(html: str, expected: str) -> None:
+    assert held(html) == expected
 
 
 class Straight:
@@ -86,6 +86,6 @@ def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
 
 def test_a_test_s_name_wraps_between_its_words_only() -> None:
     name = "tests/claims/test_a.py::test_one[<b>-x_y]"
-    wrapped = breakable(name)
-    assert wrapped == "tests/<wbr>claims/<wbr>test_<wbr>a.py::<wbr>test_<wbr>one[&lt;b&gt;-x_<wbr>y]"
-    assert wrapped.replace("<wbr>", "") == escape(name)
+    result = breakable(name)
+    assert result == "tests/<wbr>claims/<wbr>test_<wbr>a.py::<wbr>test_<wbr>one[&lt;b&gt;-x_<wbr>y]"
+    assert result.replace("<wbr>", "") == escape(name)

@@ -105,19 +105,19 @@ def public() -> Iterator[tuple[str, griffe.Object]]:
     modules = {name.rpartition(".")[0] for name in LISTED} - {"solvers"}
     modules |= {f"solvers.{name}" for name in solvers._MODULES.values()}
     for name in dict.fromkeys([*LISTED, *(f"{module}.{name}" for module in sorted(modules) for name in own(module))]):
-        thing = api_reference.named(name)
-        yield name, thing
-        if isinstance(thing, griffe.Class):
-            yield from ((f"{name}.{each.name}", each) for each in api_reference.members(thing))
+        item = api_reference.named(name)
+        yield name, item
+        if isinstance(item, griffe.Class):
+            yield from ((f"{name}.{member.name}", member) for member in api_reference.members(item))
 
 
 def own(module: str) -> Iterator[str]:
     """The functions and classes that a module defines, and those that it lists in `__all__`."""
     room = api_reference.named(module)
     assert isinstance(room, griffe.Module)
-    listed = {str(name) for name in room.exports or ()}
+    names = {str(name) for name in room.exports or ()}
     for name in room.members:
-        if name.startswith("_") or (isinstance(room.members[name], griffe.Alias) and name not in listed):
+        if name.startswith("_") or (isinstance(room.members[name], griffe.Alias) and name not in names):
             continue
         if isinstance(api_reference.named(f"{module}.{name}"), griffe.Function | griffe.Class):
             yield name
@@ -129,50 +129,50 @@ PUBLIC = dict(public())
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_public_docstring_has_its_sections(name: str) -> None:
     """A one-line summary, every parameter, and what is returned; for listed names and functions, an example."""
-    thing = PUBLIC[name]
-    assert thing.docstring is not None
-    summary, _, rest = thing.docstring.value.partition("\n")
+    item = PUBLIC[name]
+    assert item.docstring is not None
+    summary, _, rest = item.docstring.value.partition("\n")
     assert summary.endswith(".")
     assert not rest.partition("\n")[0]
-    kinds = {part.kind for part in sections(thing)}
-    if isinstance(thing, griffe.Function):
-        expected = [p for p in thing.parameters if p.name not in ("self", "cls")]
-        assert [p.name.lstrip("*") for p in parameters(thing)] == [p.name for p in expected]
-        assert Kind.returns in kinds or not expected or str(thing.returns) == "None"
-    elif isinstance(thing, griffe.Class) and not api_reference.is_enum(thing):
-        fields_of = [part.value for part in sections(thing) if part.kind in (Kind.parameters, Kind.attributes)]
-        expected = [p for p in thing.parameters if p.name != "self"]
-        assert [each.name for part in fields_of for each in part] == [p.name for p in expected]
-    is_function = isinstance(thing, griffe.Function) and isinstance(thing.parent, griffe.Module)
+    kinds = {part.kind for part in sections(item)}
+    if isinstance(item, griffe.Function):
+        expected = [p for p in item.parameters if p.name not in ("self", "cls")]
+        assert [p.name.lstrip("*") for p in parameters(item)] == [p.name for p in expected]
+        assert Kind.returns in kinds or not expected or str(item.returns) == "None"
+    elif isinstance(item, griffe.Class) and not api_reference.is_enum(item):
+        fields_of = [part.value for part in sections(item) if part.kind in (Kind.parameters, Kind.attributes)]
+        expected = [p for p in item.parameters if p.name != "self"]
+        assert [entry.name for part in fields_of for entry in part] == [p.name for p in expected]
+    is_function = isinstance(item, griffe.Function) and isinstance(item.parent, griffe.Module)
     assert Kind.examples in kinds or not (name in LISTED or is_function)
 
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_docstring_tells_the_true_defaults(name: str) -> None:
     """The value after "default", or None after "optional", is the code's."""
-    thing = PUBLIC[name]
-    if isinstance(thing, griffe.Function | griffe.Class):
-        check_defaults(thing)
+    item = PUBLIC[name]
+    if isinstance(item, griffe.Function | griffe.Class):
+        check_defaults(item)
 
 
-def check_defaults(thing: griffe.Object) -> None:
+def check_defaults(item: griffe.Object) -> None:
     """Compare the literals in a docstring with those in the code."""
-    own: Any = import_module(thing.module.path)
-    for name in thing.path.removeprefix(thing.module.path + ".").split("."):
+    own: Any = import_module(item.module.path)
+    for name in item.path.removeprefix(item.module.path + ".").split("."):
         own = getattr(own, name)
-    for each in parameters(thing):
-        if isinstance(each.default, str) and not each.name.startswith("*"):
-            value = {"inf": np.inf, "π": np.pi, "1/75": 1.0 / 75.0}.get(each.default) or ast.literal_eval(each.default)
-            assert inspect.signature(own).parameters[each.name].default == value, each.name
+    for p in parameters(item):
+        if isinstance(p.default, str) and not p.name.startswith("*"):
+            value = {"inf": np.inf, "π": np.pi, "1/75": 1.0 / 75.0}.get(p.default) or ast.literal_eval(p.default)
+            assert inspect.signature(own).parameters[p.name].default == value, p.name
 
 
 def test_every_option_of_every_method_is_explained() -> None:
     """With its type, its true default and a meaning, in the order of the code."""
-    assert [one.name for one in api_reference.methods()] == list(solvers.METHODS)
-    for one in api_reference.methods():
-        assert [option.name for option in one.options] == [f.name for f in fields(one.method.options)]
-        assert all(option.says and option.type and option.default for option in one.options), one.name
-        check_defaults(api_reference.named(f"{one.method.options.__module__}.{one.method.options.__qualname__}"))
+    assert [m.name for m in api_reference.methods()] == list(solvers.METHODS)
+    for m in api_reference.methods():
+        assert [option.name for option in m.options] == [f.name for f in fields(m.method.options)]
+        assert all(option.says and option.type and option.default for option in m.options), m.name
+        check_defaults(api_reference.named(f"{m.method.options.__module__}.{m.method.options.__qualname__}"))
 
 
 def test_griffe_has_nothing_to_object_to(caplog: pytest.LogCaptureFixture) -> None:
@@ -181,15 +181,15 @@ def test_griffe_has_nothing_to_object_to(caplog: pytest.LogCaptureFixture) -> No
     with caplog.at_level(logging.WARNING, "griffe"):
         waiting: list[griffe.Object] = [api_reference.package()]
         while waiting:
-            thing = waiting.pop()
-            sections(thing)
-            waiting += [each for each in thing.members.values() if isinstance(each, griffe.Object)]
+            item = waiting.pop()
+            sections(item)
+            waiting += [member for member in item.members.values() if isinstance(member, griffe.Object)]
     assert [record.getMessage() for record in caplog.records] == []
 
 
 def test_a_method_shows_its_own_module_before_that_of_its_step() -> None:
     """With the paper that it follows."""
-    gicp = next(one for one in api_reference.methods() if one.name == "gicp")
+    gicp = next(m for m in api_reference.methods() if m.name == "gicp")
     assert gicp.words.index("<p>Generalised ICP.</p>") < gicp.words.index("<p>ICP that knows surfaces.</p>")
     assert "https://doi.org/10.15607/RSS.2009.V.021" in gicp.words
 
@@ -198,9 +198,9 @@ def test_everything_listed_has_words() -> None:
     """Each entry, and each of its methods and properties, has a docstring and a signature with types."""
     for group in api_reference.groups():
         for entry in group.entries:
-            for one in (entry, *entry.members):
-                assert len(re.sub(r"<[^>]*>", "", one.words)) > 15, one.name
-                assert one.signature
+            for part in (entry, *entry.members):
+                assert len(re.sub(r"<[^>]*>", "", part.words)) > 15, part.name
+                assert part.signature
     results = {entry.name: entry for entry in api_reference.groups()[1].entries}
     assert {member.name for member in results["solvers.Result"].members} == {
         "Result.matrix", "Result.transform", "Result.inverse", "Result.detail", "Result.converged", "Result.ended",

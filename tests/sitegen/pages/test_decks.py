@@ -127,8 +127,8 @@ def test_broken_slides(project: Project, name: str) -> None:
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
     messages = [problem.removeprefix("content/01-second.md:") for problem in project.problems()]
     assert len(messages) == len(expected), messages
-    assert all(text == wanted or (wanted.endswith(":") and text.startswith(wanted))
-               for text, wanted in zip(messages, expected, strict=True)), messages  # fmt: skip
+    assert all(text == words or (words.endswith(":") and text.startswith(words))
+               for text, words in zip(messages, expected, strict=True)), messages  # fmt: skip
 
 
 def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None:
@@ -145,15 +145,15 @@ def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None
 
 
 def test_a_title_slide_shows_the_rungs_round_its_own() -> None:
-    def shown(count: int, at: int) -> list[str]:
+    def labels(count: int, at: int) -> list[str]:
         rungs = [{"rung": str(i), "title": "T", "page": "", "current": i == at} for i in range(count)]
-        return [each["title"] if each["rung"] == "…" else each["rung"] for each in in_part(rungs)]
+        return [step["title"] if step["rung"] == "…" else step["rung"] for step in in_part(rungs)]
 
-    assert shown(RUNGS, 3) == [str(i) for i in range(RUNGS)]
-    assert shown(30, 0) == [*(str(i) for i in range(17)), "13 more above"]
-    assert shown(30, 15) == ["7 more below", *(str(i) for i in range(7, 23)), "7 more above"]
-    assert shown(30, 29) == ["13 more below", *(str(i) for i in range(13, 30))]
-    assert shown(19, 10) == ["2 more below", *(str(i) for i in range(2, 19))]
+    assert labels(RUNGS, 3) == [str(i) for i in range(RUNGS)]
+    assert labels(30, 0) == [*(str(i) for i in range(17)), "13 more above"]
+    assert labels(30, 15) == ["7 more below", *(str(i) for i in range(7, 23)), "7 more above"]
+    assert labels(30, 29) == ["13 more below", *(str(i) for i in range(13, 30))]
+    assert labels(19, 10) == ["2 more below", *(str(i) for i in range(2, 19))]
 
 
 SLIDES = """\
@@ -227,8 +227,8 @@ def test_a_deck_takes_no_chapters_name(project: Project) -> None:
     project.chapter("A.\n", f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slides}')
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
     project.write("content/02-taken.md", "---\ntitle: U\nslug: slides-second\nsummary: S\n---\n\nText.\n")
-    wanted = "content/02-taken.md:3:1: page name 'slides-second' is taken by the slides of content/01-second.md"
-    assert project.problems() == [wanted]
+    message = "content/02-taken.md:3:1: page name 'slides-second' is taken by the slides of content/01-second.md"
+    assert project.problems() == [message]
 
 
 @pytest.fixture(scope="module")
@@ -236,9 +236,9 @@ def decks(site: Path) -> dict[str, str]:
     """Every deck of the built site, by chapter page."""
     chapters = [path for path in sorted(site.glob("*.html")) if 'class="chapter"' in path.read_text("utf-8")]
     assert len(chapters) >= 16, f"no built site in {site}: run `python3 build.py` first"
-    linked = {path.name: re.findall(r'href="(slides-[^"]*)"', path.read_text("utf-8")) for path in chapters}
-    assert all(len(result) == 1 for result in linked.values()), linked
-    return {page: (site / name).read_text("utf-8") for page, (name,) in linked.items()}
+    links = {path.name: re.findall(r'href="(slides-[^"]*)"', path.read_text("utf-8")) for path in chapters}
+    assert all(len(result) == 1 for result in links.values()), links
+    return {page: (site / name).read_text("utf-8") for page, (name,) in links.items()}
 
 
 def test_every_chapter_has_a_complete_deck(decks: dict[str, str]) -> None:
@@ -260,7 +260,7 @@ def test_decks_are_kept_offline_and_in_the_zip_and_not_searched(site: Path, deck
     worker = (site / "sw.js").read_text("utf-8")
     assert all(f'["{name}", ' in worker for name in names)
     (path,) = site.glob("*.zip")
-    with zipfile.ZipFile(path) as zipped:
-        assert names <= {Path(each).name for each in zipped.namelist()}
+    with zipfile.ZipFile(path) as archive:
+        assert names <= {Path(name).name for name in archive.namelist()}
     (data,) = site.glob("assets/search.*.js")
     assert "slides-" not in data.read_text("utf-8")

@@ -73,8 +73,8 @@ def test_what_the_docs_claim_is_checked(project: Project) -> None:
 
 def test_the_docs_are_searched_but_what_is_hidden(project: Project) -> None:
     with_docs(project)
-    none = Parts(project.widgets, project.plots, None, None, None, lambda names, cache: [], lambda cache: b"//")
-    build(project.root, project.site, cache=project.cache, pack=False, parts=none)
+    empty = Parts(project.widgets, project.plots, None, None, None, lambda names, cache: [], lambda cache: b"//")
+    build(project.root, project.site, cache=project.cache, pack=False, parts=empty)
     (script,) = project.site.glob("assets/search.*.js")
     entries = json.loads(script.read_text("utf-8").removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert ["docs-one.html#part", "One", "A part"] in [entry[:3] for entry in entries]
@@ -101,8 +101,8 @@ def test_every_page_of_the_docs_is_led_to(project: Project) -> None:
     with_docs(project)
     (project.root / "content/docs/index.md").unlink()
     project.write("content/docs/one.md", ONE.replace("[the index](index.md)", "it"))
-    said = "missing docs index: it must link to every other page of the docs"
-    assert project.problems() == [f"content/docs/index.md:0:0: {said}"]
+    message = "missing docs index: it must link to every other page of the docs"
+    assert project.problems() == [f"content/docs/index.md:0:0: {message}"]
 
 
 def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:

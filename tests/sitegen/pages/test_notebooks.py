@@ -30,10 +30,10 @@ def read(path: Path) -> nbformat.NotebookNode:
 @pytest.fixture(scope="module")
 def books(site: Path, pytestconfig: pytest.Config) -> dict[str, nbformat.NotebookNode]:
     """The built site's notebooks by name; with --pages, only those of the given pages."""
-    named = pytestconfig.getoption("--pages")
+    pages = pytestconfig.getoption("--pages")
     paths = {path.stem: path for path in sorted((site / "notebooks").glob("*.ipynb"))}
     assert len(paths) >= 17, f"no notebooks in {site}: run `python3 build.py` first"
-    return {name: read(path) for name, path in paths.items() if not named or f"{name}.html" in named.split(",")}
+    return {name: read(path) for name, path in paths.items() if not pages or f"{name}.html" in pages.split(",")}
 
 
 def text_of(book: nbformat.NotebookNode, kind: str = "markdown") -> str:

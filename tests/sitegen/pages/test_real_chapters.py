@@ -57,8 +57,8 @@ def test_it_ends_in_five_lines(chapter: Path) -> None:
 def test_it_has_three_exercises_whose_answers_are_computed(chapter: Path) -> None:
     _, _, exercises = chapter.read_text("utf-8").partition("\n## Exercises {#exercises}\n")
     answers = parts(exercises, "answer")
-    wanted = 0 if chapter.name == INSTRUMENT else 3
-    assert len(answers) == len(re.findall(r"^\*\*\d\.\*\* ", exercises, re.MULTILINE)) == wanted
+    count = 0 if chapter.name == INSTRUMENT else 3
+    assert len(answers) == len(re.findall(r"^\*\*\d\.\*\* ", exercises, re.MULTILINE)) == count
     bare = [k for k, answer in enumerate(answers, 1) if ":value[" not in answer and ":readout[" not in answer]
     assert bare == IN_WORDS.get(chapter.name, [])
 
@@ -93,11 +93,11 @@ def test_the_contestants_stand_right_before_the_race() -> None:
 def test_the_minutes_of_each_path_add_up() -> None:
     """On the first page, the minutes of each path's steps add up to those in its heading."""
     text = CHAPTERS[0].read_text("utf-8").partition("{#forty-minutes}\n")[2].partition("\n## ")[0]
-    first, *others = re.split(r"^\*\*[^*]+\*\* \((\d+) min\)\.$", text, flags=re.MULTILINE)
-    numbers = [40, *(int(minutes) for minutes in others[::2])]
-    steps = [[int(n) for n in re.findall(r"\((\d+) min\)", part)] for part in (first, *others[1::2])]
-    assert [len(each) for each in steps] == [8, 3, 4]
-    assert [sum(each) for each in steps] == numbers
+    first, *rest = re.split(r"^\*\*[^*]+\*\* \((\d+) min\)\.$", text, flags=re.MULTILINE)
+    numbers = [40, *(int(minutes) for minutes in rest[::2])]
+    steps = [[int(n) for n in re.findall(r"\((\d+) min\)", part)] for part in (first, *rest[1::2])]
+    assert [len(part) for part in steps] == [8, 3, 4]
+    assert [sum(part) for part in steps] == numbers
 
 
 def test_the_titles_face_has_every_letter_of_the_titles(site: Path) -> None:

@@ -50,7 +50,7 @@ def words(text: str) -> list[str]:
 def commands(text: str, begin: str) -> list[list[str]]:
     """The arguments of every call of a program, without comments and closing quotes."""
     matches = re.findall(rf"{re.escape(begin)}((?: [^`\n]*)?)(?=[`\n])", text)
-    return [[FOR_NAMES.get(word, word) for word in shlex.split(re.split(r"\s+#", one)[0])] for one in matches]
+    return [[FOR_NAMES.get(word, word) for word in shlex.split(re.split(r"\s+#", line)[0])] for line in matches]
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:
@@ -61,10 +61,10 @@ def test_the_readme_is_short() -> None:
     """Its headings are what a newcomer looks for; everything else is in the docs."""
     text = TEXTS[0].read_text("utf-8")
     assert len(words(text)) <= LONGEST
-    wanted = ["Quickstart", "Use the package", "Commands", "Architecture", "Read on", "Contribute", "Licence"]
-    assert [each for each in wanted if f"\n## {each}\n" not in text] == []
-    listed = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
-    assert listed == list(COMMANDS)
+    headings = ["Quickstart", "Use the package", "Commands", "Architecture", "Read on", "Contribute", "Licence"]
+    assert [heading for heading in headings if f"\n## {heading}\n" not in text] == []
+    names = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
+    assert names == list(COMMANDS)
 
 
 def test_the_readme_s_links_and_pictures_are_there() -> None:
@@ -76,45 +76,45 @@ def test_the_readme_s_links_and_pictures_are_there() -> None:
 
 def test_every_file_that_is_named_is_there(text: str) -> None:
     """In code, from one of the top folders; a name with a placeholder stands for many."""
-    named = [name for name in CODE.findall(text) if re.fullmatch(rf"(?:{'|'.join(FOLDERS)})/[\w./-]*", name)]
-    named = [name for name in named if "NAME" not in name]
-    assert [name for name in named if not (ROOT / name).exists()] == []
+    names = [name for name in CODE.findall(text) if re.fullmatch(rf"(?:{'|'.join(FOLDERS)})/[\w./-]*", name)]
+    names = [name for name in names if "NAME" not in name]
+    assert [name for name in names if not (ROOT / name).exists()] == []
 
 
 def test_every_command_of_build_py_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     wrong = []
-    for given in commands(text, "python3 build.py"):
+    for words in commands(text, "python3 build.py"):
         try:
-            if given != ["…"]:
-                parse(given)
+            if words != ["…"]:
+                parse(words)
         except SystemExit:
-            wrong.append((given, capsys.readouterr().err))
+            wrong.append((words, capsys.readouterr().err))
     assert wrong == []
 
 
 def test_every_call_of_the_solvers_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    for given in commands(text, "python3 -m solvers"):
-        named = bool(given) and given[0] in PARSERS
-        if given and given != ["--help"]:
-            PARSERS[given[0] if named else "register"].parse_args(given[named:])
+    for words in commands(text, "python3 -m solvers"):
+        has_name = bool(words) and words[0] in PARSERS
+        if words and words != ["--help"]:
+            PARSERS[words[0] if has_name else "register"].parse_args(words[has_name:])
     assert "error" not in capsys.readouterr().err
 
 
 def test_every_option_is_one_of_some_command() -> None:
-    known: set[str] = set()
+    flags: set[str] = set()
     for command in COMMANDS.values():
         parser = argparse.ArgumentParser()
         command.options(parser)
-        known |= options(parser)
-    shown = {
+        flags |= options(parser)
+    names = {
         word for code in CODE.findall(TEXTS[NAMES.index(PAGE)].read_text("utf-8")) for word in OPTION.findall(code)
     }
-    assert shown - known - BESIDE == set()
+    assert names - flags - BESIDE == set()
     everywhere = {word for path in TEXTS for word in OPTION.findall(path.read_text("utf-8"))}
-    assert known - everywhere == set(), "an option that no page of the docs tells of"
+    assert flags - everywhere == set(), "an option that no page of the docs tells of"
 
 
-def resolved(name: str) -> Any:
+def resolve(name: str) -> Any:
     """The object that a dotted name denotes: a module, or something in one."""
     parts = name.split(".")
     result = importlib.import_module(parts[0])
@@ -128,7 +128,7 @@ def resolved(name: str) -> Any:
 def test_every_name_of_the_package_is_there(text: str) -> None:
     without = FENCE.sub("", text)
     names = [code for code in CODE.findall(without) if re.fullmatch(r"solvers(?:\.\w+)+", code)]
-    assert [name for name in names if resolved(name) is None] == []
+    assert [name for name in names if resolve(name) is None] == []
 
 
 def test_every_message_that_troubleshooting_explains_is_said() -> None:
@@ -136,9 +136,9 @@ def test_every_message_that_troubleshooting_explains_is_said() -> None:
     kinds = ("sitegen/**/*.py", "templates/assets/**/*js")
     texts = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
     text = (ROOT / "content/docs/troubleshooting.md").read_text("utf-8")
-    quoted = re.findall(r"^\| (?:[^|]* )?\"([^\"|]+)\"", text, re.MULTILINE)
-    assert len(quoted) > 9
-    parts = [part.strip(" ,") for message in quoted for part in message.split("…")]
+    quotes = re.findall(r"^\| (?:[^|]* )?\"([^\"|]+)\"", text, re.MULTILINE)
+    assert len(quotes) > 9
+    parts = [part.strip(" ,") for message in quotes for part in message.split("…")]
     assert [part for part in parts if part not in texts] == []
 
 
@@ -158,7 +158,7 @@ def test_the_tables_of_rooms_are_those_of_the_contracts(package: str) -> None:
     rows = [row.split(", ") for row in re.findall(r"^\| ([a-z_, …]+) \|", table, re.MULTILINE)]
     rooms = [name for row in rows if "…" not in row for name in row]
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
-    (layers,) = [one["layers"] for one in contracts if one.get("containers") == [package]]
+    (layers,) = [contract["layers"] for contract in contracts if contract.get("containers") == [package]]
     level = {name: k for k, layer in enumerate(layers) for name in layer.split(" | ")}
     public = {name for name in level if level[name] == level.get("race")}
     assert sorted(rooms) == sorted({*level} - public - NO_ROOMS)
@@ -168,26 +168,26 @@ def test_the_tables_of_rooms_are_those_of_the_contracts(package: str) -> None:
 
 def test_every_family_of_methods_stands_among_the_rooms() -> None:
     text = (ROOT / "content/docs/architecture.md").read_text("utf-8")
-    (listed,) = re.findall(r"^\| methods \| one room per family: ([a-z, ]+);", text, re.MULTILINE)
-    assert set(listed.split(", ")) == {path.parent.name for path in (ROOT / "solvers/methods").glob("*/__init__.py")}
+    (families,) = re.findall(r"^\| methods \| one room per family: ([a-z, ]+);", text, re.MULTILINE)
+    assert set(families.split(", ")) == {path.parent.name for path in (ROOT / "solvers/methods").glob("*/__init__.py")}
 
 
 def test_the_table_of_directives_names_every_one() -> None:
     text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
     table = text.partition("\n## Directives")[2].partition("\n## ")[0]
-    wanted = [f"`::{name}[" for name in BLOCK] + [f"`:{name}[" for name in INLINE]
-    wanted += [f"`:::{name}`" for name in CONTAINERS]
-    assert [name for name in wanted if name not in table] == []
+    names = [f"`::{name}[" for name in BLOCK] + [f"`:{name}[" for name in INLINE]
+    names += [f"`:::{name}`" for name in CONTAINERS]
+    assert [name for name in names if name not in table] == []
 
 
 def test_what_the_page_on_chapters_shows_can_be_pasted() -> None:
     """Its figures and equations have names that no chapter uses, or a link from elsewhere would be ambiguous."""
-    named = re.compile(r"\bid=([\w-]+)|\$\$ \(([\w-]+)\)")
+    pattern = re.compile(r"\bid=([\w-]+)|\$\$ \(([\w-]+)\)")
     text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
-    shown = set().union(*(named.findall(block) for _, block in FENCE.findall(text)))
-    taken = set().union(*(named.findall(path.read_text("utf-8")) for path in (ROOT / "content").glob("*.md")))
-    assert len(shown) > 3
-    assert shown & taken == set()
+    ids = set().union(*(pattern.findall(block) for _, block in FENCE.findall(text)))
+    site_ids = set().union(*(pattern.findall(path.read_text("utf-8")) for path in (ROOT / "content").glob("*.md")))
+    assert len(ids) > 3
+    assert ids & site_ids == set()
 
 
 def test_the_chapter_that_is_shown_builds(project: Project) -> None:

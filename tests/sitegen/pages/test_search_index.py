@@ -19,7 +19,7 @@ PAGE = """<!doctype html><html><body><header><h2 id="no">Not in main</h2></heade
 
 
 def test_sections_of_a_page() -> None:
-    results = [(one.at, one.page, one.heading, one.text) for one in sections("p.html", PAGE)]
+    results = [(section.at, section.page, section.heading, section.text) for section in sections("p.html", PAGE)]
     title = "The title & more"
     assert results == [
         ("p.html", title, title, "First words."),
@@ -39,4 +39,4 @@ def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> N
 
 def test_what_is_hidden_is_not_found() -> None:
     page = "<main><h1>T</h1><p>Seen.</p><p hidden>Unseen.</p></main>"
-    assert [one.text for one in sections("p.html", page)] == ["Seen."]
+    assert [section.text for section in sections("p.html", page)] == ["Seen."]

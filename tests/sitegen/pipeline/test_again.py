@@ -60,8 +60,8 @@ class Again:
     def _built(self, memory: Memory, site: Path) -> Found:
         try:
             report = build(self.root, site, pack=False, cache=self._cache, parts=self._parts, memory=memory)
-        except BuildFailed as failed:
-            return [str(problem) for problem in failed.problems]
+        except BuildFailed as error:
+            return [str(problem) for problem in error.problems]
         return {**contents(site), "warnings": "\n".join(map(str, report.warnings)).encode()}
 
 
@@ -103,7 +103,7 @@ def remove(name: str) -> Edit:
     return lambda root: (root / name).unlink()
 
 
-def every(*edits: Edit) -> Edit:
+def series(*edits: Edit) -> Edit:
     """Several edits saved at once."""
     return lambda root: [edit(root) for edit in edits]
 
@@ -115,7 +115,7 @@ EDITS = {
     "the title of the first": swap(FIRST, "Start here", "Begin here"),
     "a heading that another chapter's slide names": swap(OTHER, "## A section", "## Its *section* of $q$"),
     "an anchor that another chapter links to": swap(OTHER, "{#deep}", "{#deeper}"),
-    "an anchor, with all that links to it": every(
+    "an anchor, with all that links to it": series(
         swap(OTHER, "{#deep}", "{#low}"),
         swap(OTHER, "second#deep", "second#low"),
         swap(FIRST, "#deep", "#low"),
@@ -177,9 +177,9 @@ def test_an_edit_gives_the_site_of_a_fresh_build(again: Again, edit: str) -> Non
     assert again.fresh() == before
     files = {name: data for name, data in contents(again.root).items() if not name.startswith(("site/", "fresh/"))}
     EDITS[edit](again.root)
-    edited = again.build()
-    assert edited != before
-    assert edited == again.fresh()
+    after = again.build()
+    assert after != before
+    assert after == again.fresh()
     for name in contents(again.root).keys() - files.keys():
         if not name.startswith(("site/", "fresh/")):
             (again.root / name).unlink()
@@ -187,34 +187,34 @@ def test_an_edit_gives_the_site_of_a_fresh_build(again: Again, edit: str) -> Non
         (again.root / name).write_bytes(data)
     assert again.build() == before
     EDITS[edit](again.root)
-    assert again.build() == edited
+    assert again.build() == after
 
 
 def test_edits_on_top_of_each_other(again: Again) -> None:
     """Even after an edit that was a mistake."""
-    done = 0
+    count = 0
     for edit in EDITS.values():
         with suppress(AssertionError, FileNotFoundError):  # an earlier edit has removed what this one would change
             edit(again.root)
-            done += 1
+            count += 1
         assert again.build() == again.fresh()
-    assert done > len(EDITS) / 2
+    assert count > len(EDITS) / 2
 
 
 def test_a_sentence_makes_its_own_chapter_anew_and_no_other(again: Again, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[str] = []
+    names: list[str] = []
     render = bodies.render
 
-    def watched(one: Survey, context: RenderContext) -> Body:
-        made.append(one.chapter.name)
-        return render(one, context)
+    def watch(survey: Survey, context: RenderContext) -> Body:
+        names.append(survey.chapter.name)
+        return render(survey, context)
 
-    monkeypatch.setattr(bodies, "render", watched)
+    monkeypatch.setattr(bodies, "render", watch)
     again.build()
-    assert made == ["index", "second"]
+    assert names == ["index", "second"]
     EDITS["a sentence"](again.root)
     again.build()
-    assert made == ["index", "second", "second"]
+    assert names == ["index", "second", "second"]
 
 
 def test_what_has_not_changed_is_not_written_again(again: Again) -> None:
@@ -224,11 +224,11 @@ def test_what_has_not_changed_is_not_written_again(again: Again) -> None:
     files = {name: (site / name).stat().st_ino for name in contents(site)}
     (site / picture).write_text("Somebody else's.", "utf-8")
     EDITS["a sentence"](again.root)
-    built = again.build()
-    assert isinstance(built, dict)
-    assert built[picture] == DOT.encode()
-    now = {name: (site / name).stat() for name in contents(site)}
-    assert all(facts.st_nlink == 1 for facts in now.values())
-    stayed = {name for name, facts in now.items() if files.get(name) == facts.st_ino}
-    assert {name for name in now if name.startswith("tapes/")} <= stayed
-    assert not {"second.html", picture} & stayed
+    result = again.build()
+    assert isinstance(result, dict)
+    assert result[picture] == DOT.encode()
+    stats = {name: (site / name).stat() for name in contents(site)}
+    assert all(facts.st_nlink == 1 for facts in stats.values())
+    stable = {name for name, facts in stats.items() if files.get(name) == facts.st_ino}
+    assert {name for name in stats if name.startswith("tapes/")} <= stable
+    assert not {"second.html", picture} & stable

@@ -39,22 +39,22 @@ def test_pictures_slides_and_tapes_are_drawn_before_all_else(
     project.cache = fresh_cache(tmp_path_factory.mktemp("cold"))
     project.widgets["kabsch"] = WIDGETS["kabsch"]
     project.chapter(SHOWN, SLIDES)
-    ahead: list[str] = []
-    late: list[str] = []
+    by_pool: list[str] = []
+    by_build: list[str] = []
     drawing = Bakery._frame
 
-    def make(_what: str, pieces: Sequence[pool.Piece], _progress: Any) -> None:
-        for function, given in pieces:
-            ahead.append(str(given[0]))
-            function(*given)
-        late.clear()
+    def make(_title: str, pieces: Sequence[pool.Piece], _progress: Any) -> None:
+        for function, arguments in pieces:
+            by_pool.append(str(arguments[0]))
+            function(*arguments)
+        by_build.clear()
 
-    def drawn(bakery: Bakery, dom_id: str, record: Any) -> Any:
-        late.append(f"{record['widget']} {dom_id}")
+    def frame(bakery: Bakery, dom_id: str, record: Any) -> Any:
+        by_build.append(f"{record['widget']} {dom_id}")
         return drawing(bakery, dom_id, record)
 
     monkeypatch.setattr(pool, "make", make)
-    monkeypatch.setattr(Bakery, "_frame", drawn)
+    monkeypatch.setattr(Bakery, "_frame", frame)
     project.build()
-    assert ahead == ["fig-demo", "fig-picture-1", "fig-picture-2"]
-    assert set(late) == {"toy fig-picture-3"}
+    assert by_pool == ["fig-demo", "fig-picture-1", "fig-picture-2"]
+    assert set(by_build) == {"toy fig-picture-3"}

@@ -47,7 +47,7 @@ class Elements:
 
 
 @pytest.fixture
-def built(project: Project) -> Project:
+def sample(project: Project) -> Project:
     project.build(strict=True)
     return project
 
@@ -56,19 +56,19 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_every_page_is_valid_and_every_link_leads_somewhere(built: Project) -> None:
-    assert [str(p) for p in check_site(built.site) if "runtime" not in p.message] == []
+def test_every_page_is_valid_and_every_link_leads_somewhere(sample: Project) -> None:
+    assert [str(p) for p in check_site(sample.site) if "runtime" not in p.message] == []
 
 
-def test_two_builds_are_the_same_bytes(built: Project, tmp_path: Path) -> None:
-    first = contents(built.site)
-    built.cache = fresh_cache(tmp_path / "cold")
-    built.build(strict=True)
-    assert contents(built.site) == first
+def test_two_builds_are_the_same_bytes(sample: Project, tmp_path: Path) -> None:
+    first = contents(sample.site)
+    sample.cache = fresh_cache(tmp_path / "cold")
+    sample.build(strict=True)
+    assert contents(sample.site) == first
 
 
-def test_markup_in_titles_and_data_is_text(built: Project) -> None:
-    page = built.page("second.html")
+def test_markup_in_titles_and_data_is_text(sample: Project) -> None:
+    page = sample.page("second.html")
     assert "<script>alert" not in page
     assert "<title>The &lt;/title&gt;&lt;script&gt;" in page
     assert '<meta name="description" content="It is &lt;b&gt;not&lt;/b&gt; bold.">' in page
@@ -79,13 +79,13 @@ def test_markup_in_titles_and_data_is_text(built: Project) -> None:
     assert records[0]["frame"]["description"].startswith("</script> 0 presses")
 
 
-def test_the_figure_and_its_tape(built: Project) -> None:
+def test_the_figure_and_its_tape(sample: Project) -> None:
     """The page holds the first frame; the tape, every prefix of the presses that the widget and its buttons record."""
-    page = built.page("second.html")
+    page = sample.page("second.html")
     (figure,) = Elements(page).of_class("figure")
     assert figure["id"] == "fig-demo"
     assert re.fullmatch(r"tapes/second-demo\.[0-9a-f]{10}\.js", figure["data-tape"] or "")
-    script = built.page(figure["data-tape"] or "")
+    script = sample.page(figure["data-tape"] or "")
     assert script.startswith('Ladder.tape("fig-demo", [')
     assert "</" not in script
     parts = "[" + script.removeprefix('Ladder.tape("fig-demo", ').removesuffix(");\n") + "]"
@@ -109,12 +109,12 @@ def test_the_figure_and_its_tape(built: Project) -> None:
     assert record["spec"]["controls"]["scene"]["sets"] == {"noisy": {"noise": 0.9}}
 
 
-def test_a_tape_s_frames_are_those_of_their_records(built: Project) -> None:
+def test_a_tape_s_frames_are_those_of_their_records(sample: Project) -> None:
     """Each entry's frame is what its record draws, and no other entry's."""
-    (figure,) = Elements(built.page("second.html")).of_class("figure")
-    script = built.page(figure["data-tape"] or "")
+    (figure,) = Elements(sample.page("second.html")).of_class("figure")
+    script = sample.page(figure["data-tape"] or "")
     drawings, entries = json.loads(f"[{script.removeprefix('Ladder.tape(').removesuffix(');' + chr(10))}]")[1:]
-    host = Host(built.widgets)
+    host = Host(sample.widgets)
     for entry in entries:
         frame = entry["frame"]
         for panel in frame["panels"]:
@@ -122,9 +122,9 @@ def test_a_tape_s_frames_are_those_of_their_records(built: Project) -> None:
         assert frame == json.loads(json.dumps(host.render("fig-demo", entry["record"])))
 
 
-def test_what_a_figure_s_job_finds_stands_in_the_page(built: Project) -> None:
+def test_what_a_figure_s_job_finds_stands_in_the_page(sample: Project) -> None:
     """Its table at the figure's settings, without timings, and its drawing, which the data omit."""
-    page = built.page("second.html")
+    page = sample.page("second.html")
     assert "<td>0.50</td><td>–</td>" in page
     assert "Noise &amp; &lt;more&gt; (u)" in page
     assert '<span class="key line truth dashed">One &lt;/script&gt;</span>' in page
@@ -137,8 +137,8 @@ def test_what_a_figure_s_job_finds_stands_in_the_page(built: Project) -> None:
     assert job.get("data-job") == "count"
 
 
-def test_buttons_in_the_text(built: Project) -> None:
-    page = built.page("second.html")
+def test_buttons_in_the_text(sample: Project) -> None:
+    page = sample.page("second.html")
     tries = Elements(page).of_class("try")
     assert [b["data-figure"] for b in tries] == ["fig-demo", "fig-demo"]
     first = json.loads(tries[0]["data-record"] or "")
@@ -147,13 +147,13 @@ def test_buttons_in_the_text(built: Project) -> None:
     assert "Press <strong>go</strong> twice." in page
 
 
-def test_numbers_and_references(built: Project) -> None:
-    page = built.page("second.html")
+def test_numbers_and_references(sample: Project) -> None:
+    page = sample.page("second.html")
     assert '<a href="#fig-demo">Figure 1.1</a></span> The <em>caption</em>' in page
     assert '<a class="ref" href="#eq-energy">(1.1)</a>, <a class="ref" href="#fig-demo">Figure 1.1</a>' in page
     assert 'id="eq-energy"' in page
     assert '<span class="computed">2</span> presses and\n<span class="computed">−7.250</span>.' in page
-    start = built.page("index.html")
+    start = sample.page("index.html")
     assert '<a class="ref" href="second.html">The &lt;/title&gt;' in start
     assert '<a href="second.html#deep">its section</a>' in start
 
@@ -165,9 +165,9 @@ def test_a_reference_to_another_chapter_s_figure_leads_there(project: Project) -
     assert '<a class="ref" href="second.html#fig-demo">Figure 1.1</a>' in project.page("index.html")
     assert '<a class="ref" href="second.html#eq-energy">(1.1)</a>' in project.page("index.html")
     project.write("content/02-third.md", "---\ntitle: T\nslug: third\nsummary: S\n---\n::figure[C]{toy id=demo}\n")
-    where = "content/01-second.md and content/02-third.md"
+    pages = "content/01-second.md and content/02-third.md"
     instead = "rename one, or link with [words](second.html#fig-demo)"
-    assert project.problems() == [f"content/00-start.md:9:10: ambiguous figure 'demo', in {where}: {instead}"]
+    assert project.problems() == [f"content/00-start.md:9:10: ambiguous figure 'demo', in {pages}: {instead}"]
     project.write("content/00-start.md", START + "\nSee [words](second.html#fig-demo).\n")
     project.build()
 
@@ -190,29 +190,29 @@ def test_reading_order_is_that_of_numbers(project: Project) -> None:
     assert '<link rel="next"' not in project.page("nine.html"), "Firefox fetches such a page ahead, against the policy"
 
 
-def test_mathematics_is_markup_without_styles(built: Project) -> None:
-    page = built.page("second.html")
+def test_mathematics_is_markup_without_styles(sample: Project) -> None:
+    page = sample.page("second.html")
     assert page.count("<math") == 5  # in the text, a caption, an equation, a table, a note
     assert "ℝ" in page
     assert "$" not in re.sub(r"<script.*?</script>", "", page, flags=re.S)
     assert not [tag for tag in Elements(page).tags if "style" in tag.attributes]
 
 
-def test_footnotes_stand_beside_their_paragraph(built: Project) -> None:
-    page = built.page("second.html")
-    noted = page[page.index('<div class="noted">') :]
-    assert noted.index('<a href="#note-1" id="noteref-1"') < noted.index('role="note" id="note-1"')
-    assert noted.index('id="note-1"') < noted.index("<figure")
+def test_footnotes_stand_beside_their_paragraph(sample: Project) -> None:
+    page = sample.page("second.html")
+    block = page[page.index('<div class="noted">') :]
+    assert block.index('<a href="#note-1" id="noteref-1"') < block.index('role="note" id="note-1"')
+    assert block.index('id="note-1"') < block.index("<figure")
     assert page.count('id="note-1"') == 1
 
 
-def test_citations_have_links_cards_and_a_bibliography(built: Project) -> None:
-    page = built.page("second.html")
+def test_citations_have_links_cards_and_a_bibliography(sample: Project) -> None:
+    page = sample.page("second.html")
     assert ">One 2001</a>; " in page
     assert ">Two et al. 2002</a>, §3)" in page
     cards = Elements(page).of_class("card")
     assert [(c["id"], "hidden" in c) for c in cards] == [("card-one2001", True), ("card-two2002", True)]
-    bibliography = built.page("references.html")
+    bibliography = sample.page("references.html")
     assert bibliography.index('id="ref-one2001"') < bibliography.index('id="ref-two2002"')
     assert "Ben Two, Cy van der Three and Di Four" in bibliography
     assert "More &amp; &lt;more&gt;?" in bibliography
@@ -220,8 +220,8 @@ def test_citations_have_links_cards_and_a_bibliography(built: Project) -> None:
     assert '<a href="second.html">' in bibliography
 
 
-def test_claims_open_what_was_checked(built: Project) -> None:
-    page, checks = built.page("second.html"), built.page("checks-second.html")
+def test_claims_open_what_was_checked(sample: Project) -> None:
+    page, checks = sample.page("second.html"), sample.page("checks-second.html")
     (mark,) = Elements(page).of_class("claim-mark")
     target = (mark["href"] or "").removeprefix("checks-second.html#")
     assert f'id="{target}"' in checks
@@ -229,36 +229,36 @@ def test_claims_open_what_was_checked(built: Project) -> None:
     assert "What holds &amp; what &lt;does not&gt;." in checks
     assert "Not yet run on this code." in checks
     assert mark["data-outcome"] == "unknown"
-    about = built.page("checks.html")
+    about = sample.page("checks.html")
     (row,) = re.findall(r'<tr><th scope="row"><a href="checks-second.html">.*?</tr>', about)
     assert re.findall(r"<td>(\d+)</td>", row) == ["1", "0", "0", "0", "1"]
 
 
-def test_contents_ladder_and_neighbours(built: Project) -> None:
-    page = built.page("second.html")
+def test_contents_ladder_and_neighbours(sample: Project) -> None:
+    page = sample.page("second.html")
     assert 'class="contents"' not in page, "one section needs no list"
     assert 'rel="prev" href="index.html"' in page
     assert "Not yet written" in page
     assert 'href="index.html"' in page
     assert page.count('aria-current="page"') == 1
-    built.chapter("\n## One\n\n### In *it*\n\n## Two $x$\n")
-    built.write("content/00-start.md", START.partition("Read")[0])
-    built.build()
-    page = built.page("second.html")
+    sample.chapter("\n## One\n\n### In *it*\n\n## Two $x$\n")
+    sample.write("content/00-start.md", START.partition("Read")[0])
+    sample.build()
+    page = sample.page("second.html")
     nav = page[page.index('class="contents"') :]
     assert re.findall(r'href="#([^"]*)"', nav[: nav.index("</nav>")]) == ["one", "in-it", "two-x"]
     assert "In <em>it</em>" in nav
 
 
-def test_redirects_metadata_and_site_map(built: Project) -> None:
-    old = built.page("old-second.html")
+def test_redirects_metadata_and_site_map(sample: Project) -> None:
+    old = sample.page("old-second.html")
     assert '<meta http-equiv="refresh" content="0; url=second.html">' in old
     assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in old
-    page = built.page("second.html")
+    page = sample.page("second.html")
     assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in page
     assert '<meta property="og:title" content="The &lt;/title&gt;' in page
     assert "https://example.org/issues/new?title=The%20%3C/title%3E" in page
-    assert re.findall(r"<loc>(.*?)</loc>", built.page("sitemap.xml")) == [
+    assert re.findall(r"<loc>(.*?)</loc>", sample.page("sitemap.xml")) == [
         "https://example.org/ladder/",
         "https://example.org/ladder/second.html",
         "https://example.org/ladder/about.html",
@@ -267,7 +267,7 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
         "https://example.org/ladder/reference.html",
         "https://example.org/ladder/checks.html",
     ]
-    assert 'name="robots" content="noindex"' in built.page("404.html")
+    assert 'name="robots" content="noindex"' in sample.page("404.html")
 
 
 def test_files_of_any_editor(project: Project) -> None:
@@ -298,8 +298,8 @@ def test_a_chapter_off_the_ladder_counts_without_a_rung(project: Project) -> Non
     assert '<a class="ref" href="#fig-demo">Figure 1</a>' in project.page("second.html")
 
 
-def test_code_tables_and_asides(built: Project) -> None:
-    page = built.page("second.html")
+def test_code_tables_and_asides(sample: Project) -> None:
+    page = sample.page("second.html")
     assert 'print(<span class="s2">"&lt;hello&gt;"</span>)' in page
     assert "<td><code>code</code></td>" in page
     assert '<div class="aside" role="note"><p>Beside the <em>point</em>.</p></div>' in page
@@ -317,75 +317,75 @@ def test_images_are_measured_copied_and_named_by_content(project: Project) -> No
     assert project.page(image["src"] or "") == svg
 
 
-def test_the_service_worker_knows_every_file_and_their_version(built: Project) -> None:
-    worker = built.page("sw.js")
+def test_the_service_worker_knows_every_file_and_their_version(sample: Project) -> None:
+    worker = sample.page("sw.js")
     files = json.loads(re.search(r"const FILES = (\[.*?\n\]);", worker, re.DOTALL)[1])  # type: ignore[index]
-    there = {n: d for n, d in contents(built.site).items() if n not in ("sw.js", "_headers", *FOR_HOSTS)}
-    there = {n: d for n, d in there.items() if not n.startswith("notebooks/") and not n.endswith(MAP)}
+    site_files = {n: d for n, d in contents(sample.site).items() if n not in ("sw.js", "_headers", *FOR_HOSTS)}
+    site_files = {n: d for n, d in site_files.items() if not n.startswith("notebooks/") and not n.endswith(MAP)}
     assert {name: (size, hash_) for name, size, hash_ in files} == {
-        name: (len(data), "sha256-" + b64encode(sha256(data).digest()).decode()) for name, data in there.items()
+        name: (len(data), "sha256-" + b64encode(sha256(data).digest()).decode()) for name, data in site_files.items()
     }
     version = re.search(r'const VERSION = "(\w+)"', worker)[1]  # type: ignore[index]
-    built.write("content/00-start.md", START + "\nMore.\n")
-    built.build()
-    assert f'"{version}"' not in built.page("sw.js")
-    version = re.search(r'const VERSION = "(\w+)"', built.page("sw.js"))[1]  # type: ignore[index]
-    built.write("templates/assets/sw.js", (built.root / "templates/assets/sw.js").read_text("utf-8") + "// more\n")
-    built.build()
-    assert f'"{version}"' not in built.page("sw.js"), "another worker over the same files is another version"
+    sample.write("content/00-start.md", START + "\nMore.\n")
+    sample.build()
+    assert f'"{version}"' not in sample.page("sw.js")
+    version = re.search(r'const VERSION = "(\w+)"', sample.page("sw.js"))[1]  # type: ignore[index]
+    sample.write("templates/assets/sw.js", (sample.root / "templates/assets/sw.js").read_text("utf-8") + "// more\n")
+    sample.build()
+    assert f'"{version}"' not in sample.page("sw.js"), "another worker over the same files is another version"
 
 
-def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:
-    (built.site / ".gitignore").write_text("*\n")
-    before = contents(built.site)
-    built.chapter("\n:ref[nowhere]\n")
-    assert built.problems()
-    assert contents(built.site) == before
-    assert [p.name for p in built.root.iterdir() if p.name.startswith(".site")] == []
-    built.chapter("\n## Deep {#deep}\n")
-    built.build()
-    assert (built.site / ".gitignore").read_text() == "*\n"
-    assert "Deep" in built.page("second.html")
+def test_a_failed_build_leaves_the_last_good_site(sample: Project) -> None:
+    (sample.site / ".gitignore").write_text("*\n")
+    before = contents(sample.site)
+    sample.chapter("\n:ref[nowhere]\n")
+    assert sample.problems()
+    assert contents(sample.site) == before
+    assert [p.name for p in sample.root.iterdir() if p.name.startswith(".site")] == []
+    sample.chapter("\n## Deep {#deep}\n")
+    sample.build()
+    assert (sample.site / ".gitignore").read_text() == "*\n"
+    assert "Deep" in sample.page("second.html")
 
 
-def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_exchange_brings_the_old_site_back(sample: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     """With Ctrl-C between the two renames, the site is as it was, and nothing is left beside it."""
-    before, rename = contents(built.site), os.replace
+    before, rename = contents(sample.site), os.replace
 
-    def interrupted(source: str | Path, target: str | Path) -> None:
-        if Path(target) == built.site and not Path(source).name.endswith("-old"):
+    def interrupt(source: str | Path, target: str | Path) -> None:
+        if Path(target) == sample.site and not Path(source).name.endswith("-old"):
             raise KeyboardInterrupt
         rename(source, target)
 
-    monkeypatch.setattr(os, "replace", interrupted)
+    monkeypatch.setattr(os, "replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        built.build()
-    assert contents(built.site) == before
-    assert [p.name for p in built.root.iterdir() if p.name.startswith(".site")] == []
+        sample.build()
+    assert contents(sample.site) == before
+    assert [p.name for p in sample.root.iterdir() if p.name.startswith(".site")] == []
 
 
-def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
+def test_hosts_are_told_the_policy_and_what_may_be_kept(sample: Project) -> None:
     """The pages' own policy, the hashes of 404.html, and a ban on framing; files with a hash in their name are kept for
     ever, others revalidated."""
-    rules = header_rules(built.site)
+    rules = header_rules(sample.site)
     page = headers_for("/second.html", rules)
     report = page["Content-Security-Policy"]
     assert re.sub(r" 'sha256-[\w+/=]+'", "", report) == f"{POLICY}; frame-ancestors 'none'"
-    assert report.removesuffix("; frame-ancestors 'none'") == policy_of(built.page("404.html"))
-    assert f'http-equiv="Content-Security-Policy" content="{escape(POLICY)}"' in built.page("second.html")
+    assert report.removesuffix("; frame-ancestors 'none'") == policy_of(sample.page("404.html"))
+    assert f'http-equiv="Content-Security-Policy" content="{escape(POLICY)}"' in sample.page("second.html")
     assert "Cache-Control" not in page
     for folder in ("assets", "images", "tapes", "runtime"):
         assert "immutable" in headers_for(f"/{folder}/x.0123456789.js", rules)["Cache-Control"]
     assert headers_for("/sw.js", rules)["Cache-Control"] == "no-cache"
 
 
-def test_files_that_hosts_keep_for_ever_are_named_by_their_content(built: Project) -> None:
+def test_files_that_hosts_keep_for_ever_are_named_by_their_content(sample: Project) -> None:
     """A hash in a file's name is that of its content, so another content has another name."""
-    named = {}
+    checks = {}
     for folder in ("assets", "images", "tapes"):
-        for file in (built.site / folder).rglob("*.*"):
+        for file in (sample.site / folder).rglob("*.*"):
             match = re.search(r"[.-]([0-9a-f]{10})\.\w+$", file.name)
             assert match, file
-            named[file.name] = match[1] == short_hash(file.read_bytes())
-    assert len(named) >= 3
-    assert [name for name, right in named.items() if not right] == []
+            checks[file.name] = match[1] == short_hash(file.read_bytes())
+    assert len(checks) >= 3
+    assert [name for name, right in checks.items() if not right] == []

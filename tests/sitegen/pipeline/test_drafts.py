@@ -61,8 +61,8 @@ def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, name
 def test_a_term_that_a_draft_explains_is_told_as_such(project: Project) -> None:
     project.write("content/02-draft.md", DRAFT)
     project.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where it is.\n  chapter: third\n")
-    says = "'third' is a draft: remove 'draft: true' from content/02-draft.md to publish it"
-    assert project.problems() == [f"content/glossary.yaml:4:3: {says}"]
+    message = "'third' is a draft: remove 'draft: true' from content/02-draft.md to publish it"
+    assert project.problems() == [f"content/glossary.yaml:4:3: {message}"]
     project.build(drafts=True)
 
 

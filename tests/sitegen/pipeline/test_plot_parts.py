@@ -36,7 +36,7 @@ def test_stale_parts_are_run_over_processes(plots: dict[str, Plot]) -> None:
     assert renew(["another"], 2, quiet) == []
     assert not parts.file.exists()
     assert renew([NAME], 2, quiet) == [NAME]
-    assert parts.kept() == {asked: parts.run(asked) for asked in parts.asked}
+    assert parts.kept() == {key: parts.run(key) for key in parts.asked}
     before = parts.file.stat().st_mtime_ns
     assert renew([NAME], 2, quiet) == []
     assert parts.file.stat().st_mtime_ns == before
@@ -63,9 +63,9 @@ def test_kept_parts_are_proved_or_said_to_be_stale(plots: dict[str, Plot], tmp_p
 
     cache = tmp_path / "cache"
     assert standing(plots, cache).proved == 1
-    remembered = {NAME: replace(plots[NAME], parts=replace(parts, part=lambda *asked: -1))}
-    assert standing(remembered, cache).proved == 1, "what was proved is remembered"
-    assert standing(remembered).wrong
+    variant = {NAME: replace(plots[NAME], parts=replace(parts, part=lambda *key: -1))}
+    assert standing(variant, cache).proved == 1, "what was proved is remembered"
+    assert standing(variant).wrong
 
     data = json.loads(parts.file.read_text("utf-8"))
     data["parts"] = {name: count + 2 for name, count in data["parts"].items()}
@@ -80,17 +80,17 @@ def test_kept_parts_are_proved_or_said_to_be_stale(plots: dict[str, Plot], tmp_p
 
 def test_the_sample_depends_on_what_was_found() -> None:
     """Other results lead to another sample, so every part has its turn."""
-    drawn = {sample({("a", k): k * n for k in range(5)}) for n in range(100)}
-    assert drawn == {("a", k) for k in range(5)}
+    samples = {sample({("a", k): k * n for k in range(5)}) for n in range(100)}
+    assert samples == {("a", k) for k in range(5)}
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "same"),
+    ("a", "b", "same"),
     [
         (5, 6, True), (5, 7, False), (0.5, 0.5004, True), (0.5, 0.502, False), (3, None, False), (None, None, True),
         ({"a": [5, 0.1]}, {"a": [4, 0.1]}, True), ({"a": [5, 0.1]}, {"b": [5, 0.1]}, False), ([1], [1, 1], False),
     ],
 )  # fmt: skip
-def test_counts_may_differ_by_one_and_measures_by_a_thousandth(one: object, other: object, same: bool) -> None:
-    assert alike(one, other) is same
-    assert alike(other, one) is same
+def test_counts_may_differ_by_one_and_measures_by_a_thousandth(a: object, b: object, same: bool) -> None:
+    assert alike(a, b) is same
+    assert alike(b, a) is same

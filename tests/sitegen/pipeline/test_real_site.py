@@ -33,7 +33,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def left(folder: str, names: list[str]) -> list[str]:
+def ignore(folder: str, names: list[str]) -> list[str]:
     """The names in a checkout's folder that are not sources."""
     site = Path(folder) == ROOT / "site"
     return [name for name in names if name in LEFT or (site and name != ".gitignore")]
@@ -43,17 +43,17 @@ def test_two_builds_of_the_site_are_the_same_bytes(tmp_path: Path) -> None:
     """The second is built from a copy in another folder, with another hash seed, temporary folder, time zone and
     language, and a cold cache."""
     build(ROOT, tmp_path / "one", pack=False)
-    elsewhere, cold, temporary = tmp_path / "a copy" / "of it", tmp_path / "cache", tmp_path / "temporary"
-    shutil.copytree(ROOT, elsewhere, ignore=left)
+    copy, cold, temporary = tmp_path / "a copy" / "of it", tmp_path / "cache", tmp_path / "temporary"
+    shutil.copytree(ROOT, copy, ignore=ignore)
     cold.mkdir()
     temporary.mkdir()
     for folder in cache_dir().iterdir():
         if folder.is_dir() and (folder.name in KEPT or folder.name not in get_args(Kind)):
             (cold / folder.name).symlink_to(folder, target_is_directory=True)
-    other = {"PYTHONHASHSEED": "20261", "TZ": "Pacific/Auckland", "LC_ALL": "C"}
-    other |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))
-    words = [sys.executable, "-P", "-c", BUILD, str(elsewhere), str(tmp_path / "two"), str(cold)]
-    subprocess.run(words, cwd=temporary, env={**os.environ, **other}, check=True)
+    environment = {"PYTHONHASHSEED": "20261", "TZ": "Pacific/Auckland", "LC_ALL": "C"}
+    environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))
+    words = [sys.executable, "-P", "-c", BUILD, str(copy), str(tmp_path / "two"), str(cold)]
+    subprocess.run(words, cwd=temporary, env={**os.environ, **environment}, check=True)
     one, two = contents(tmp_path / "one"), contents(tmp_path / "two")
     assert set(one) == set(two)
     assert [name for name, data in one.items() if data != two[name]] == []

@@ -65,7 +65,7 @@ def test_a_second_build_from_an_empty_cache_gives_the_same_bytes(info: RuntimeIn
 
 
 def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
-    kept = kept_modules()
+    shipped = kept_modules()
     packs = [Path(file.name).stem for file in (*info.files, *info.later) if file.name.endswith(".pack")]
     ours: list[str] = []
     for name in packs:
@@ -88,17 +88,17 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
             assert not files
             ours += modules
         else:
-            assert {module_name(n) for n in files} | {module_name(f"{n}.pyc") for n in modules} <= kept
+            assert {module_name(n) for n in files} | {module_name(f"{n}.pyc") for n in modules} <= shipped
     command_line = ("solvers/cli/", "solvers/__main__")  # not run by any page
     sources = [n.removesuffix(".py") for n in wheel.sources() if n.endswith(".py")]
     assert sorted(ours) == sorted(n for n in sources if not n.startswith(command_line)), "each module is in one pack"
-    assert not [name for name in kept if ".tests" in name or ".f2py" in name or ".testing" in name]
+    assert not [name for name in shipped if ".tests" in name or ".f2py" in name or ".testing" in name]
 
 
 def test_what_comes_later_is_listed_with_what_it_holds(info: RuntimeInfo) -> None:
     """A start loads no figure, trained network or drive; the list names the packs with them, and their hashes."""
-    (listed,) = [info.contents[file.name] for file in info.files if file.name.endswith("/later.json")]
-    by_name = {entry["name"]: entry for entry in json.loads(listed)}
+    (data,) = [info.contents[file.name] for file in info.files if file.name.endswith("/later.json")]
+    by_name = {entry["name"]: entry for entry in json.loads(data)}
     assert by_name.keys() == {file.name for file in info.later}
     holds = {top: Path(name).stem for name, entry in by_name.items() for top in entry["holds"]}
     assert holds["solvers.methods.flow"] == "flow"
@@ -119,8 +119,8 @@ def test_the_lock_names_our_packages_with_the_hashes_of_their_packs(info: Runtim
     assert sorted(packages) == ["numpy", "registration-ladder"]
     for package, name in (("numpy", "numpy"), ("registration-ladder", "ladder")):
         (file,) = [file for file in info.files if file.name.endswith(f"/{name}.pack")]
-        unpacked = gzip.decompress(info.contents[file.name])
-        assert packages[package]["sha256"] == hashlib.sha256(unpacked).hexdigest()
+        data = gzip.decompress(info.contents[file.name])
+        assert packages[package]["sha256"] == hashlib.sha256(data).hexdigest()
     assert packages["registration-ladder"]["file_name"] == Path(info.wheel).name
 
 
@@ -141,9 +141,9 @@ def main(text):
     import solvers, widgets.engine.host
     return json.dumps([len(dataclasses._PREPARED), missed])
 """
-    prepared, missed = run_python_in_shipped_runtime(code, info=info)
-    assert prepared > 0
-    assert missed == []
+    classes, misses = run_python_in_shipped_runtime(code, info=info)
+    assert classes > 0
+    assert misses == []
 
 
 def test_the_start_brings_nothing_that_a_page_does_not_use(info: RuntimeInfo) -> None:
@@ -157,8 +157,8 @@ def main(text):
     np.median(np.arange(5.0)), np.unique(np.arange(5))
     return json.dumps(sorted(sys.modules))
 """
-    loaded = set(run_python_in_shipped_runtime(code, info=info))
-    assert not loaded & {"annotationlib", "ast", "dis", "logging", "numpy.ma", "pickle", "subprocess", "tokenize"}
+    modules = set(run_python_in_shipped_runtime(code, info=info))
+    assert not modules & {"annotationlib", "ast", "dis", "logging", "numpy.ma", "pickle", "subprocess", "tokenize"}
 
 
 def test_a_figure_that_fails_tells_where(info: RuntimeInfo) -> None:
@@ -186,22 +186,22 @@ def test_a_line_to_be_changed_must_be_there_once() -> None:
 
 
 def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: Path) -> None:
-    built = info.write(tmp_path / "runtime") / info.wheel
-    with zipfile.ZipFile(built) as archive:
+    wheel_path = info.write(tmp_path / "runtime") / info.wheel
+    with zipfile.ZipFile(wheel_path) as archive:
         inside = {n: archive.read(n) for n in archive.namelist() if ".dist-info/" not in n}
         names = {n.rpartition("/")[2]: n for n in archive.namelist() if ".dist-info/" in n}
         metadata = message_from_bytes(archive.read(names["METADATA"]))
     assert inside == wheel.sources()
-    assert built.name == WHEEL
+    assert wheel_path.name == WHEEL
     assert (metadata["Name"], metadata["Version"]) == ("registration-ladder", solvers.__version__)
     package = tomllib.loads((wheel.ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    extras = [f'{given}; extra == "{name}"' for name, all in package["optional-dependencies"].items() for given in all]
+    extras = [f'{spec}; extra == "{name}"' for name, all in package["optional-dependencies"].items() for spec in all]
     assert metadata.get_all("Requires-Dist") == [*package["dependencies"], *extras]
     facts = (package["requires-python"], package["license"], package["name"])
     assert (metadata["Requires-Python"], metadata["License-Expression"], metadata["Name"]) == facts
     assert metadata["Summary"]
     pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
-    subprocess.run([*pip, "--target", str(tmp_path / "site"), str(built)], check=True, cwd=tmp_path)
+    subprocess.run([*pip, "--target", str(tmp_path / "site"), str(wheel_path)], check=True, cwd=tmp_path)
     # The learned flow reads its weights, which are in the wheel.
     code = """
 import numpy as np, solvers, widgets
@@ -210,9 +210,9 @@ print(solvers.register(np.random.default_rng(1).normal(size=(20, 2)), np.eye(2),
 """
     env = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
     command = [sys.executable, "-c", code]
-    shown = subprocess.run(command, env=env, cwd=tmp_path / "site", capture_output=True, text=True, check=True).stdout
-    assert str(tmp_path / "site") in shown
-    assert shown.splitlines()[1] == "10"
+    output = subprocess.run(command, env=env, cwd=tmp_path / "site", capture_output=True, text=True, check=True).stdout
+    assert str(tmp_path / "site") in output
+    assert output.splitlines()[1] == "10"
 
 
 def test_the_wheel_is_kept_until_a_source_changes(tmp_path: Path) -> None:
@@ -221,9 +221,9 @@ def test_the_wheel_is_kept_until_a_source_changes(tmp_path: Path) -> None:
         (root / name).mkdir(parents=True)
         (root / name / "__init__.py").write_text('__version__ = "1.2"\n', "utf-8")
         (root / name / "py.typed").touch()
-    recorded = "solvers/scenes/recorded/telecom-loop.LICENSE.txt"
-    (root / recorded).parent.mkdir(parents=True)
-    shutil.copy(wheel.ROOT / recorded, root / recorded)
+    licence = "solvers/scenes/recorded/telecom-loop.LICENSE.txt"
+    (root / licence).parent.mkdir(parents=True)
+    shutil.copy(wheel.ROOT / licence, root / licence)
     (root / "LICENSE").write_text("A licence.", "utf-8")
     first = build_wheel(tmp_path / "cache", root)
     assert first.name == "registration_ladder-1.2-py3-none-any.whl"
@@ -245,16 +245,16 @@ def test_others_bytecode_stands_on_one_line_and_does_the_same() -> None:
     inner = "    def inner(d):\n        return 1 / d\n"
     source = f"def outer(n):\n{inner}    total = 0\n{body}    return total + inner(n)\n"
     code = on_one_line(compile(source, "given", "exec"))
-    (outer,) = [each for each in code.co_consts if isinstance(each, CodeType)]
-    (within,) = [each for each in outer.co_consts if isinstance(each, CodeType)]
-    for each, first in ((code, 1), (outer, 1), (within, 2)):
-        assert {line for *_, line in each.co_lines()} == {first}
-    given: dict[str, Any] = {}
-    exec(code, given)
-    assert given["outer"](2) == 2 * sum(range(300)) + 0.5
-    with pytest.raises(ZeroDivisionError) as raised:
-        given["outer"](0)
-    assert [entry.lineno for entry in raised.traceback[1:]] == [0, 1]  # pytest counts from 0
+    (outer,) = [const for const in code.co_consts if isinstance(const, CodeType)]
+    (within,) = [const for const in outer.co_consts if isinstance(const, CodeType)]
+    for part, first in ((code, 1), (outer, 1), (within, 2)):
+        assert {line for *_, line in part.co_lines()} == {first}
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert names["outer"](2) == 2 * sum(range(300)) + 0.5
+    with pytest.raises(ZeroDivisionError) as error:
+        names["outer"](0)
+    assert [entry.lineno for entry in error.traceback[1:]] == [0, 1]  # pytest counts from 0
 
 
 def test_our_bytecode_is_bare_of_docstrings_and_of_functions_annotations_and_does_the_same() -> None:
@@ -277,14 +277,14 @@ class Empty:
 def nothing(a: int) -> None:
     """Nothing else."""
 '''
-    given: dict[str, Any] = {"__name__": __name__}
-    exec(compile(ast.fix_missing_locations(Bare().visit(ast.parse(source))), "given", "exec"), given)
-    assert given["Point"](3.0).twice() == 6.0
-    assert given["Point"].__doc__ == "Point"
-    assert given["Empty"].__doc__ == "Empty"
-    assert list(given["Point"].__dataclass_fields__) == ["x"]
-    for function in (given["Point"].twice, given["nothing"]):
+    names: dict[str, Any] = {"__name__": __name__}
+    exec(compile(ast.fix_missing_locations(Bare().visit(ast.parse(source))), "given", "exec"), names)
+    assert names["Point"](3.0).twice() == 6.0
+    assert names["Point"].__doc__ == "Point"
+    assert names["Empty"].__doc__ == "Empty"
+    assert list(names["Point"].__dataclass_fields__) == ["x"]
+    for function in (names["Point"].twice, names["nothing"]):
         assert function.__doc__ is None
         assert function.__annotations__ == {}
-    assert given["nothing"](1) is None
-    assert given.get("__doc__") is None
+    assert names["nothing"](1) is None
+    assert names.get("__doc__") is None

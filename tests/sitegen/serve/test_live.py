@@ -101,15 +101,15 @@ def test_a_failed_build_is_told_and_leaves_the_page(
     """File, line, column and message reach the page and the terminal; the next good build removes them."""
     good = events.next()
     (small_checkout / "content" / "page.md").write_text("all wrong", "utf-8")
-    failed = events.next()
-    assert failed["lines"] == ["content/page.md:1:5: this is wrong"]
-    assert failed["title"] == "The build found 1 problem"
-    assert failed["build"] == good["build"]
+    failure = events.next()
+    assert failure["lines"] == ["content/page.md:1:5: this is wrong"]
+    assert failure["title"] == "The build found 1 problem"
+    assert failure["build"] == good["build"]
     assert "first." in get(live_site)[2]
     (small_checkout / "content" / "page.md").write_text("right", "utf-8")
-    mended = events.next()
-    assert mended["lines"] == []
-    assert mended["build"] != good["build"]
+    repair = events.next()
+    assert repair["lines"] == []
+    assert repair["build"] != good["build"]
     assert live_site.idle.wait(PATIENCE)
     assert "content/page.md:1:5: this is wrong" in capfd.readouterr().err
 
@@ -135,11 +135,11 @@ def test_a_request_during_the_swap_waits_for_the_new_site(
     live_site: live.LiveSite, small_checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """While the folder is away, no request gets a 404 or half a page."""
-    slowly, settled = small_checkout / "slowly", live_site.live.settled
+    slowly, original = small_checkout / "slowly", live_site.live.settled
 
     def waits() -> None:
         slowly.unlink(missing_ok=True)  # the swap continues once a request has found nothing
-        settled()
+        original()
 
     monkeypatch.setattr(live_site.live, "settled", waits)
     slowly.touch()
@@ -162,9 +162,9 @@ def test_the_end_does_not_wait_for_open_pages(small_checkout: Path) -> None:
     site.rebuild()
     with closing(Events(site)) as events:
         events.next()
-        began = time.monotonic()
+        start = time.monotonic()
         site.close()
-        assert time.monotonic() - began < 5.0
+        assert time.monotonic() - start < 5.0
         assert events.answer.read().strip() == b""
 
 
@@ -177,12 +177,12 @@ def test_a_service_worker_of_an_earlier_visit_is_sent_away(live_site: live.LiveS
 
 def test_a_taken_port_leads_to_the_next(small_checkout: Path) -> None:
     """A range without a free port is an error that says so."""
-    with socket.socket() as other:
-        other.bind(("127.0.0.1", 0))
-        other.listen()
-        taken = other.getsockname()[1]
-        server = live.listening(small_checkout, "127.0.0.1", taken, live.Live())
-        assert server.server_address[1] > taken
+    with socket.socket() as occupant:
+        occupant.bind(("127.0.0.1", 0))
+        occupant.listen()
+        port = occupant.getsockname()[1]
+        server = live.listening(small_checkout, "127.0.0.1", port, live.Live())
+        assert server.server_address[1] > port
         server.server_close()
     with pytest.raises(OSError, match="ports 70000 to"):
         live.listening(small_checkout, "127.0.0.1", 70000, live.Live())
@@ -256,7 +256,7 @@ SNEAKY = [
 
 
 @pytest.fixture
-def walled(tmp_path: Path) -> Iterator[StaticServer]:
+def server(tmp_path: Path) -> Iterator[StaticServer]:
     """A site beside a secret, with links that lead out of the site."""
     site = tmp_path / "site"
     site.mkdir()
@@ -277,9 +277,9 @@ def raw(server: StaticServer, path: str, host: str = "localhost") -> tuple[int, 
 
 
 @pytest.mark.parametrize("path", SNEAKY)
-def test_nothing_outside_of_the_site_is_served(walled: StaticServer, path: str) -> None:
+def test_nothing_outside_of_the_site_is_served(server: StaticServer, path: str) -> None:
     """However it is requested: dots, their escapes, backslashes, absolute names, NUL, links that lead out."""
-    status, body = raw(walled, path)
+    status, body = raw(server, path)
     assert status in (400, 404, 414), body
     assert b"secret" not in body.replace(b"secret.txt", b"")
     assert b"root:" not in body
@@ -302,12 +302,12 @@ def test_no_path_leads_out(tmp_path: Path, steps: list[str]) -> None:
     assert result is None or result[1].resolve().is_relative_to(site.resolve())
 
 
-def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> None:
+def test_a_foreign_name_for_loopback_is_turned_away(server: StaticServer) -> None:
     """A page of evil.example whose name is rebound to 127.0.0.1 learns nothing."""
-    port = walled.server_address[1]
+    port = server.server_address[1]
     for host in ("localhost", f"localhost:{port}", f"127.0.0.1:{port}", f"[::1]:{port}", "LOCALHOST"):
-        assert raw(walled, "/", host)[0] == 200
-        assert raw(walled, "/", host)[1].endswith(b"\r\n\r\n<p>hello")
+        assert raw(server, "/", host)[0] == 200
+        assert raw(server, "/", host)[1].endswith(b"\r\n\r\n<p>hello")
     for host in (
         "evil.example",
         f"evil.example:{port}",
@@ -316,7 +316,7 @@ def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> Non
         "",
         "[::2]",
     ):
-        status, body = raw(walled, "/", host)
+        status, body = raw(server, "/", host)
         assert status == 421, host
         assert b"hello" not in body
 
@@ -328,22 +328,22 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
-def connected(server: StaticServer) -> socket.socket:
+def connection(server: StaticServer) -> socket.socket:
     return socket.create_connection(server.server_address[:2], timeout=PATIENCE)
 
 
 GET = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
-def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
+def test_who_asks_for_nothing_is_sent_away(server: StaticServer) -> None:
     """A client that never sends a request, one that stays after its answer, and one that sends a byte at a time: each
     connection ends, and so does its thread."""
     before = threading.active_count()
-    walled.patience = 2.0  # a busy machine takes a while to accept all of them
+    server.patience = 2.0  # a busy machine takes a while to accept all of them
     with ExitStack() as stack:
-        silent = [stack.enter_context(connected(walled)) for _ in range(40)]
-        answered, slow = (stack.enter_context(connected(walled)) for _ in range(2))
-        answered.sendall(GET)
+        silent = [stack.enter_context(connection(server)) for _ in range(40)]
+        active, slow = (stack.enter_context(connection(server)) for _ in range(2))
+        active.sendall(GET)
         for letter in GET[:-2] + b"X-Word: " + b"a" * 40_000:
             try:
                 slow.sendall(bytes([letter]))
@@ -352,48 +352,48 @@ def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
                 break
         else:
             raise AssertionError("a request that takes ten minutes is listened to")
-        assert all(one.recv(1) == b"" for one in silent)
-        with answered.makefile("rb") as stream:
+        assert all(s.recv(1) == b"" for s in silent)
+        with active.makefile("rb") as stream:
             assert stream.readline().startswith(b"HTTP/1.1 200")
             assert stream.read().endswith(b"<p>hello")
         wait_for(lambda: threading.active_count() <= before)
 
 
-def test_who_takes_long_gets_all(walled: StaticServer) -> None:
+def test_who_takes_long_gets_all(server: StaticServer) -> None:
     """A large file that is read slowly arrives whole; a client that reads none of it is disconnected."""
     size = 40_000_000
-    (walled.root / "large.bin").write_bytes(bytes(size))
-    walled.patience = 0.5
+    (server.root / "large.bin").write_bytes(bytes(size))
+    server.patience = 0.5
     ask = GET.replace(b"GET /", b"GET /large.bin")
     before = threading.active_count()
-    with connected(walled) as slow, connected(walled) as none:
-        for one in (slow, none):
-            one.sendall(ask)
-        began, taken = time.monotonic(), 0
-        while taken < size:
+    with connection(server) as slow, connection(server) as silent:
+        for client in (slow, silent):
+            client.sendall(ask)
+        start, count = time.monotonic(), 0
+        while count < size:
             data = slow.recv(1 << 18)
-            assert data, f"cut off after {taken} bytes and {time.monotonic() - began:.1f} s"
-            taken += len(data)
+            assert data, f"cut off after {count} bytes and {time.monotonic() - start:.1f} s"
+            count += len(data)
             time.sleep(0.01)
-        assert time.monotonic() - began > 2 * walled.patience
+        assert time.monotonic() - start > 2 * server.patience
         wait_for(lambda: threading.active_count() <= before)
 
 
 def test_a_page_that_listens_is_not_sent_away(live_site: live.LiveSite, events: Events, small_checkout: Path) -> None:
     """However long nothing is edited."""
     live_site.server.patience = 0.2
-    with closing(Events(live_site)) as late:
-        first = late.next()
-        with connected(live_site.server) as silent:
+    with closing(Events(live_site)) as second:
+        first = second.next()
+        with connection(live_site.server) as silent:
             assert silent.recv(1) == b"", "it has been longer than that"
         (small_checkout / "content" / "page.md").write_text("second", "utf-8")
-        assert late.next()["build"] != first["build"]
+        assert second.next()["build"] != first["build"]
 
 
 def test_the_dev_server_is_for_this_machine_unless_told_otherwise(tmp_path: Path) -> None:
     """By default it is bound to loopback and checks names; `--host 0.0.0.0` answers to any name."""
-    asked = parse(["serve"])
-    with live.listening(tmp_path, asked.host, 0, live.Live()) as server:
+    arguments = parse(["serve"])
+    with live.listening(tmp_path, arguments.host, 0, live.Live()) as server:
         assert server.server_address[0] == "127.0.0.1"
         assert server.local
     with live.listening(tmp_path, "0.0.0.0", 0, live.Live()) as server:
