@@ -69,12 +69,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture(scope="session")
 def site() -> Path:
     """The built site. `build.py test` recognises by this fixture which tests need an up-to-date site."""
-    built = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
-    assert (built / "index.html").is_file(), f"no built site in {built}: run `python3 build.py` first"
-    return built
+    folder = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
+    assert (folder / "index.html").is_file(), f"no built site in {folder}: run `python3 build.py` first"
+    return folder
 
 
-def copied(name: str, folder: Path) -> None:
+def copy_file(name: str, folder: Path) -> None:
     """Copy a file of the project to the same path in another folder."""
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(ROOT / name, folder / name)
@@ -85,7 +85,7 @@ def small_checkout(tmp_path: Path) -> Path:
     (tmp_path / "content").mkdir()
     (tmp_path / "content" / "page.md").write_text("first", "utf-8")
     for name in ("__init__", "problems", "progress", "stopping", "pipeline/__init__", "pipeline/attempt"):
-        copied(f"sitegen/{name}.py", tmp_path)
+        copy_file(f"sitegen/{name}.py", tmp_path)
     for room in ("sitegen/cache", "sitegen/external"):
         shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "sitegen" / "pipeline" / "build.py").write_text(BUILD, "utf-8")

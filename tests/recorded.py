@@ -15,7 +15,7 @@ def why(request: pytest.FixtureRequest) -> Iterator[Callable[[str, Mapping[str, 
 
     A test that takes this fixture and records nothing fails, unless it has already failed.
     """
-    node, failed = request.node, request.session.testsfailed
+    node, count = request.node, request.session.testsfailed
 
     def record(factor: str, outcomes: Mapping[str, str]) -> None:
         assert not hasattr(node, "callspec"), "one claim has one pair of outcomes, so its test has no cases"
@@ -23,5 +23,5 @@ def why(request: pytest.FixtureRequest) -> Iterator[Callable[[str, Mapping[str, 
         node.user_properties.append((whys.FIXTURE, whys.change(factor, outcomes).plain()))
 
     yield record
-    if request.session.testsfailed == failed and whys.recorded(node.user_properties) is None:
+    if request.session.testsfailed == count and whys.recorded(node.user_properties) is None:
         pytest.fail("this test takes the fixture `why` and has recorded no outcomes")

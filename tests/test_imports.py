@@ -45,18 +45,18 @@ def imports(path: Path) -> Iterator[tuple[str, bool]]:
             yield name.partition(".")[0], id(node) not in inner
 
 
-def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
-    return sorted({name for name, _ in imports(path)} - STDLIB - allowed)
+def foreign(path: Path, packages: frozenset[str] | set[str]) -> list[str]:
+    return sorted({name for name, _ in imports(path)} - STDLIB - packages)
 
 
 @pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
     """In the browser there is only numpy. SciPy is tested below; the command line may draw with matplotlib."""
-    allowed = {"numpy", "solvers", "scipy"}
+    packages = {"numpy", "solvers", "scipy"}
     if path == ROOT / "solvers" / "cli" / "picture.py":
-        allowed.add("matplotlib")
+        packages.add("matplotlib")
         assert ("matplotlib", True) not in set(imports(path)), "matplotlib is an extra: asked for at call time"
-    assert foreign(path, allowed) == []
+    assert foreign(path, packages) == []
 
 
 def test_scipy_is_asked_in_two_places_and_only_when_called() -> None:
@@ -93,25 +93,25 @@ def test_graphs_drives_and_covariances_are_imported_where_they_are_shown_alone()
     showing = set[str]().union(*LATE.values())
     names = {module.name for module in pkgutil.iter_modules(widgets.figures.__path__)}
     assert showing < names
-    assert imported_late(names - showing) == set()
+    assert late_imports(names - showing) == set()
     for name in showing:
-        assert imported_late({name}) == {each for each in LATE if name in LATE[each]}, name
+        assert late_imports({name}) == {module for module in LATE if name in LATE[module]}, name
 
 
-def imported_late(figures: set[str]) -> set[str]:
+def late_imports(figures: set[str]) -> set[str]:
     """The packages of `LATE` that a fresh Python loads for these figures."""
     ask = (
         "import sys; from widgets.engine.registry import WIDGETS\n"
         f"assert all(WIDGETS[name.replace('_', '-')] for name in {sorted(figures)!r})\n"
         f"print(*(name for name in {list(LATE)!r} if name in sys.modules))"
     )
-    done = subprocess.run([sys.executable, "-c", ask], cwd=ROOT, capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    process = subprocess.run([sys.executable, "-c", ask], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(process.stdout.split())
 
 
 def test_the_commands_begin_with_python_alone() -> None:
     """Help, error messages and the set-up run before anything is installed, that is, without any site-packages."""
-    asks = (
+    code = (
         "import runpy, sys; sys.argv = ['build.py', '--help']\n"
         "try: runpy.run_path('build.py', run_name='__main__')\n"
         "except SystemExit as end: assert not end.code, end.code\n"
@@ -119,18 +119,18 @@ def test_the_commands_begin_with_python_alone() -> None:
         "tops = {name.partition('.')[0] for name in sys.modules}\n"
         "print('beyond:', sorted(tops - set(sys.stdlib_module_names) - {'sitegen', '__main__', '__mp_main__'}))"
     )
-    command = [sys.executable, "-S", "-E", "-c", asks]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False)
-    assert done.returncode == 0, done.stderr
-    assert "beyond: []" in done.stdout
+    command = [sys.executable, "-S", "-E", "-c", code]
+    process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False)
+    assert process.returncode == 0, process.stderr
+    assert "beyond: []" in process.stdout
 
 
 def test_no_file_is_longer_than_one_idea() -> None:
     """Beyond four hundred lines a file has become two; exceptions are named with their reason."""
     long = {}
     for source in SOURCES:
-        place = ROOT / source
-        for path in [place] if place.is_file() else sorted(place.rglob("*")):
+        base = ROOT / source
+        for path in [base] if base.is_file() else sorted(base.rglob("*")):
             if path.suffix in (".py", ".js", ".mjs", ".css") and "__pycache__" not in path.parts:
                 lines = len(path.read_text("utf-8").splitlines())
                 if lines > LONGEST:
@@ -139,8 +139,8 @@ def test_no_file_is_longer_than_one_idea() -> None:
 
 
 def tracked_files() -> list[Path]:
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
-    names = listed.split("\0") if listed else [str(p) for name in SOURCES for p in (ROOT / name).rglob("*")]
+    listing = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    names = listing.split("\0") if listing else [str(p) for name in SOURCES for p in (ROOT / name).rglob("*")]
     return [ROOT / name for name in names if name and (ROOT / name).is_file()]
 
 

@@ -87,12 +87,12 @@ class Started:
         """Press Ctrl-C this many times; the exit code and everything printed, once the command has ended."""
         for _ in range(times):
             os.killpg(self.process.pid, signal.SIGINT)
-        return self.ended()
+        return self.end()
 
-    def ended(self) -> tuple[int, str]:
+    def end(self) -> tuple[int, str]:
         """The exit code and everything printed, once the command has ended."""
-        printed, _ = self.process.communicate(timeout=ENDS)
-        return self.process.returncode, printed
+        output, _ = self.process.communicate(timeout=ENDS)
+        return self.process.returncode, output
 
     def processes(self) -> list[int]:
         """The IDs of the processes that the build reported as working."""
@@ -107,15 +107,15 @@ class Started:
 
 def alive(number: int) -> bool:
     """Whether the process is running: neither gone nor a zombie."""
-    done = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True, check=False)
-    return bool(done.stdout.strip()) and not done.stdout.strip().startswith("Z")
+    process = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True, check=False)
+    return bool(process.stdout.strip()) and not process.stdout.strip().startswith("Z")
 
 
-def wait_for(started: Started, stage: str) -> None:
+def wait_for(run: Started, stage: str) -> None:
     """Wait until everything that the stage starts is working."""
     deadline = time.monotonic() + PATIENCE
-    while len(started.processes()) < STAGES[stage] or (stage == "packing" and not [*started.root.glob(".site-*/*")]):
-        assert started.process.poll() is None, started.process.communicate()[0]
+    while len(run.processes()) < STAGES[stage] or (stage == "packing" and not [*run.root.glob(".site-*/*")]):
+        assert run.process.poll() is None, run.process.communicate()[0]
         assert time.monotonic() < deadline
         time.sleep(0.01)
 
@@ -143,11 +143,11 @@ def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[s
     """Pressed once or twice, at any stage: the command prints one line and exits with every process it started; no
     folder is left beside the site, and no half-written file in the cache."""
     (checkout / "content" / "page.md").write_text(stage, "utf-8")
-    with closing(Started(checkout, *words)) as started:
-        wait_for(started, stage)
-        code, printed = started.interrupt(times)
-        assert (code, printed.strip()) == ENDINGS[words[0]]
-        assert [number for number in started.processes() if alive(number)] == []
+    with closing(Started(checkout, *words)) as run:
+        wait_for(run, stage)
+        code, output = run.interrupt(times)
+        assert (code, output.strip()) == ENDINGS[words[0]]
+        assert [number for number in run.processes() if alive(number)] == []
     assert [path.name for path in checkout.glob(".site*")] == []
     assert [path.name for path in checkout.glob("cache/**/.*")] == []
 
@@ -160,7 +160,7 @@ def test_a_terminated_command_cleans_up_as_well(checkout: Path, words: list[str]
     with closing(Started(checkout, *words)) as started:
         wait_for(started, stage)
         started.process.terminate()
-        code, printed = started.ended()
+        code, printed = started.end()
         ending = (143, "build.py: stopped by SIGTERM") if words[0] == "build" else ENDINGS["serve"]
         assert (code, printed.strip()) == ending
         assert [number for number in started.processes() if alive(number)] == []
@@ -174,7 +174,7 @@ def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path) 
     with closing(Started(checkout, "build")) as started:
         wait_for(started, "packing")
         os.killpg(started.process.pid, signal.SIGHUP)
-        assert started.ended() == (129, "build.py: stopped by SIGHUP\n")
+        assert started.end() == (129, "build.py: stopped by SIGHUP\n")
     assert [path.name for path in checkout.glob(".site*")] == []
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
     try:
@@ -191,10 +191,10 @@ def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path) 
 def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:
     """This is how `serve` is meant to end: with code 0, and the process that would have run the next build ends too."""
     (checkout / "content" / "page.md").write_text("nothing", "utf-8")
-    with closing(Started(checkout, "serve", "--no-open", "--port", "0")) as started:
-        assert started.process.stdout is not None
-        while "Ctrl-C" not in (line := started.process.stdout.readline()):
+    with closing(Started(checkout, "serve", "--no-open", "--port", "0")) as run:
+        assert run.process.stdout is not None
+        while "Ctrl-C" not in (line := run.process.stdout.readline()):
             assert line, "it has ended"
-        code, printed = started.interrupt(1)
-        assert (code, printed.strip()) == (0, "stopped")
-        assert [number for number in started.processes() if alive(number)] == []
+        code, output = run.interrupt(1)
+        assert (code, output.strip()) == (0, "stopped")
+        assert [number for number in run.processes() if alive(number)] == []

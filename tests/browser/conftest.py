@@ -24,7 +24,7 @@ from playwright.sync_api import (
 
 from sitegen.check.browsers import FLAGS
 from tests.browser.server import SiteServer
-from tests.browser.visits import Check, Found, found_on
+from tests.browser.visits import Check, Found, findings
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, unless they test offline use
@@ -61,9 +61,9 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
 def pages(site: Path, pytestconfig: pytest.Config) -> list[str]:
     """All pages but the decks, which test_slides.py covers: their figures are those of the chapters. With --pages, only
     the given pages."""
-    named = pytestconfig.getoption("--pages")
-    every = sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
-    return [name for name in every if not named or name in named.split(",")]
+    option = pytestconfig.getoption("--pages")
+    names = sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
+    return [name for name in names if not option or name in option.split(",")]
 
 
 @pytest.fixture(scope="session")
@@ -169,23 +169,23 @@ def _page_of(request: Request) -> Page | None:
 def readers(browser: Browser, origin: str, shared: BrowserContext | None = None) -> Iterator[Callable[..., Reader]]:
     """Make readers; once they are done, raise the unexpected faults. The first reader uses the shared context, unless
     it needs to change a whole context."""
-    made: list[Reader] = []
+    visitors: list[Reader] = []
 
     def make(width: int = SIZE[0], height: int = SIZE[1], *, alone: bool = False, **options: Any) -> Reader:
-        if shared and not alone and not made and options.keys() <= MEDIA:
-            made.append(Reader(shared, origin, (width, height), options))
-            return made[-1]
+        if shared and not alone and not visitors and options.keys() <= MEDIA:
+            visitors.append(Reader(shared, origin, (width, height), options))
+            return visitors[-1]
         options.setdefault("service_workers", "block")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         context.set_default_timeout(TIMEOUT)
-        made.append(Reader(context, origin, (width, height)))
-        return made[-1]
+        visitors.append(Reader(context, origin, (width, height)))
+        return visitors[-1]
 
     yield make
-    foreign = [url for one in made for url in one.foreign]
-    wrong = [message for one in made for message in one.unexpected()]
-    for one in made:
-        one.leave()
+    foreign = [url for visitor in visitors for url in visitor.foreign]
+    wrong = [message for visitor in visitors for message in visitor.unexpected()]
+    for visitor in visitors:
+        visitor.leave()
     assert not foreign, f"requests to another origin: {foreign}"
     assert not wrong, f"the browser complained: {wrong}"
 
@@ -219,16 +219,16 @@ def reader(browser: Browser, server: SiteServer, shared: BrowserContext) -> Iter
 def visit(browser: Browser, site: Path, pages: Sequence[str]) -> Callable[..., Found]:
     """Visit every page once, except those left out, see visits.py; the options are a reader's."""
 
-    def visited(checks: Mapping[str, Check], *, left_out: Collection[str] = (), **options: Any) -> Found:
+    def run_checks(checks: Mapping[str, Check], *, left_out: Collection[str] = (), **options: Any) -> Found:
         server = SiteServer(site)
         try:
             with readers(browser, server.origin) as make:
-                one = make(**options)
+                visitor = make(**options)
                 if options.get("java_script_enabled", True):
-                    keep_python_up(one.context, server.origin)
-                    one.beside = one.context.pages
-                return found_on(one, [path for path in pages if path not in left_out], checks)
+                    keep_python_up(visitor.context, server.origin)
+                    visitor.beside = visitor.context.pages
+                return findings(visitor, [path for path in pages if path not in left_out], checks)
         finally:
             server.stop()
 
-    return visited
+    return run_checks

@@ -82,10 +82,10 @@ class Figure:
     def frame(self) -> dict[str, Any]:
         return self._told("frame")  # type: ignore[no-any-return]
 
-    def _told(self, what: str) -> Any:
+    def _told(self, name: str) -> Any:
         """A property of the figure's controller, once it is set up (the page is painted first)."""
         message = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
-        return self.page.evaluate(message, [self.name, what])
+        return self.page.evaluate(message, [self.name, name])
 
     def settled(self) -> Figure:
         """Wait until no request is pending and nothing moves."""
@@ -133,8 +133,8 @@ def finger(page: Page, path: Sequence[tuple[float, float]]) -> None:
     """Put a finger down at the first place, draw it through the others and lift it at the last, as touch input."""
     touch = page.context.new_cdp_session(page)
     for kind, places in (("touchStart", path[:1]), ("touchMove", path[1:]), ("touchEnd", [()])):
-        for place in places:
-            points = [dict(zip("xy", place, strict=True))] if place else []
+        for point in places:
+            points = [dict(zip("xy", point, strict=True))] if point else []
             touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 

@@ -134,7 +134,7 @@ DETAILS = "[...document.querySelectorAll('details')].slice(0, 9).forEach(each =>
 FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
-def placed(site: Path, path: str) -> int:
+def count_figures(site: Path, path: str) -> int:
     """The number of figures that the build has put into a page."""
     return (site / path).read_text("utf-8").count('data-widget="')
 
@@ -147,8 +147,8 @@ def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int)
     page.evaluate(FRAMES)
     result = page.evaluate(BOTTOMS)
     page.evaluate("() => { document.documentElement.style.fontSize = ''; }")
-    wrong = [(each, part) for each in result for part in parts if each[part] > height]
-    return len(result), [f"{each['id']}: {part} ends at {each[part]:.0f} of {height}" for each, part in wrong]
+    wrong = [(item, part) for item in result for part in parts if item[part] > height]
+    return len(result), [f"{item['id']}: {part} ends at {item[part]:.0f} of {height}" for item, part in wrong]
 
 
 def remaining(page: Page, *scripts: str) -> list[str]:

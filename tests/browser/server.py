@@ -99,7 +99,7 @@ def published_anew(site: Path, folder: Path) -> Path:
     new = folder / "site"
     shutil.copytree(site, new)
     (worker,) = new.glob("assets/worker.*.mjs")
-    renamed = worker.rename(worker.with_name("worker.0000000000.mjs"))
+    new_path = worker.rename(worker.with_name("worker.0000000000.mjs"))
     for path in new.glob("*.html"):
-        path.write_text(path.read_text("utf-8").replace(worker.name, renamed.name), "utf-8")
+        path.write_text(path.read_text("utf-8").replace(worker.name, new_path.name), "utf-8")
     return new

@@ -26,19 +26,19 @@ class Visitor(Protocol):
     def unexpected(self) -> list[str]: ...
 
 
-def found_on(one: Visitor, pages: Sequence[str], checks: Mapping[str, Check]) -> Found:
+def findings(visitor: Visitor, pages: Sequence[str], checks: Mapping[str, Check]) -> Found:
     """What each check finds, in their order. A check that fails yields its failure after anything that it has found."""
     result: dict[str, list[str]] = {name: [] for name in (*checks, QUIET)}
     for path in pages:
-        page = one.open(path)
+        page = visitor.open(path)
         for name, check in checks.items():
             try:
-                for each in check(page, path):
-                    result[name].append(f"{path}: {each}")
+                for fault in check(page, path):
+                    result[name].append(f"{path}: {fault}")
             except (AssertionError, Error) as error:
                 result[name].append(f"{path}: {error}")
         page.close()
-        result[QUIET] += [f"{path}: {each}" for each in [*one.unexpected(), *one.foreign]]
-        one.wrong.clear()
-        one.foreign.clear()
+        result[QUIET] += [f"{path}: {fault}" for fault in [*visitor.unexpected(), *visitor.foreign]]
+        visitor.wrong.clear()
+        visitor.foreign.clear()
     return result

@@ -168,10 +168,10 @@ class Walk:
 
     def step(self) -> None:
         """Take one action, drawn from what the page offers."""
-        offered = self.page.evaluate(OFFERED, {kind: part for kind, (_, part) in OFFERS.items()})
-        kinds = [kind for kind in OFFERS if offered[kind]]
+        offers = self.page.evaluate(OFFERED, {kind: part for kind, (_, part) in OFFERS.items()})
+        kinds = [kind for kind in OFFERS if offers[kind]]
         (kind,) = self.random.choices(kinds, [OFFERS[kind][0] for kind in kinds])
-        self.do(kind, self.random.choice(offered[kind]))
+        self.do(kind, self.random.choice(offers[kind]))
 
     def do(self, kind: str, index: int) -> None:
         part = OFFERS[kind][1]
@@ -199,7 +199,7 @@ class Walk:
         assert not wrong, f"{wrong} after {self.told()}"
 
     def told(self) -> str:
-        return "".join(f"\n  {i + 1}. {what}" for i, what in enumerate(self.tried))
+        return "".join(f"\n  {i + 1}. {action}" for i, action in enumerate(self.tried))
 
     def pause(self) -> None:
         """Pause runs and stop jobs."""
@@ -235,8 +235,8 @@ class Walk:
     def drag(self, box: dict[str, Any]) -> None:
         """Drag by up to 200 px; now and then Escape takes it back."""
         x, y = (box[low] + box[size] / 2 for low, size in SIDES)
-        far, way = self.random.uniform(2, 200), self.random.uniform(0, 2 * math.pi)
-        dx, dy = far * math.cos(way), far * math.sin(way)
+        distance, way = self.random.uniform(2, 200), self.random.uniform(0, 2 * math.pi)
+        dx, dy = distance * math.cos(way), distance * math.sin(way)
         self.tried[-1] += f" by {dx:.0f}, {dy:.0f} px"
         self.page.mouse.move(x, y)
         self.page.mouse.down()

@@ -14,7 +14,7 @@ from axe_playwright_python.base import AXE_SCRIPT
 from playwright.sync_api import Page, expect
 
 from tests.browser.figure import Figure, figures
-from tests.browser.layout import CUT, DETAILS, SIDEWAYS, SMALL_TEXT, STOPS, low, placed, remaining
+from tests.browser.layout import CUT, DETAILS, SIDEWAYS, SMALL_TEXT, STOPS, count_figures, low, remaining
 from tests.browser.visits import QUIET, Found
 
 SCREENS = ((1280, 800), (1440, 900))
@@ -78,11 +78,11 @@ VIOLATIONS = """options => axe.run(options).then(({ violations }) =>
   violations.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${JSON.stringify(target)}`)))"""
 
 
-def violations(page: Page, where: str, **options: Any) -> Iterator[str]:
+def violations(page: Page, prefix: str, **options: Any) -> Iterator[str]:
     if not page.evaluate("'axe' in window"):
         page.evaluate(AXE_SCRIPT)
         page.evaluate(COLOURS)
-    yield from (f"{where}: {each}" for each in page.evaluate(VIOLATIONS, {**QUICK, **options}))
+    yield from (f"{prefix}: {fault}" for fault in page.evaluate(VIOLATIONS, {**QUICK, **options}))
 
 
 def press_main_button(figure: Figure) -> None:
@@ -101,13 +101,13 @@ def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
     titles: set[str] = set()
 
     def leads(page: Page, path: str, width: int, height: int, percent: int) -> Iterator[str]:
-        asked = ("asked",) if percent == PERCENTS[0] else ()
-        count, wrong = low(page, ("stage", "button", "controls", "readouts", *asked), width, height, percent)
+        question = ("asked",) if percent == PERCENTS[0] else ()
+        count, wrong = low(page, ("stage", "button", "controls", "readouts", *question), width, height, percent)
         yield from wrong if not path.startswith("docs-") else []
-        if count != placed(site, path):
-            yield f"{count} of {placed(site, path)} figures"
+        if count != count_figures(site, path):
+            yield f"{count} of {count_figures(site, path)} figures"
 
-    def named(page: Page, path: str) -> Iterator[str]:
+    def names(page: Page, path: str) -> Iterator[str]:
         page.set_viewport_size({"width": 1280, "height": 1000})
         assert page.title() not in titles
         titles.add(page.title())
@@ -122,7 +122,7 @@ def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
             figure.live()
         for width in (768, 1280):
             page.set_viewport_size({"width": width, "height": 1000})
-            yield from (f"at {width}: {each}" for each in remaining(page, SIDEWAYS, SMALL_TEXT, CUT))
+            yield from (f"at {width}: {fault}" for fault in remaining(page, SIDEWAYS, SMALL_TEXT, CUT))
 
     def axe(page: Page, path: str) -> Iterator[str]:
         if path in alike:
@@ -141,7 +141,7 @@ def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
     looks = [(*screen, percent) for screen in SCREENS for percent in PERCENTS]
     checks = {
         **{f"{look}": lambda page, path, look=look: leads(page, path, *look) for look in looks},
-        "named": named,
+        "named": names,
         "overflows": overflows,
         "axe": axe,
     }
@@ -214,12 +214,12 @@ def check_tree(page: Page, path: str) -> None:
     for node in tree:
         if role(node) in ("button", "link", "slider", "switch", "radio", "image", "figure"):
             assert name(node).strip(), f"{path}: {node}"
-    drawn = page.locator("svg.plot:not([aria-hidden] *), .graph [role=img], img").evaluate_all(
+    labels = page.locator("svg.plot:not([aria-hidden] *), .graph [role=img], img").evaluate_all(
         "all => all.filter(e => e.checkVisibility()).map(e => e.alt ?? e.getAttribute('aria-label'))"
     )
     pictures = [name(node) for node in tree if role(node) == "image"]
-    assert sorted(pictures) == sorted(drawn), path
-    assert all(len(label.split()) > 1 for label in drawn), f"{path}: {drawn}"
+    assert sorted(pictures) == sorted(labels), path
+    assert all(len(label.split()) > 1 for label in labels), f"{path}: {labels}"
     sliders = page.evaluate(SLIDERS)
     assert sum(handle for handle, *_ in sliders) == page.evaluate(HANDLES), path
     for _, label, value in sliders:

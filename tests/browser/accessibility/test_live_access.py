@@ -12,7 +12,7 @@ from sitegen.bench.pages import until
 from tests.browser.accessibility.test_axe import violations
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure, experiments
-from tests.browser.figures.test_hover import place
+from tests.browser.figures.test_hover import pixel
 from tests.browser.layout import ALIVE, FRAMES, STOPS
 
 # Records every change of every live region: its time, and the region's text then.
@@ -27,12 +27,12 @@ LISTEN = """() => {
 }"""
 
 
-def heard(page: Page) -> list[tuple[float, str]]:
+def announcements(page: Page) -> list[tuple[float, str]]:
     """The announcements since the last call; the page goes on."""
     return [(at, words) for at, words in page.evaluate("heard.splice(0)")]
 
 
-def says(page: Page, part: str) -> None:
+def until_announced(page: Page, part: str) -> None:
     """Wait until an announcement contains `part`."""
     until(page, f"heard.some(([, words]) => words.includes({part!r}))")
 
@@ -44,21 +44,21 @@ def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Re
     page.evaluate(LISTEN)
     solve = Figure(page, "fig-solve").live().settled()
     page.mouse.move(400, 400, steps=5)
-    assert heard(page) == []
+    assert announcements(page) == []
     frames = solve.frames()
     solve.drag("source", 120, 60, steps=150)
     solve.settled()
     error = solve.readout("translation_error")
-    says(page, f"Translation error {error} u")
-    moved = heard(page)
+    until_announced(page, f"Translation error {error} u")
+    moved = announcements(page)
     assert solve.frames() - frames > 3 * len(moved), "most frames are not spoken of"
     assert all(b - a > 900 for (a, _), (b, _) in pairwise(moved)), moved
     assert f"Translation error {error} u" in moved[-1][1]
     solve.button("solve").click()
-    says(page, "Solved in closed form")
-    assert f"RMS residual now {solve.readout('rms')} u" in heard(page)[-1][1]
+    until_announced(page, "Solved in closed form")
+    assert f"RMS residual now {solve.readout('rms')} u" in announcements(page)[-1][1]
     solve.reached("[data-link]").click()
-    says(page, "Link")
+    until_announced(page, "Link")
 
 
 def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., Reader]) -> None:
@@ -67,7 +67,7 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
     page.evaluate(LISTEN)
     cells = Figure(page, "fig-cells").live().settled()
     before = cells.readout("mean")
-    page.mouse.move(*place(cells, 0.5, 1.4))  # a wall
+    page.mouse.move(*pixel(cells, 0.5, 1.4))  # a wall
     cells.changes("mean", before)
     cells.settled()
     cross = cells.root.locator(".crosshair")
@@ -79,15 +79,15 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
     expect(cross).not_to_have_attribute("aria-valuetext", text)
     cells.changes("mean", before)
     cells.settled()
-    says(page, "Mean μ")
-    assert len(heard(page)) <= 3, "the pointer's passing was not told"
+    until_announced(page, "Mean μ")
+    assert len(announcements(page)) <= 3, "the pointer's passing was not told"
     expect(cross).to_be_focused()
 
 
 def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> None:
     """If a handle goes or Retry is used, the picture gets the focus. Stop returns it to the job's Begin button."""
-    one = reader(reduced_motion="reduce")
-    four = Figure(one.open("four.html"), "fig-four").live().settled()
+    visitor = reader(reduced_motion="reduce")
+    four = Figure(visitor.open("four.html"), "fig-four").live().settled()
     turn = four.root.locator(".handle.turn:not([aria-hidden])")
     turn.focus()
     four.page.evaluate("(f => f.ask(Ladder.record.press(f.record, 'iterate')))(Ladder.figures.get('fig-four'))")
@@ -103,8 +103,8 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
     expect(four.root.locator(".figure-stage")).to_be_focused()
     four.page.close()
 
-    race = Figure(one.open("race.html"), "fig-race").live()
-    begin, stop = (race.reached(f'.job [data-do="{what}"]') for what in ("begin", "stop"))
+    race = Figure(visitor.open("race.html"), "fig-race").live()
+    begin, stop = (race.reached(f'.job [data-do="{action}"]') for action in ("begin", "stop"))
     begin.focus()
     race.page.keyboard.press("Enter")
     expect(stop).to_be_focused()
@@ -121,17 +121,17 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
         page = reader(color_scheme=scheme, reduced_motion="reduce").open("kabsch.html")
         page.evaluate(ALIVE)
         stops = page.evaluate(f"() => ({STOPS})().length")
-        unseen, met, taken = [], 0, 0
+        faults, count, steps = [], 0, 0
         page.keyboard.press("Tab")
-        while page.evaluate("document.activeElement !== document.body") and taken <= 2 * stops:
-            seen, what, new = page.evaluate(SHOWN)
-            met, taken = met + new, taken + 1
-            if not seen:
-                unseen.append(what)
+        while page.evaluate("document.activeElement !== document.body") and steps <= 2 * stops:
+            visible, name, new = page.evaluate(SHOWN)
+            count, steps = count + new, steps + 1
+            if not visible:
+                faults.append(name)
             page.keyboard.press("Tab")
-        assert unseen == [], scheme
+        assert faults == [], scheme
         radios = page.evaluate(RADIOS)
-        assert met == stops - radios, "all radio buttons of one choice are one stop"
+        assert count == stops - radios, "all radio buttons of one choice are one stop"
         knob = page.locator("#fig-solve input[type=range]").first
         before = knob.screenshot()
         knob.focus()
@@ -145,16 +145,16 @@ def test_on_a_phone_no_stop_lies_under_the_picture_or_beyond_an_edge(reader: Cal
     figure = Figure(page, "fig-race").live().settled()
     figure.root.locator("details.figure-rest > summary").click()
     figure.button("run").focus()
-    hidden, stops = [], 0
+    faults, stops = [], 0
     for way in ("Tab", "Shift+Tab"):
         page.keyboard.press(way)
         while page.evaluate("document.activeElement.closest('#fig-race :is(.figure-body, .figure-rest)') !== null"):
             page.evaluate(FRAMES)
-            hidden += page.evaluate(HIDDEN)
+            faults += page.evaluate(HIDDEN)
             stops += 1
             page.keyboard.press(way)
     assert stops > 60
-    assert not hidden, "\n".join(hidden)
+    assert not faults, "\n".join(faults)
 
 
 # Of what has the focus, where it is not on the picture itself: what lies under that or beyond what scrolls. Of a
@@ -233,12 +233,12 @@ WATCH = """() => {
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_systems_colours_leave_everything_to_be_seen(reader: Callable[..., Reader], scheme: str) -> None:
     """Source and target differ in shape, size and colour; every legend key, knob, switch and button is visible."""
-    one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
+    visitor = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
     for path in ("kabsch.html", "ransac.html", "ndt-score.html"):
-        page = one.open(path)
+        page = visitor.open(path)
         page.evaluate("document.documentElement.dataset.theme = 'dark'")
         assert page.evaluate(LOST) == [], path
-    clouds = one.open("kabsch.html").evaluate(CLOUDS)
+    clouds = visitor.open("kabsch.html").evaluate(CLOUDS)
     assert clouds["source"][0] != clouds["target"][0]
     assert clouds["source"][1] > 1.15 * clouds["target"][1]
     assert clouds["source"][2:] == ["round"]

@@ -12,7 +12,7 @@ from playwright.sync_api import Locator, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
-from tests.browser.layout import placed
+from tests.browser.layout import count_figures
 
 SCHEMES = ("light", "dark")
 HATCHED = ("turned", "quarter", "half", "none")
@@ -57,8 +57,8 @@ def test_the_areas_of_a_map_keep_their_hatching_in_its_legend(reader: Callable[.
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> None:
     """A search result, an answer, the active pen, a deck's notes."""
-    one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
-    page = one.open("icp.html")
+    visitor = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
+    page = visitor.open("icp.html")
     answers = Figure(page, "fig-atlas").live().root.locator(".predict-answers button")
     answers.first.click()
     expect(answers.first).to_have_attribute("aria-pressed", "true")
@@ -71,15 +71,15 @@ def test_what_is_chosen_is_seen(reader: Callable[..., Reader], scheme: str) -> N
     page.mouse.move(0, 0)
     assert result.nth(0).evaluate(LOOK) != result.nth(1).evaluate(LOOK)
 
-    page = one.open("clouds.html")
+    page = visitor.open("clouds.html")
     pens = Figure(page, "fig-own").live().root.locator("[data-pen]")
     pens.first.click()
     expect(pens.first).to_have_attribute("aria-pressed", "true")
     page.mouse.move(0, 0)
     assert pens.nth(0).evaluate(LOOK) != pens.nth(1).evaluate(LOOK)
 
-    page = one.open("slides-icp.html")
-    notes, grid = (page.locator(f'.deck-bar [data-slides="{what}"]') for what in ("notes", "grid"))
+    page = visitor.open("slides-icp.html")
+    notes, grid = (page.locator(f'.deck-bar [data-slides="{action}"]') for action in ("notes", "grid"))
     notes.click()
     expect(notes).to_have_attribute("aria-pressed", "true")
     page.mouse.move(0, 0)
@@ -90,15 +90,15 @@ def test_legends_tell_apart_what_they_tell_apart_in_colour(
     reader: Callable[..., Reader], site: Path, pages: Sequence[str]
 ) -> None:
     """No two swatches become one, such as those of wrong pairs that count and of pairs that do not."""
-    one, merged = reader(forced_colors="active", reduced_motion="reduce"), []
+    visitor, faults = reader(forced_colors="active", reduced_motion="reduce"), []
     for path in pages:
-        if placed(site, path):
-            page = one.open(path)
+        if count_figures(site, path):
+            page = visitor.open(path)
             forced = page.evaluate(ALIKE)
             page.emulate_media(forced_colors="none")
-            merged += [f"{path} {same}" for same in sorted({*forced} - {*page.evaluate(ALIKE)})]
+            faults += [f"{path} {pair}" for pair in sorted({*forced} - {*page.evaluate(ALIKE)})]
             page.close()
-    assert not merged, "\n".join(merged)
+    assert not faults, "\n".join(faults)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -8,17 +8,17 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
-from tests.browser.deck.test_slides import opened, stands_at
+from tests.browser.deck.test_slides import page_of, stands_at
 
 
 def test_a_window_of_another_size_keeps_the_slide(reader: Callable[..., Reader]) -> None:
     """When a tablet is rotated or a window is resized, neither this window nor the second one leaves the slide."""
-    one = reader(768, 1024, reduced_motion="reduce")
-    page, second = one.open("slides-icp.html#4"), one.open("slides-icp.html#4")
-    resized = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    visitor = reader(768, 1024, reduced_motion="reduce")
+    page, second = visitor.open("slides-icp.html#4"), visitor.open("slides-icp.html#4")
+    two_frames = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
     for width, height in [(1024, 768), (390, 844), (844, 390), (900, 800), (1280, 500), (1280, 900), (768, 1024)]:
         page.set_viewport_size({"width": width, "height": height})
-        page.evaluate(resized)
+        page.evaluate(two_frames)
         expect(page.locator(".deck-at")).to_have_text("4 of 8")
         assert page.evaluate(
             "(([{ top, bottom }, middle]) => top <= middle && bottom > middle)"
@@ -55,11 +55,11 @@ def test_a_tablet_shows_nine_panels_and_their_button(reader: Callable[..., Reade
 
 def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[..., Reader]) -> None:
     """At 200 % zoom, keys scroll a screen at a time to the next slide and back; left and right turn slides."""
-    page = opened(reader, "slides-icp.html#3", 640, 500)
+    page = page_of(reader, "slides-icp.html#3", 640, 500)
     at = page.locator(".deck-at")
     assert page.locator("[id='3']").evaluate("slide => slide.offsetHeight") > 1000
 
-    def pressed(key: str) -> float:
+    def press(key: str) -> float:
         """How far the column has moved, in px, once the browser's smooth scroll has ended."""
         before = page.evaluate("""() => {
           window.ended = new Promise(end => addEventListener("scrollend", end, { once: true }));
@@ -69,24 +69,24 @@ def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[...
         return float(page.evaluate("window.ended.then(() => scrollY)") - before)
 
     for key in ("PageDown", " ", "ArrowDown"):
-        assert 0 < pressed(key) < 500
+        assert 0 < press(key) < 500
         expect(at).to_have_text("3 of 8")
     for _ in range(10):
-        assert 0 < pressed("PageDown") < 500
+        assert 0 < press("PageDown") < 500
         if at.inner_text() == "4 of 8":
             break
     expect(at).to_have_text("4 of 8")
     page.keyboard.press("ArrowLeft")
     stands_at(page, 3)
-    assert 0 < pressed("PageDown") < 500
-    assert -500 < pressed("PageUp") < 0
+    assert 0 < press("PageDown") < 500
+    assert -500 < press("PageUp") < 0
     stands_at(page, 3)
     page.keyboard.press("ArrowRight")
     stands_at(page, 4)
 
 
 def test_a_key_that_is_held_opens_the_overview_once(reader: Callable[..., Reader]) -> None:
-    page = opened(reader)
+    page = page_of(reader)
     for _ in range(4):
         page.keyboard.down("Escape")
     expect(page.locator("html")).to_have_attribute("data-slides", "grid")
@@ -96,8 +96,8 @@ def test_a_key_that_is_held_opens_the_overview_once(reader: Callable[..., Reader
 
 
 def test_a_second_window_goes_back_as_well(reader: Callable[..., Reader]) -> None:
-    one = reader(1280, 720, reduced_motion="reduce")
-    page, second = one.open("slides-icp.html#4"), one.open("slides-icp.html#4")
+    visitor = reader(1280, 720, reduced_motion="reduce")
+    page, second = visitor.open("slides-icp.html#4"), visitor.open("slides-icp.html#4")
     page.keyboard.press("End")
     stands_at(second, 8)
     page.go_back()

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.browser.conftest import Reader
-from tests.browser.deck.test_slides import opened
+from tests.browser.deck.test_slides import page_of
 from tests.browser.figure import Figure
 from tests.browser.layout import CUT, MISFITS, remaining
 
@@ -27,7 +27,7 @@ COVERED = """() => [...document.querySelectorAll('.slide .legend')].flatMap(lege
 )
 def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, figure: str) -> None:
     """With the longest status, the longest captions, and the full legend."""
-    page = opened(reader, f"slides-{deck}.html")
+    page = page_of(reader, f"slides-{deck}.html")
     run = Figure(page, figure).live()
     if "finish" not in run.frame()["disabled"]:
         run.button("finish").click()
@@ -40,5 +40,5 @@ def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, fi
 
 def test_charts_beside_two_maps_share_a_row(reader: Callable[..., Reader]) -> None:
     """On a tablet too; in two rows they used to push the legend under the bar."""
-    page = opened(reader, "slides-ndt-climb.html", 1024, 768)
+    page = page_of(reader, "slides-ndt-climb.html", 1024, 768)
     assert remaining(page, MISFITS, CUT, COVERED) == []

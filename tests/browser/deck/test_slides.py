@@ -27,10 +27,10 @@ CURRENT = """() => {
 @pytest.fixture(scope="session")
 def decks(site: Path, pytestconfig: pytest.Config) -> list[str]:
     """All decks; with --pages, only the given ones."""
-    named = pytestconfig.getoption("--pages")
+    option = pytestconfig.getoption("--pages")
     paths = sorted(path.name for path in site.glob("slides-*.html"))
     assert len(paths) >= 16
-    return [name for name in paths if not named or name in named.split(",")]
+    return [name for name in paths if not option or name in option.split(",")]
 
 
 def stands_at(page: Page, number: int) -> None:
@@ -39,7 +39,7 @@ def stands_at(page: Page, number: int) -> None:
     until(page, f"({CURRENT})() === {number}")
 
 
-def opened(reader: Callable[..., Reader], path: str = DECK, width: int = 1280, height: int = 720, **more: Any) -> Page:
+def page_of(reader: Callable[..., Reader], path: str = DECK, width: int = 1280, height: int = 720, **more: Any) -> Page:
     more.setdefault("reduced_motion", "reduce")
     return reader(width, height, **more).open(path)
 
@@ -47,15 +47,15 @@ def opened(reader: Callable[..., Reader], path: str = DECK, width: int = 1280, h
 def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: list[str]) -> None:
     """At each size all of a slide is visible, words have their stated size, and no label is under 11 px of 1280; with
     scripts, which add the buttons."""
-    one, result = reader(reduced_motion="reduce"), []
+    visitor, result = reader(reduced_motion="reduce"), []
     for name in decks:
-        page = one.open(name)
+        page = visitor.open(name)
         assert page.evaluate(LATE_FONTS, True) == [], f"{name} asks for a font after its styles are read: it may shift"
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            result += [f"{name} at {width}: {each}" for each in remaining(page, MISFITS, CUT)]
+            result += [f"{name} at {width}: {fault}" for fault in remaining(page, MISFITS, CUT)]
         page.set_viewport_size({"width": 390, "height": 844})
-        result += [f"{name} at 390: {each}" for each in remaining(page, BEYOND, SMALL)]
+        result += [f"{name} at 390: {fault}" for fault in remaining(page, BEYOND, SMALL)]
         assert page.title().endswith(": slides · The Registration Ladder")
         page.close()
     assert not result, "\n".join(result)
@@ -63,7 +63,7 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
 
 def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
     """Each key does what it says; address, words and focus follow; Back returns to where one jumped from."""
-    page = opened(reader, "kabsch.html")
+    page = page_of(reader, "kabsch.html")
     page.locator(f'a[href="{DECK}"]').click()
     page.wait_for_url(f"**/{DECK}")
     last = page.locator(".slide").count()
@@ -98,7 +98,7 @@ def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
 
 def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> None:
     """Arrows move a focused handle, keys a slider, and Space presses a button; other keys turn the slides."""
-    page = opened(reader, f"{DECK}#7")
+    page = page_of(reader, f"{DECK}#7")
     wrong = Figure(page, "fig-wrong").live().settled()
     before = wrong.record()
     wrong.handle("source").focus()
@@ -128,10 +128,10 @@ def test_keys_in_a_figure_stay_the_figures(reader: Callable[..., Reader]) -> Non
 
 def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> None:
     """Off screen it loads nothing; on its slide it draws the chapter's exact bytes, live, and its links work."""
-    one = reader(1280, 720, reduced_motion="reduce")
+    visitor = reader(1280, 720, reduced_motion="reduce")
     drawings = {}
     for path in ("kabsch.html", DECK):
-        page = one.open(path)
+        page = visitor.open(path)
         solve = Figure(page, "fig-solve")
         if path == DECK:
             until(page, "document.readyState === 'complete'")
@@ -144,19 +144,19 @@ def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> N
         solve.settled().button("solve").click()
         solve.becomes("live").settled()
         drawings[path] += [panel["svg"] for panel in solve.frame()["panels"]]
-        shown = page.evaluate("[...document.querySelectorAll('#fig-solve .readout')].map(e => e.dataset.readout)")
+        readouts = page.evaluate("[...document.querySelectorAll('#fig-solve .readout')].map(e => e.dataset.readout)")
         link = page.evaluate("Ladder.figures.get('fig-solve').link()")
     assert drawings[DECK] == drawings["kabsch.html"]
-    assert shown == ["rms", "rotation_error", "spread"]
-    other = one.open(link.rpartition("/")[2])
-    stands_at(other, 5)
-    expect(other.locator("#fig-solve [name=scene][value=noisy]")).to_be_checked()
-    assert "?s=" in other.url
+    assert readouts == ["rms", "rotation_error", "spread"]
+    chapter = visitor.open(link.rpartition("/")[2])
+    stands_at(chapter, 5)
+    expect(chapter.locator("#fig-solve [name=scene][value=noisy]")).to_be_checked()
+    assert "?s=" in chapter.url
 
 
 def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:
     """A swipe across words turns a slide, one on a picture or slider does not; vertical swipes scroll."""
-    page = opened(reader, f"{DECK}#5", 1280, 720, has_touch=True)
+    page = page_of(reader, f"{DECK}#5", 1280, 720, has_touch=True)
     stands_at(page, 5)
     touch = page.context.new_cdp_session(page)
 
@@ -182,7 +182,7 @@ def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:
 def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
     """N shows the notes beside the slide, and handles stay where they are drawn; Escape shows all slides, where arrows
     and Enter choose one and nothing on a slide can be reached."""
-    page = opened(reader, f"{DECK}#5")
+    page = page_of(reader, f"{DECK}#5")
     solve = Figure(page, "fig-solve").live().settled()
     notes = page.locator("[id='5'] .slide-notes")
     expect(notes).to_be_hidden()
@@ -228,7 +228,7 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
 
 def test_a_second_window_goes_along(reader: Callable[..., Reader]) -> None:
     """The notes are in a separate window, in step in both directions."""
-    page = opened(reader, f"{DECK}#2")
+    page = page_of(reader, f"{DECK}#2")
     with page.expect_popup() as opening:
         page.get_by_role("button", name="Second window").click()
     second = opening.value
@@ -241,7 +241,7 @@ def test_a_second_window_goes_along(reader: Callable[..., Reader]) -> None:
 
 
 def test_the_screen_is_filled(reader: Callable[..., Reader]) -> None:
-    page = opened(reader, f"{DECK}#3")
+    page = page_of(reader, f"{DECK}#3")
     full = page.get_by_role("button", name="Full screen")
     page.keyboard.press("f")
     expect(full).to_have_attribute("aria-pressed", "true")
@@ -253,14 +253,14 @@ def test_the_screen_is_filled(reader: Callable[..., Reader]) -> None:
 
 def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path) -> None:
     """Without scripts, a column that scrolls, whose numbers are addresses; from disk, with keys and recorded frames."""
-    plain = opened(reader, f"{DECK}#5", java_script_enabled=False)
+    plain = page_of(reader, f"{DECK}#5", java_script_enabled=False)
     expect(plain.locator("[id='5'] h2")).to_be_in_viewport()
     expect(plain.locator(".deck-steps")).to_be_hidden()
     expect(plain.locator("[id='5'] svg.plot")).to_be_visible()
     assert plain.locator("h1").count() == 1
-    one = reader(1280, 720, reduced_motion="reduce")
-    one.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page opened from disk
-    page = one.page()
+    visitor = reader(1280, 720, reduced_motion="reduce")
+    visitor.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page opened from disk
+    page = visitor.page()
     page.goto((site / DECK).as_uri())
     for _ in range(4):
         page.keyboard.press("ArrowRight")
@@ -277,7 +277,7 @@ def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path
 
 def test_on_paper_a_slide_is_a_page(reader: Callable[..., Reader]) -> None:
     """Landscape pages, as many as slides; taller ones if the notes are shown; no buttons."""
-    page = opened(reader, DECK)
+    page = page_of(reader, DECK)
     count = page.locator(".slide").count()
 
     def pages() -> set[str]:
@@ -289,14 +289,14 @@ def test_on_paper_a_slide_is_a_page(reader: Callable[..., Reader]) -> None:
     page.keyboard.press("n")
     assert pages() == {"0 0 841.91998 594.95996"}
     page.emulate_media(media="print")
-    for hidden in (".deck-bar", "#fig-solve .buttons", "#fig-solve .controls", ".figure-handles"):
-        expect(page.locator(hidden).first).to_be_hidden()
+    for selector in (".deck-bar", "#fig-solve .buttons", "#fig-solve .controls", ".figure-handles"):
+        expect(page.locator(selector).first).to_be_hidden()
     expect(page.locator("[id='5'] .slide-notes")).to_be_visible()
 
 
 def test_a_phone_scrolls_through(reader: Callable[..., Reader]) -> None:
     """Slides are as tall as their content and do not snap, but can still be stepped through; the overview is a list."""
-    page = opened(reader, "slides-icp.html", 390, 844, has_touch=True)
+    page = page_of(reader, "slides-icp.html", 390, 844, has_touch=True)
     assert page.evaluate("getComputedStyle(document.documentElement).scrollSnapType") == "none"
     heights = page.locator(".slide").evaluate_all("all => all.map(e => e.scrollHeight - e.clientHeight)")
     assert set(heights) == {0}, "nothing hidden"
@@ -313,7 +313,7 @@ def test_a_phone_scrolls_through(reader: Callable[..., Reader]) -> None:
 
 def test_axe_finds_nothing_on_a_deck(reader: Callable[..., Reader]) -> None:
     """With a live figure and the notes shown, in the overview, on a phone; colours once more in the other theme."""
-    page = opened(reader, f"{DECK}#5", color_scheme="light")
+    page = page_of(reader, f"{DECK}#5", color_scheme="light")
     Figure(page, "fig-solve").live()
     page.keyboard.press("n")
     faults = [*violations(page, "notes")]

@@ -28,14 +28,14 @@ RUNGS_SEEN = """() => [...document.querySelectorAll('.slide-title .step')].map(e
 })"""
 
 
-def grown(folder: Path, count: int) -> Path:
+def grow(folder: Path, count: int) -> Path:
     """Build a site of this many chapters, each with slides and the longest title and question allowed."""
     project = Project(folder, cache_dir())
     for path in (folder / "content").glob("*.md"):
         path.unlink()
     for i in range(count):
-        title, asks = (LONG + " and so on")[: TITLE - 3] + f" {i:02}", (ASKS + "the pointer, and the light")[:QUESTION]
-        front = f'title: "{title}"\nslug: c{i:02}\nrung: "{i}"\nquestion: "{asks}"\nsummary: S'
+        title, ask = (LONG + " and so on")[: TITLE - 3] + f" {i:02}", (ASKS + "the pointer, and the light")[:QUESTION]
+        front = f'title: "{title}"\nslug: c{i:02}\nrung: "{i}"\nquestion: "{ask}"\nsummary: S'
         project.write(f"content/{i:02}-c{i:02}.md", f"---\n{front}\nslides:\n  - title: A\n    text: B\n---\n\nText.\n")
     project.write("content/references.yaml", "")
     ladder = "".join(f'  - {{rung: "{i}", title: "{LONG}"}}\n' for i in range(count))
@@ -49,7 +49,7 @@ def grown(folder: Path, count: int) -> Path:
 
 @pytest.fixture(scope="module", params=[RUNGS, 25, 60])
 def many(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
-    return request.param, grown(tmp_path_factory.mktemp("grown"), request.param)
+    return request.param, grow(tmp_path_factory.mktemp("grown"), request.param)
 
 
 @pytest.fixture
@@ -64,17 +64,17 @@ def test_the_title_slide_fits_however_many_chapters_there_are(
 ) -> None:
     """On each screen: the first, a middle and the last deck; a rung is tall enough to be clicked."""
     count, result = many[0], []
-    one = reader(reduced_motion="reduce")
+    visitor = reader(reduced_motion="reduce")
     for number in (0, count // 2, count - 1):
-        page = one.open(f"slides-c{number:02}.html")
+        page = visitor.open(f"slides-c{number:02}.html")
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            result += [f"deck {number} at {width} × {height}: {each}" for each in remaining(page, MISFITS)]
+            result += [f"deck {number} at {width} × {height}: {fault}" for fault in remaining(page, MISFITS)]
             if width >= 1200:
                 rungs = page.evaluate(RUNGS_SEEN)
                 assert min(high for _, high, _ in rungs) >= 24, rungs
         page.set_viewport_size({"width": 390, "height": 844})
-        result += [f"deck {number} at 390: {each}" for each in remaining(page, BEYOND)]
+        result += [f"deck {number} at 390: {fault}" for fault in remaining(page, BEYOND)]
         stands(page, number, count)
         page.close()
     assert not result, "\n".join(result)
@@ -85,9 +85,9 @@ def stands(page: Page, number: int, count: int) -> None:
     rungs = [text for text, _, _ in page.evaluate(RUNGS_SEEN)]
     assert [text.split()[0] for text, _, current in page.evaluate(RUNGS_SEEN) if current] == [str(number)]
     assert len(rungs) == min(count, RUNGS)
-    left_out = [int(match[1]) for text in rungs if (match := re.fullmatch(r"…\s+(\d+) more (?:above|below)", text))]
-    assert len(rungs) - len(left_out) + sum(left_out) == count
+    rest = [int(match[1]) for text in rungs if (match := re.fullmatch(r"…\s+(\d+) more (?:above|below)", text))]
+    assert len(rungs) - len(rest) + sum(rest) == count
     links = page.locator(".slide-title .step a", has_text=" more ")
-    assert links.count() == len(left_out)
+    assert links.count() == len(rest)
     for link in links.all():
         expect(link).to_have_attribute("href", "slides.html")

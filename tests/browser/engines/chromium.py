@@ -50,8 +50,8 @@ class ChromiumWindow:
     def pointer(self, path: Sequence[Place]) -> None:
         self.page.mouse.move(*path[0])
         self.page.mouse.down()
-        for place in path[1:]:
-            self.page.mouse.move(*place)
+        for point in path[1:]:
+            self.page.mouse.move(*point)
         self.page.mouse.up()
 
     def press(self, key: str) -> None:

@@ -54,10 +54,10 @@ def server(site: Path, running: Browser) -> Iterator[SiteServer]:
 def reading(running: Browser, server: SiteServer) -> Iterator[Reading]:
     """A reader with a fresh window; complaints of the browser that no test expects fail the test."""
     window = running.window()
-    one = Reading(window, server.origin)
-    yield one
+    reading = Reading(window, server.origin)
+    yield reading
     try:
-        wrong = [text for text in window.complaints() if not any(part in text for part in one.expected)]
+        wrong = [text for text in window.complaints() if not any(part in text for part in reading.expected)]
     finally:
         window.close()
     assert not wrong, f"the browser complained: {wrong}"

@@ -47,15 +47,15 @@ class Firefox:
             self.process.kill()
             raise
 
-    def address(self, told: Path) -> str:
+    def address(self, file: Path) -> str:
         """The address that Firefox listens on, which it writes into its profile."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             if self.process.poll() is not None:
                 raise RuntimeError(f"Firefox ended with code {self.process.returncode} before it could be driven")
             try:
-                where = json.loads(told.read_text("utf-8"))
-                return f"ws://{where['ws_host']}:{where['ws_port']}/session"
+                address = json.loads(file.read_text("utf-8"))
+                return f"ws://{address['ws_host']}:{address['ws_port']}/session"
             except (OSError, ValueError):  # missing or incomplete
                 time.sleep(0.05)
         raise RuntimeError(f"Firefox has not opened its debugging port within {PATIENCE} s")
@@ -83,11 +83,11 @@ class Session:
         """A command's result. Raises RuntimeError with the browser's error."""
         self.asked += 1
         self.socket.send(json.dumps({"id": self.asked, "method": method, "params": params}))
-        while (heard := json.loads(self.socket.recv())).get("id") != self.asked:
-            self.events.append(heard)
-        if heard["type"] == "error":
-            raise RuntimeError(f"{method}: {heard['error']}: {heard['message']}")
-        return dict(heard["result"])
+        while (message := json.loads(self.socket.recv())).get("id") != self.asked:
+            self.events.append(message)
+        if message["type"] == "error":
+            raise RuntimeError(f"{method}: {message['error']}: {message['message']}")
+        return dict(message["result"])
 
 
 class FirefoxWindow:
@@ -125,8 +125,8 @@ class FirefoxWindow:
 
     def complaints(self) -> list[str]:
         self.session.call("session.status")  # brings pending events
-        logged = [event["params"] for event in self.session.events if event["method"] == "log.entryAdded"]
-        mine = [entry for entry in logged if entry["source"].get("context", self.tab) == self.tab]
+        entries = [event["params"] for event in self.session.events if event["method"] == "log.entryAdded"]
+        mine = [entry for entry in entries if entry["source"].get("context", self.tab) == self.tab]
         messages = [str(entry["text"]) for entry in mine if entry["level"] in ("error", "warn")]
         return [text for text in messages if not text.startswith(HALF_READ)]
 

@@ -24,5 +24,5 @@ class Listening(Doorkeeper):
             return LISTENER
         data = super().read(file)
         tag = f'<head><script src="{NAME}"></script>'.encode()
-        opened = file.suffix == ".html" and "text/html" in self.headers.get("Accept", "")
-        return data.replace(b"<head>", tag, 1) if data and opened else data
+        is_page = file.suffix == ".html" and "text/html" in self.headers.get("Accept", "")
+        return data.replace(b"<head>", tag, 1) if data and is_page else data

@@ -24,11 +24,11 @@ class Reading:
         """Complaints that contain one of these parts are expected by the test."""
         self.expected = parts
 
-    def run(self, function: str, *given: Any) -> Any:
-        return run(self.window, function, *given)
+    def run(self, function: str, *arguments: Any) -> Any:
+        return run(self.window, function, *arguments)
 
-    def until(self, function: str, *given: Any) -> None:
-        until(self.window, function, *given)
+    def until(self, function: str, *arguments: Any) -> None:
+        until(self.window, function, *arguments)
 
     def figure(self, name: str) -> Figure:
         """A figure, scrolled to the middle of the window."""
@@ -46,10 +46,10 @@ class Figure:
     def __init__(self, reading: Reading, name: str) -> None:
         self.reading, self.name = reading, name
 
-    def of(self, function: str, *given: Any) -> Any:
+    def of(self, function: str, *arguments: Any) -> Any:
         """The result of a function of the figure's controller."""
         call = f"(name, ...given) => ({function})(Ladder.figures.get(name), ...given)"
-        return self.reading.run(call, self.name, *given)
+        return self.reading.run(call, self.name, *arguments)
 
     def becomes(self, state: str) -> Figure:
         """Wait for the figure's state: static, tape, waiting, live or failed."""

@@ -49,16 +49,16 @@ class Browser(Protocol):
         """Close the browser."""
 
 
-def run(window: Window, function: str, *given: Any) -> Any:
+def run(window: Window, function: str, *arguments: Any) -> Any:
     """The result of a JavaScript function (given as source) for JSON values, as JSON; a promise is awaited."""
-    values = ", ".join(map(json.dumps, given))
+    values = ", ".join(map(json.dumps, arguments))
     call = f"Promise.resolve(({function})({values})).then((value) => JSON.stringify(value ?? null))"
     return json.loads(window.evaluate(call))
 
 
-def until(window: Window, function: str, *given: Any) -> None:
+def until(window: Window, function: str, *arguments: Any) -> None:
     """Wait in the page until the function returns a true value; raise AssertionError if it does not."""
-    looked = f"""async (...given) => {{
+    script = f"""async (...given) => {{
       const end = performance.now() + {PATIENCE} * 1000;
       for (;;) {{
         if (await ({function})(...given)) return true;
@@ -66,7 +66,7 @@ def until(window: Window, function: str, *given: Any) -> None:
         await new Promise((go) => setTimeout(go, 30));
       }}
     }}"""
-    assert run(window, looked, *given), f"not within {PATIENCE} s: {function} of {given}"
+    assert run(window, script, *arguments), f"not within {PATIENCE} s: {function} of {arguments}"
 
 
 KEYS = {
@@ -87,13 +87,13 @@ def pointer_actions(path: Sequence[Place]) -> Actions:
     """WebDriver's input actions for a mouse dragged along a path."""
     moves: Actions = [{"type": "pointerMove", "x": x, "y": y, "duration": 0} for x, y in path]
     down, up = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
-    taken = [moves[0], down, *moves[1:], up]
-    return [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": taken}]
+    actions = [moves[0], down, *moves[1:], up]
+    return [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}]
 
 
 def key_actions(key: str) -> Actions:
     """WebDriver's input actions for one key with its modifiers."""
-    held = [KEYS.get(name, name) for name in key.split("+")]
-    down: Actions = [{"type": "keyDown", "value": value} for value in held]
-    up: Actions = [{"type": "keyUp", "value": value} for value in reversed(held)]
+    keys = [KEYS.get(name, name) for name in key.split("+")]
+    down: Actions = [{"type": "keyDown", "value": value} for value in keys]
+    up: Actions = [{"type": "keyUp", "value": value} for value in reversed(keys)]
     return [{"type": "key", "id": "keyboard", "actions": down + up}]

@@ -11,15 +11,15 @@ from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 from tests.browser.held import HELD
-from tests.browser.widgets.test_atlas import log, place
+from tests.browser.widgets.test_atlas import log, pixel
 
 
 @pytest.fixture
 def slow(reader: Callable[..., Reader]) -> Figure:
     """ICP's figure with Python up, whose answers are held back from now on."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(HELD)
-    page = one.open("icp.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script(HELD)
+    page = visitor.open("icp.html")
     name = page.locator("figure.figure:has([data-button=finish])").first.get_attribute("id")
     figure = Figure(page, name or "").live().settled()
     page.evaluate("window.holding = true")
@@ -74,7 +74,7 @@ def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure = Figure(page, name).live()
     figure.button("solve").click()
-    wanted = figure.settled().record()
+    record = figure.settled().record()
     address = page.evaluate(f"Ladder.figures.get({name!r}).link()").split("#")[1]
     page.evaluate("""address => {
       const link = Object.assign(document.createElement("a"), { href: `#${address}`, textContent: "that state" });
@@ -83,14 +83,14 @@ def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
     link = page.get_by_role("link", name="that state")
     for _ in range(2):
         figure.button("reset").click()
-        assert figure.settled().record() != wanted
+        assert figure.settled().record() != record
         link.click()
         until(page, f"Ladder.figures.get({name!r}).record.log.length > 0")
-        assert figure.settled().record() == wanted
-    encoded = address.replace("?", "%3F").replace("=", "%3D") + "%26more"
-    other = reader(reduced_motion="reduce").open(f"kabsch.html#{encoded}")
-    until(other, f"Ladder.figures.get({name!r}).record.log.length > 0")
-    assert Figure(other, name).settled().record() == wanted
+        assert figure.settled().record() == record
+    fragment = address.replace("?", "%3F").replace("=", "%3D") + "%26more"
+    second = reader(reduced_motion="reduce").open(f"kabsch.html#{fragment}")
+    until(second, f"Ladder.figures.get({name!r}).record.log.length > 0")
+    assert Figure(second, name).settled().record() == record
 
 
 @pytest.fixture
@@ -101,7 +101,7 @@ def atlas(reader: Callable[..., Reader]) -> Figure:
 def test_pressing_while_pointing_leaves_nothing_of_the_pointing(atlas: Figure) -> None:
     """With the pointer on another start, Step continues the previous run, and Back undoes the step."""
     atlas.button("step").focus()
-    atlas.page.mouse.move(*place(atlas, 170.0, 1.0))
+    atlas.page.mouse.move(*pixel(atlas, 170.0, 1.0))
     until(atlas.page, "Ladder.figures.get('fig-atlas').record.log.length === 1")
     atlas.settled()
     for count in (1, 2):
@@ -113,7 +113,7 @@ def test_pressing_while_pointing_leaves_nothing_of_the_pointing(atlas: Figure) -
 
 def test_a_run_goes_on_where_it_was_after_pointing(atlas: Figure) -> None:
     atlas.button("run").focus()
-    places = [place(atlas, x, 1.0) for x in (170.0, -90.0, 60.0)]  # before drawings follow each other
+    places = [pixel(atlas, x, 1.0) for x in (170.0, -90.0, 60.0)]  # before drawings follow each other
     atlas.page.keyboard.press("Enter")
     for x, y in places:
         atlas.page.mouse.move(x, y)

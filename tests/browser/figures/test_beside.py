@@ -27,9 +27,9 @@ COLLIDING = """() => [...document.querySelectorAll('svg.plot')].flatMap(svg => {
 
 @pytest.mark.parametrize("page", ["landscape.html", "ndt-map.html", "reading.html", "ransac.html"])
 def test_a_chart_is_no_larger_than_its_picture(reader: Callable[..., Reader], page: str) -> None:
-    opened = reader(768, 1024, reduced_motion="reduce").open(page)
-    assert opened.locator(".figure-charts > .figure-panel").count()
-    assert remaining(opened, LARGE) == []
+    tab = reader(768, 1024, reduced_motion="reduce").open(page)
+    assert tab.locator(".figure-charts > .figure-panel").count()
+    assert remaining(tab, LARGE) == []
 
 
 @pytest.mark.parametrize("page", ["icp.html", "landscape.html", "ndt-map.html", "race.html", "search.html"])

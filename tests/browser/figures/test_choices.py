@@ -22,17 +22,17 @@ def test_a_choice_says_that_what_it_set_was_moved(reader: Callable[..., Reader],
     room = figure.root.locator(f'.control:has([name="{"scene" if page == "icp" else "setting"}"])')
     expect(room.locator(NOTE)).to_be_hidden()
     figure.settled()
-    own, place = slider.input_value(), slider.evaluate(PLACE)
+    own, top = slider.input_value(), slider.evaluate(PLACE)
     for value in ("0.15", own):
         figure.set("noise", value)
         expect(room.locator(NOTE)).to_be_visible(visible=value != own)
-        assert slider.evaluate(PLACE) == place
+        assert slider.evaluate(PLACE) == top
 
 
-@pytest.mark.parametrize("place", ["icp#fig-nearest", "surfaces#fig-look", "surfaces#fig-three", "clouds#fig-own"])
-def test_a_start_says_that_a_handle_was_dragged(reader: Callable[..., Reader], place: str) -> None:
+@pytest.mark.parametrize("target", ["icp#fig-nearest", "surfaces#fig-look", "surfaces#fig-three", "clouds#fig-own"])
+def test_a_start_says_that_a_handle_was_dragged(reader: Callable[..., Reader], target: str) -> None:
     """Until it is chosen again, which puts the source back."""
-    page, _, name = place.partition("#")
+    page, _, name = target.partition("#")
     figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).live()
     figure.root.locator(".figure-rest > summary").click()
     start = figure.root.locator('.control:has([name="start"])')
@@ -65,11 +65,11 @@ def test_the_chosen_option_sets_its_values_again(reader: Callable[..., Reader], 
     figure.set("turn", "90")
     start = figure.root.locator('.control:has([name="start"])')
     expect(start.locator(NOTE)).to_be_visible()
-    chosen = start.locator("input:checked")
+    radio = start.locator("input:checked")
     frames = []
     for _ in range(2):
         if way == "key":
-            chosen.press("Space")
+            radio.press("Space")
         else:
             start.locator("label:has(:checked)").click()
         expect(start.locator(NOTE)).to_be_hidden()

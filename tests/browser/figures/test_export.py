@@ -21,7 +21,7 @@ from tests.browser.figure import Figure
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def saved(page: Page, button: Locator, to: Path) -> Path:
+def save(page: Page, button: Locator, to: Path) -> Path:
     with page.expect_download() as coming:
         button.click()
     path = to / coming.value.suggested_filename
@@ -37,8 +37,8 @@ def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, n
     page = reader(color_scheme="dark").open(f"{name}.html")
     root = page.locator(f"#{figure}")
     root.locator(".figure-more summary").click()
-    drawing = saved(page, root.locator('[data-picture="svg"]'), tmp_path)
-    bitmap = saved(page, root.locator('[data-picture="png"]'), tmp_path)
+    drawing = save(page, root.locator('[data-picture="svg"]'), tmp_path)
+    bitmap = save(page, root.locator('[data-picture="png"]'), tmp_path)
     assert [drawing.name, bitmap.name] == [f"{name}-{figure}.svg", f"{name}-{figure}.png"]
     tree = ElementTree.fromstring(drawing.read_text("utf-8"))
     nodes = list(tree.iter())
@@ -50,15 +50,15 @@ def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, n
     style = tree.findtext(f"{SVG}style") or ""
     assert "data:font/woff2;base64," in style
     assert "http" not in style
-    drawn = page.context.new_page()
-    drawn.set_viewport_size({"width": int(tree.attrib["width"]), "height": int(tree.attrib["height"])})
-    drawn.goto(drawing.as_uri())
-    shot = Image.open(io.BytesIO(drawn.screenshot())).convert("RGB")
+    tab = page.context.new_page()
+    tab.set_viewport_size({"width": int(tree.attrib["width"]), "height": int(tree.attrib["height"])})
+    tab.goto(drawing.as_uri())
+    shot = Image.open(io.BytesIO(tab.screenshot())).convert("RGB")
     picture = Image.open(bitmap).convert("RGB")
     assert picture.size == (2 * shot.width, 2 * shot.height)
     assert picture.getpixel((2, 2)) == (255, 255, 255)
-    apart = Image.composite(shot, picture.resize(shot.size), Image.new("L", shot.size, 128)).histogram()
-    assert sum(apart[:3]) < 0.2 * shot.width * shot.height  # without the dark page's background
+    histogram = Image.composite(shot, picture.resize(shot.size), Image.new("L", shot.size, 128)).histogram()
+    assert sum(histogram[:3]) < 0.2 * shot.width * shot.height  # without the dark page's background
     used = {colour for _, colour in picture.getcolors(picture.width * picture.height) or []}
     assert len(used) > 20
 
@@ -91,7 +91,7 @@ def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: P
     solve.button("solve").click()
     after = solve.changes("rms", before)
     solve.reached("[data-pin]").click()
-    path = saved(solve.page, solve.root.locator('.runs [data-do="Save"]'), tmp_path)
+    path = save(solve.page, solve.root.locator('.runs [data-do="Save"]'), tmp_path)
     assert path.name == "kabsch-fig-solve-runs.csv"
     rows = list(csv.DictReader(path.read_text("utf-8").splitlines()))
     assert [row["Actions"] for row in rows] == ["0", "1"]
@@ -105,14 +105,14 @@ def link(record: dict[str, Any]) -> str:
 
 def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None:
     """A value out of range, an unknown control, an invalid seed and unknown actions are left out, and named."""
-    one = reader(reduced_motion="reduce")
-    given = {
+    visitor = reader(reduced_motion="reduce")
+    record = {
         "widget": "kabsch",
         "controls": {"noise": 0.3, "wrong": 99, "<img src=x onerror=alert(1)>": 1},
         "seed": -1,
         "log": [["press", "solve"], ["press", "<b>no such button</b>"], ["press", "solve"]],
     }
-    solve = Figure(one.open(f"kabsch.html#fig-solve?s={link(given)}"), "fig-solve").live()
+    solve = Figure(visitor.open(f"kabsch.html#fig-solve?s={link(record)}"), "fig-solve").live()
     note = solve.root.locator(".figure-status")
     expect(note).to_contain_text("Ignored in the state")
     for part in ("wrong", "“<img src=x onerror=alert(1)>”"[:31], "the seed", "action 2"):
@@ -126,11 +126,11 @@ def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None
 
 def test_a_chapter_prints_with_its_figures_as_they_are(reader: Callable[..., Reader]) -> None:
     """On paper, each figure's picture is as it was left, in light colours, complete, and without buttons."""
-    one = reader(color_scheme="dark", reduced_motion="reduce")
-    page = one.open("race.html")
+    visitor = reader(color_scheme="dark", reduced_motion="reduce")
+    page = visitor.open("race.html")
     page.emulate_media(media="print")
     assert page.locator("figure button:not([data-sort]):visible").count() == 0
-    page = one.open("kabsch.html")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     before = solve.readout("rms")
     solve.button("solve").click()

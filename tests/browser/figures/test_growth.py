@@ -26,17 +26,17 @@ WARM, PRESSES = 60, 300
 
 
 @pytest.mark.parametrize(
-    ("page", "name", "kind", "what"),
+    ("page", "name", "kind", "target"),
     [("icp.html", "fig-nearest", "drag", "source"), ("ndt-score.html", "fig-score", "click", "map")],
 )
 def test_a_thousand_actions_leave_the_worker_s_heap_alone(
-    reader: Callable[..., Reader], page: str, name: str, kind: str, what: str
+    reader: Callable[..., Reader], page: str, name: str, kind: str, target: str
 ) -> None:
     """A cloud with its nearest neighbours, and a map with a climb on it."""
     figure = Figure(reader(reduced_motion="reduce").open(page), name).live()
-    warm = figure.page.evaluate(ENTRIES, [name, kind, what, WARM])
+    warm = figure.page.evaluate(ENTRIES, [name, kind, target, WARM])
     assert warm > 10_000_000
-    assert figure.page.evaluate(ENTRIES, [name, kind, what, 1000]) == warm
+    assert figure.page.evaluate(ENTRIES, [name, kind, target, 1000]) == warm
 
 
 def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reader]) -> None:
@@ -47,9 +47,9 @@ def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reade
     meter = page.context.new_cdp_session(page)
     meter.send("Performance.enable")
     press(figure, WARM)
-    before = measured(meter)
+    before = metrics(meter)
     press(figure, PRESSES)
-    after = measured(meter)
+    after = metrics(meter)
     assert before["Nodes"] > 100
     assert after["Nodes"] <= before["Nodes"] + 20, (before, after)
     assert after["JSEventListeners"] <= before["JSEventListeners"] + 5, (before, after)
@@ -63,7 +63,7 @@ def press(figure: Figure, count: int) -> None:
         until(figure.page, IDLE)
 
 
-def measured(meter: CDPSession) -> dict[str, float]:
+def metrics(meter: CDPSession) -> dict[str, float]:
     """The page's metrics by name, after garbage collection."""
     meter.send("HeapProfiler.collectGarbage")
-    return {one["name"]: one["value"] for one in meter.send("Performance.getMetrics")["metrics"]}
+    return {metric["name"]: metric["value"] for metric in meter.send("Performance.getMetrics")["metrics"]}

@@ -17,7 +17,7 @@ SIZES = [(1280, 1000), (1024, 768), (390, 844)]
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize(
-    ("page", "name", "pressed", "chosen"),
+    ("page", "name", "buttons", "values"),
     [
         ("four.html", "fig-four", ("stage-2", "finish"), {}),
         ("uncertainty.html", "fig-room", ("more", "finish"), {}),
@@ -31,17 +31,17 @@ def test_a_figure_keeps_its_height(
     size: tuple[int, int],
     page: str,
     name: str,
-    pressed: tuple[str, ...],
-    chosen: dict[str, str],
+    buttons: tuple[str, ...],
+    values: dict[str, str],
 ) -> None:
     """With *More* open: initially, after each choice and after each press."""
     figure = Figure(reader(*size, reduced_motion="reduce").open(page), name).live()
     figure.root.locator("details.figure-rest > summary").click()
     heights = [_height(figure)]
-    for control, value in chosen.items():
+    for control, value in values.items():
         figure.set(control, value)
         heights.append(_height(figure))
-    for button in pressed:
+    for button in buttons:
         figure.button(button).click()
         heights.append(_height(figure))
     assert len(set(heights)) == 1, f"{name} at {size[0]} px is {heights} px tall"

@@ -45,17 +45,17 @@ def state(record: Any) -> str:
 def records() -> list[Any]:
     """Hostile records: each of their parts in turn has an invalid value."""
     sound = {"widget": "kabsch", "preset": "noisy", "controls": {}, "seed": 7, "log": []}
-    made: list[Any] = [*MARKUP, *ODD, json.loads('{"widget": "kabsch", "__proto__": {"polluted": 1}}')]
+    result: list[Any] = [*MARKUP, *ODD, json.loads('{"widget": "kabsch", "__proto__": {"polluted": 1}}')]
     for bad in (*MARKUP[:3], *ODD):
-        made += [{**sound, "preset": bad}, {**sound, "seed": bad}, {**sound, "log": bad}, {**sound, "controls": bad}]
-        made += [{**sound, "controls": {"noise": bad}}, {**sound, "log": [["press", bad]]}]
-        made.append({**sound, "log": [["drag", bad, bad, bad]]})
+        result += [{**sound, "preset": bad}, {**sound, "seed": bad}, {**sound, "log": bad}, {**sound, "controls": bad}]
+        result += [{**sound, "controls": {"noise": bad}}, {**sound, "log": [["press", bad]]}]
+        result.append({**sound, "log": [["drag", bad, bad, bad]]})
         if isinstance(bad, str):
-            made.append({**sound, "controls": {bad: bad}})
-    return made
+            result.append({**sound, "controls": {bad: bad}})
+    return result
 
 
-def unharmed(page: Page) -> None:
+def check_unharmed(page: Page) -> None:
     struck, foreign, polluted = page.evaluate(STRUCK)
     assert (struck, foreign, polluted) == (None, 0, None)
 
@@ -77,10 +77,10 @@ def test_no_address_becomes_markup(reader: Callable[..., Reader]) -> None:
         + [f"fig-{i}{text}?s={text}" for i, text in enumerate(MARKUP)],
     )
     solve.settled()
-    unharmed(page)
+    check_unharmed(page)
     for text in MARKUP[:2]:
         page.goto(f"{page.url.split('#')[0]}?q={text}#fig-solve?s={text}")
-        unharmed(page)
+        check_unharmed(page)
     solve = Figure(page, "fig-solve").live().settled()
     solve.button("reset").click()
     before = solve.readout("rms")
@@ -96,7 +96,7 @@ def test_no_storage_becomes_markup(reader: Callable[..., Reader]) -> None:
         "JSON.parse(localStorage.getItem(Object.keys(localStorage).find(name => name.startsWith('ladder-pins:'))))[0]"
     )
     hostile: list[Any] = [
-        {**sound, "readouts": [{**each, "value": text} for each in sound["readouts"]]} for text in MARKUP
+        {**sound, "readouts": [{**r, "value": text} for r in sound["readouts"]]} for text in MARKUP
     ]
     count = len(hostile)
     hostile += [{**sound, "readouts": bad} for bad in ODD if not isinstance(bad, list)]
@@ -117,11 +117,11 @@ def test_no_storage_becomes_markup(reader: Callable[..., Reader]) -> None:
     expect(rows).to_have_count(count)
     expect(rows.first).to_contain_text(MARKUP[0])
     assert page.locator("html").get_attribute("data-theme") == "auto"
-    unharmed(page)
-    for kept in ('{"half', "{}"):
+    check_unharmed(page)
+    for text in ('{"half', "{}"):
         page.evaluate(
             "kept => Object.keys(localStorage).forEach(name => localStorage.setItem(name, kept))",
-            kept,
+            text,
         )
         page.reload()
         expect(page.locator("html")).to_have_attribute("data-runtime", re.compile("idle|loading|live"))
@@ -206,8 +206,8 @@ class Listener(BaseHTTPRequestHandler):
 @pytest.mark.parametrize("bare", [False, True])
 def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer, bare: bool) -> None:
     """By no means, even on a host that sends no headers: the page's policy applies to its worker as well."""
-    other = ThreadingHTTPServer(("127.0.0.1", 0), Listener)
-    threading.Thread(target=other.serve_forever, daemon=True).start()
+    stranger = ThreadingHTTPServer(("127.0.0.1", 0), Listener)
+    threading.Thread(target=stranger.serve_forever, daemon=True).start()
     server.bare = bare
     Listener.asked.clear()
     with browser.new_context() as context:
@@ -215,8 +215,8 @@ def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer
         page.goto(f"{server.origin}/kabsch.html")
         Figure(page, "fig-solve").live()
         (worker,) = page.workers
-        result = worker.evaluate(REACHES, f"http://127.0.0.1:{other.server_port}")
-    other.shutdown()
-    other.server_close()
+        result = worker.evaluate(REACHES, f"http://127.0.0.1:{stranger.server_port}")
+    stranger.shutdown()
+    stranger.server_close()
     assert (set(result.values()), Listener.asked) == ({"stopped"}, [])
     assert set(result) == {"fetch", "import", "evaluated", "request", "socket", "events"}

@@ -18,7 +18,7 @@ def cells(reader: Callable[..., Reader]) -> Figure:
     return Figure(reader(reduced_motion="reduce").open(PAGE), NAME).live()
 
 
-def place(cells: Figure, x: float, y: float) -> tuple[float, float]:
+def pixel(cells: Figure, x: float, y: float) -> tuple[float, float]:
     """The place on the screen of a world place of the map."""
     drawing = cells.root.locator('.figure-panel[data-panel="main"] svg')
     drawing.scroll_into_view_if_needed()
@@ -31,10 +31,10 @@ def place(cells: Figure, x: float, y: float) -> tuple[float, float]:
 def test_the_cell_under_the_mouse_is_shown_and_hovers_replace_each_other(cells: Figure) -> None:
     """Over the stuck beam its cell is shown, over a wall the wall's; the log has one entry, at the place pointed at."""
     before = cells.readout("mean")
-    cells.page.mouse.move(*place(cells, -2.5, 0.4))
+    cells.page.mouse.move(*pixel(cells, -2.5, 0.4))
     stuck = cells.changes("mean", before)
     assert cells.readout("cell") == "discarded"
-    cells.page.mouse.move(*place(cells, 0.5, 1.4))
+    cells.page.mouse.move(*pixel(cells, 0.5, 1.4))
     cells.changes("mean", stuck)
     cells.settled()
     ((kind, panel, x, y),) = cells.record()["log"]
@@ -64,7 +64,7 @@ def test_a_tap_points_and_a_finger_still_scrolls(reader: Callable[..., Reader]) 
     page = reader(390, 800, has_touch=True, reduced_motion="reduce").open(PAGE)
     cells = Figure(page, NAME).live()
     before = cells.readout("cell")
-    page.touchscreen.tap(*place(cells, -2.5, 0.4))
+    page.touchscreen.tap(*pixel(cells, -2.5, 0.4))
     assert cells.changes("cell", before) == "discarded"
     drawing = cells.root.locator("svg.plot").first.element_handle()
     assert page.evaluate("e => getComputedStyle(e).touchAction", drawing) != "none"
@@ -76,8 +76,8 @@ def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(
     """While the runtime is not live, a mouse move changes no record and leaves the figure as built."""
     server.hold("/runtime/.*wasm")
     cells = Figure(reader().open(PAGE), NAME)
-    cells.page.mouse.move(*place(cells, -2.5, 0.4))
-    cells.page.mouse.move(*place(cells, 0.5, 1.4))
+    cells.page.mouse.move(*pixel(cells, -2.5, 0.4))
+    cells.page.mouse.move(*pixel(cells, 0.5, 1.4))
     assert cells.record()["log"] == []
     assert cells.root.get_attribute("data-state") == "static"
 
@@ -87,11 +87,11 @@ def test_a_window_made_wider_moves_what_is_pointed_at(cells: Figure) -> None:
     page = cells.page
     page.set_viewport_size({"width": 1500, "height": 800})
     before = cells.readout("mean")
-    page.mouse.move(*place(cells, -2.5, 0.4))
-    held = cells.changes("mean", before)
+    page.mouse.move(*pixel(cells, -2.5, 0.4))
+    value = cells.changes("mean", before)
     page.set_viewport_size({"width": 1800, "height": 800})
-    page.mouse.move(*place(cells, 0.5, 1.4))
-    cells.changes("mean", held)
+    page.mouse.move(*pixel(cells, 0.5, 1.4))
+    cells.changes("mean", value)
     cells.settled()
     ((_, _, x, y),) = cells.record()["log"]
     assert (x, y) == pytest.approx((0.5, 1.4), abs=0.03)

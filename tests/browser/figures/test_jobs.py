@@ -34,13 +34,13 @@ def rows(figure: Figure) -> list[list[str]]:
 def test_the_benchmark_is_the_native_one(race: Figure) -> None:
     """The tab agrees with native Python: counts within one, and for ICP, point-to-plane, GICP and soft targets the
     medians to the digits shown."""
-    built = rows(race)
+    table = rows(race)
     begin, words = job(race).locator('[data-do="begin"]'), job(race).locator(".job-words")
     begin.click()
     expect(begin).to_be_enabled(timeout=LONG)
     expect(words).to_contain_text("Done in")
     results = rows(race)
-    assert [row[0] for row in results] == [row[0] for row in built]
+    assert [row[0] for row in results] == [row[0] for row in table]
     for row, line in zip(results, benchmark(Controls()), strict=True):
         assert abs(int(row[3]) - line.turned) <= 1, row
         assert abs(int(row[4]) - line.close) <= 1, row
@@ -53,7 +53,7 @@ def test_the_benchmark_is_the_native_one(race: Figure) -> None:
 
 def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
     """While it runs, a step of the race is answered; Stop ends it within 100 ms, and it can begin again."""
-    page, begin, stop = race.page, *(job(race).locator(f'[data-do="{what}"]') for what in ("begin", "stop"))
+    page, begin, stop = race.page, *(job(race).locator(f'[data-do="{action}"]') for action in ("begin", "stop"))
     begin.click()
     expect(job(race)).to_have_attribute("data-state", "running")
     before = race.frames()
@@ -88,8 +88,8 @@ def test_the_table_sorts_by_any_column(race: Figure) -> None:
             heading.click()
             expect(heading).to_be_focused()
             expect(job(race).locator("thead th").nth(column + 1)).to_have_attribute("aria-sort", way)
-            shown = [row[column + 1] for row in rows(race)]
-            values = [float(text) for text in shown if text != "–"]
+            texts = [row[column + 1] for row in rows(race)]
+            values = [float(text) for text in texts if text != "–"]
             assert len(values) == (0 if column == 5 else len(names))  # the time is known only after a run
             assert values == sorted(values, reverse=way == "descending")
     job(race).locator('[data-sort="-1"]').click()
@@ -98,7 +98,7 @@ def test_the_table_sorts_by_any_column(race: Figure) -> None:
 
 def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
     """The static run is kept; each row of a new run at other settings has both numbers, as far as it has come."""
-    kept = {row[0]: row[1] for row in rows(race)}
+    values = {row[0]: row[1] for row in rows(race)}
     job(race).locator('[data-do="keep"]').click()
     race.set("setting", "clean")
     race.settled()
@@ -106,9 +106,9 @@ def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
     expect(job(race).locator(".job-caption").first).to_contain_text("clean", timeout=LONG)
     job(race).locator('[data-do="stop"]').click()
     first = rows(race)[0]
-    now, was = first[1].split()
-    assert was == kept[first[0]]
-    assert now != was
+    value, old = first[1].split()
+    assert old == values[first[0]]
+    assert value != old
     assert job(race).locator(".job-panels").count() == 2
     job(race).locator('[data-do="drop"]').click()
     assert job(race).locator(".job-panels").count() == 1
@@ -142,8 +142,8 @@ def test_a_begin_before_python_is_up_waits_for_it(reader: Callable[..., Reader])
 
 def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Reader]) -> None:
     """A job requested and stopped while Python starts is not left running in it."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script("""
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("""
       globalThis.asked = [];
       const post = Worker.prototype.postMessage;
       Worker.prototype.postMessage = function (data, ...more) {
@@ -151,7 +151,7 @@ def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Re
         return post.call(this, data, ...more);
       };
     """)
-    race = Figure(one.open("race.html"), "fig-race").seen()
+    race = Figure(visitor.open("race.html"), "fig-race").seen()
     race.page.evaluate("""() => {
       const box = document.querySelector("section.job");
       box.querySelector("[data-do=begin]").click();
@@ -159,8 +159,8 @@ def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Re
     }""")
     expect(job(race).locator(".job-words")).to_contain_text("Stopped")
     race.live()
-    for does in ("begin", "stop"):
-        race.page.wait_for_function("(does) => asked.includes(does)", arg=does, timeout=LIVE)
+    for action in ("begin", "stop"):
+        race.page.wait_for_function("(does) => asked.includes(does)", arg=action, timeout=LIVE)
 
 
 def test_every_panel_takes_the_start(race: Figure) -> None:

@@ -94,41 +94,41 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
 
 def test_a_further_pin_leaves_the_table_where_it_was_scrolled(reader: Callable[..., Reader]) -> None:
     """On a narrow screen; the focus stays on its button too, even when another tab pins."""
-    one = reader(420, 900, reduced_motion="reduce")
-    solve, other = (Figure(one.open("kabsch.html"), "fig-solve").seen() for _ in range(2))
+    visitor = reader(420, 900, reduced_motion="reduce")
+    solve, second = (Figure(visitor.open("kabsch.html"), "fig-solve").seen() for _ in range(2))
     solve.reached("[data-pin]").click()
     rows = solve.root.locator(".runs tbody tr")
     expect(rows).to_have_count(1)
-    scrolled = "() => document.querySelector('#fig-solve .runs-scroll').scrollLeft"
+    script = "() => document.querySelector('#fig-solve .runs-scroll').scrollLeft"
     solve.page.evaluate("document.querySelector('#fig-solve .runs-scroll').scrollLeft = 120")
     restore = solve.root.get_by_role("button", name="Restore run 1")
     restore.focus()
-    left = solve.page.evaluate(scrolled)
-    assert left > 0
-    other.reached("[data-pin]").click()
+    position = solve.page.evaluate(script)
+    assert position > 0
+    second.reached("[data-pin]").click()
     expect(rows).to_have_count(2)
     expect(restore).to_be_focused()
-    assert solve.page.evaluate(scrolled) == left
+    assert solve.page.evaluate(script) == position
 
 
 def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
     """The copied link opened in a new page shows the same frame."""
-    one = reader(reduced_motion="reduce")
-    solve = Figure(one.open("kabsch.html"), "fig-solve").live()
+    visitor = reader(reduced_motion="reduce")
+    solve = Figure(visitor.open("kabsch.html"), "fig-solve").live()
     before = solve.readout("rms")
     solve.drag("source", -70, 50)
     moved = solve.changes("rms", before)
     link = solve.page.evaluate("name => Ladder.figures.get(name).link()", solve.name)
-    page = one.page()
+    page = visitor.page()
     page.goto(link)
     Figure(page, "fig-solve").live().shows("rms", moved)
 
 
 def test_a_hostile_link_harms_nothing(reader: Callable[..., Reader]) -> None:
     """Damaged and hostile states in the address leave the figure at its preset, with a note."""
-    one = reader()
+    visitor = reader()
     for state in ("%%%", "bm90IGpzb24"):
-        page = one.open(f"kabsch.html#fig-solve?s={state}")
+        page = visitor.open(f"kabsch.html#fig-solve?s={state}")
         solve = Figure(page, "fig-solve").live()
         expect(solve.root.locator(".figure-status")).not_to_be_empty()
         expect(solve.root.locator("svg.plot").first).to_be_visible()
@@ -149,11 +149,11 @@ def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
     for button in buttons:
         figure = Figure(page, button.get_attribute("data-figure") or "")
         button.click()
-        wanted = page.evaluate("b => JSON.parse(b.dataset.record)", button.element_handle())
+        expected = page.evaluate("b => JSON.parse(b.dataset.record)", button.element_handle())
         figure.settled()
         record = figure.record()
-        assert {**record["controls"], **wanted["controls"]} == record["controls"]
-        assert record["log"] == wanted["log"]
+        assert {**record["controls"], **expected["controls"]} == record["controls"]
+        assert record["log"] == expected["log"]
         expect(figure.root.locator("svg.plot").first).to_be_in_viewport()
 
 
@@ -207,7 +207,7 @@ def test_a_term_shows_what_it_means(reader: Callable[..., Reader]) -> None:
     link.hover()
     expect(card).to_be_visible()
     name = str(link.get_attribute("data-card")).removeprefix("card-")
-    says = card.inner_text().partition(". ")[2]
+    text = card.inner_text().partition(". ")[2]
     link.click()
     expect(page.locator(f"#{name}")).to_be_in_viewport()
-    expect(page.locator(f"#{name} dd")).to_contain_text(says)
+    expect(page.locator(f"#{name} dd")).to_contain_text(text)

@@ -16,8 +16,8 @@ from tests.browser.figure import LIVE, Figure
 
 
 def test_more_opens_in_place_and_goes_with_the_link(reader: Callable[..., Reader]) -> None:
-    one = reader()
-    icp = Figure(one.open("icp.html"), "fig-nearest").live()
+    visitor = reader()
+    icp = Figure(visitor.open("icp.html"), "fig-nearest").live()
     gate = icp.root.locator('[name="gate"]')
     expect(gate).to_be_hidden()
     assert "&more" not in link(icp)
@@ -31,9 +31,9 @@ def test_more_opens_in_place_and_goes_with_the_link(reader: Callable[..., Reader
     icp.set("gate", "0.8")
     until(icp.page, "Ladder.figures.get('fig-nearest').shown.controls.gate === 0.8")
 
-    again = Figure(one.open(link(icp).removeprefix(f"{one.origin}/")), "fig-nearest").live()
-    expect(again.root.locator("details.figure-rest")).to_have_attribute("open", "")
-    expect(again.root.locator('[name="gate"]')).to_have_value("0.8", timeout=LIVE)
+    second = Figure(visitor.open(link(icp).removeprefix(f"{visitor.origin}/")), "fig-nearest").live()
+    expect(second.root.locator("details.figure-rest")).to_have_attribute("open", "")
+    expect(second.root.locator('[name="gate"]')).to_have_value("0.8", timeout=LIVE)
 
 
 def link(figure: Figure) -> str:

@@ -64,9 +64,9 @@ def test_a_drag_moves_the_source_and_solve_finds_the_same_optimum(solve: Figure)
     solve.button("solve").click()
     first = solve.changes("rms", moved)
     solve.drag("turn", -120, 90)
-    again = solve.changes("rms", first)
+    second = solve.changes("rms", first)
     solve.button("solve").click()
-    assert solve.changes("rms", again) == first
+    assert solve.changes("rms", second) == first
     assert [entry[:2] for entry in solve.record()["log"]] == [
         ["drag", "source"],
         ["press", "solve"],
@@ -105,13 +105,13 @@ def test_keys_do_what_a_drag_does(solve: Figure) -> None:
     solve.page.keyboard.press("Shift+ArrowUp")
     solve.settled()
     far = solve.frame()["handles"]
-    place = (
+    positions = (
         {h["name"]: h["world"] for h in before},
         {h["name"]: h["world"] for h in near},
         {h["name"]: h["world"] for h in far},
     )
-    assert place[1]["source"][0] > place[0]["source"][0]
-    assert place[2]["source"][1] - place[1]["source"][1] > place[1]["source"][0] - place[0]["source"][0]
+    assert positions[1]["source"][0] > positions[0]["source"][0]
+    assert positions[2]["source"][1] - positions[1]["source"][1] > positions[1]["source"][0] - positions[0]["source"][0]
     expect(handle).to_be_focused()
     assert solve.page.evaluate("scrollY") == top
     assert len(solve.record()["log"]) == 1
@@ -150,31 +150,31 @@ def test_everything_by_keyboard_alone(solve: Figure) -> None:
     """Tab reaches handles, buttons and controls in this order; Enter solves; a slider responds to arrows."""
     page = solve.page
     solve.handle("source").focus()
-    reached = []
+    stops = []
     for _ in range(30):
         page.keyboard.press("Tab")
-        reached.append(
+        stops.append(
             page.evaluate(
                 "document.activeElement.dataset.handle || document.activeElement.name || "
                 "document.activeElement.dataset.button || ''"
             )
         )
-    assert reached.index("turn") < reached.index("solve") < reached.index("noise")
+    assert stops.index("turn") < stops.index("solve") < stops.index("noise")
     before = solve.readout("rms")
     solve.button("solve").focus()
     page.keyboard.press("Enter")
-    solved = solve.changes("rms", before)
+    answer = solve.changes("rms", before)
     solve.control("noise").focus()
     for _ in range(6):
         page.keyboard.press("ArrowRight")
-    solve.changes("rms", solved)
+    solve.changes("rms", answer)
 
 
 @pytest.mark.parametrize("width", [390, 1280])
 def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Reader], width: int) -> None:
     """A finger on a handle drags it; a finger on the drawing scrolls the page."""
-    one = reader(width, 800, has_touch=True, reduced_motion="reduce")
-    page = one.open("kabsch.html")
+    visitor = reader(width, 800, has_touch=True, reduced_motion="reduce")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     assert page.evaluate("e => getComputedStyle(e).touchAction", solve.handle("source").element_handle()) == "none"
     assert (
@@ -208,16 +208,16 @@ PLACED = re.compile(
 SLICING = {("own-clouds", "height"), ("own-clouds", "thickness")}
 
 
-def others(spec: dict[str, Any], value: Any) -> list[Any]:
+def choices(spec: dict[str, Any], value: Any) -> list[Any]:
     """Other values of a control: the farther end of a slider, all other options of a choice."""
     if spec["kind"] == "slider":
         return [spec["high"] if value < spec["high"] else spec["low"]]
     return [o for o in spec["options"] if o != value] if spec["kind"] == "choice" else [not value]
 
 
-def pressed(record: Record, button: str) -> Record:
+def press(record: Record, button: str) -> Record:
     """The record after a press of a button; "run" repeats another button a few times."""
-    (result,) = (each for each in WIDGETS[record["widget"]].buttons if each.name == button)
+    (result,) = (b for b in WIDGETS[record["widget"]].buttons if b.name == button)
     presses = [["press", result.repeats]] * 4 if result.does == "run" else [["press", button]]
     return {**record, "log": [*record["log"], *presses]}
 
@@ -227,7 +227,7 @@ def settings(record: Record, controls: dict[str, Any], control: str) -> Iterator
     controls matter only under one choice of another, as a scan's number does with the drive."""
     yield record
     for name, spec in controls.items():
-        for value in others(spec, record["controls"][name]) if name != control and spec["kind"] != "slider" else []:
+        for value in choices(spec, record["controls"][name]) if name != control and spec["kind"] != "slider" else []:
             yield moved(record, spec, name, value)
     widget = WIDGETS[record["widget"]]
     yield from (preset(widget, name).plain() for name in widget.presets)
@@ -238,54 +238,54 @@ def moved(record: Record, spec: dict[str, Any], control: str, value: Any) -> Rec
     return {**record, "controls": {**record["controls"], control: value, **spec.get("sets", {}).get(value, {})}}
 
 
-def asked(plain: Record, other: Record, primary: str) -> Iterator[tuple[Record, Record]]:
+def pairs(plain: Record, variant: Record, primary: str) -> Iterator[tuple[Record, Record]]:
     """Both as they open and, since some controls only take effect then, after the figure's main action and at the end
     of its tape's longest run."""
-    yield plain, other
+    yield plain, variant
     if primary:
-        yield pressed(plain, primary), pressed(other, primary)
+        yield press(plain, primary), press(variant, primary)
     longest = max((presses for _, presses in WIDGETS[plain["widget"]].tape), key=len, default=())
     log = [["press", press] for press in longest]
-    yield {**plain, "log": log}, {**other, "log": log}
+    yield {**plain, "log": log}, {**variant, "log": log}
 
 
 def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], site: Path, pages: list[str]) -> None:
     """In every figure of every page, each control at another value gives another picture. The frames drawn here are
     those of the page's Python, byte for byte, as tested above; and one control of each kind is moved in the page."""
-    one, host = reader(reduced_motion="reduce"), Host()
-    unmoved: dict[str, tuple[str, str, str]] = {}
-    known: dict[str, list[Any]] = {}  # drawings by record: each state is compared with many others
+    visitor, host = reader(reduced_motion="reduce"), Host()
+    samples: dict[str, tuple[str, str, str]] = {}
+    cached: dict[str, list[Any]] = {}  # drawings by record: each state is compared with many others
 
     def panels(record: Record) -> list[Any]:
         key = json.dumps(record)
-        if key not in known:
-            known[key] = [panel["svg"] for panel in host.render("fig-x", record, 0)["panels"]]
-        return known[key]
+        if key not in cached:
+            cached[key] = [panel["svg"] for panel in host.render("fig-x", record, 0)["panels"]]
+        return cached[key]
 
     for name in pages:
-        placed = PLACED.findall((site / name).read_text("utf-8"))
-        assert len(placed) == layout.placed(site, name), name
-        for figure_id, text in placed:
+        figures = PLACED.findall((site / name).read_text("utf-8"))
+        assert len(figures) == layout.count_figures(site, name), name
+        for figure_id, text in figures:
             report = json.loads(text)
             record, controls = report["record"], report["spec"]["controls"]
-            primary = next((each.name for each in WIDGETS[record["widget"]].buttons if each.primary), "")
+            primary = next((b.name for b in WIDGETS[record["widget"]].buttons if b.primary), "")
             for control, spec in controls.items():
                 if (record["widget"], control) in SLICING:
                     continue
-                unmoved.setdefault(spec["kind"], (name, figure_id, control))
-                drawn = (
-                    [panels(each) for each in pair]
+                samples.setdefault(spec["kind"], (name, figure_id, control))
+                drawings = (
+                    [panels(r) for r in pair]
                     for within in settings(record, controls, control)
-                    for value in others(spec, record["controls"][control])
-                    for pair in asked(within, moved(within, spec, control, value), primary)
+                    for value in choices(spec, record["controls"][control])
+                    for pair in pairs(within, moved(within, spec, control, value), primary)
                 )
-                assert any(before != after for before, after in drawn), f"{name}#{figure_id}: {control}"
-    assert set(unmoved) == {"slider", "choice", "toggle"}
-    for name, figure_id, control in unmoved.values():
-        figure = Figure(one.open(name), figure_id).live()
+                assert any(before != after for before, after in drawings), f"{name}#{figure_id}: {control}"
+    assert set(samples) == {"slider", "choice", "toggle"}
+    for name, figure_id, control in samples.values():
+        figure = Figure(visitor.open(name), figure_id).live()
         before = figure.settled().frame()["panels"]
         spec = figure.page.evaluate("name => Ladder.figures.get(name).spec.controls", figure_id)[control]
-        value = others(spec, figure.record()["controls"][control])[0]
+        value = choices(spec, figure.record()["controls"][control])[0]
         figure.set(control, value if isinstance(value, bool) else str(value))
         assert figure.settled().record()["controls"][control] == value
         if figure.frame()["panels"] == before:

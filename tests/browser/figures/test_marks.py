@@ -57,9 +57,9 @@ def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
     middle, box = handle.bounding_box(), solve.root.locator('[data-panel="main"] > svg').first.bounding_box()
     assert middle
     assert box
-    (place,) = (each for each in solve.frame()["handles"] if each["name"] == "source")
-    assert abs(middle["x"] + middle["width"] / 2 - box["x"] - place["left"] / 100 * box["width"]) < 0.5
-    assert abs(middle["y"] + middle["height"] / 2 - box["y"] - place["top"] / 100 * box["height"]) < 0.5
+    (source_handle,) = (h for h in solve.frame()["handles"] if h["name"] == "source")
+    assert abs(middle["x"] + middle["width"] / 2 - box["x"] - source_handle["left"] / 100 * box["width"]) < 0.5
+    assert abs(middle["y"] + middle["height"] / 2 - box["y"] - source_handle["top"] / 100 * box["height"]) < 0.5
 
 
 def test_marks_on_a_field_have_an_edge(reader: Callable[..., Reader]) -> None:

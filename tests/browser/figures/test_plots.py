@@ -33,17 +33,17 @@ def test_each_width_has_a_drawing_that_can_be_read(
     reader: Callable[..., Reader], with_plots: list[str], width: int, kind: str
 ) -> None:
     """Type of at least 11 px inside the drawing, at both widths; the page does not scroll sideways."""
-    one = reader(width, java_script_enabled=True)
+    visitor = reader(width, java_script_enabled=True)
     assert len(with_plots) >= 6
     for name in with_plots:
-        page = one.open(name)
+        page = visitor.open(name)
         graphs = page.locator("figure.graph").all()
         assert graphs, name
         for root in graphs:
-            seen = root.evaluate(SEEN)
-            assert (seen["count"], seen["kind"]) == (1, kind), name
-            assert seen["smallest"] >= 11.0, (name, seen)
-            assert seen["outside"] == [], (name, seen)
+            facts = root.evaluate(SEEN)
+            assert (facts["count"], facts["kind"]) == (1, kind), name
+            assert facts["smallest"] >= 11.0, (name, facts)
+            assert facts["outside"] == [], (name, facts)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         page.close()
 

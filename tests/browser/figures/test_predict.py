@@ -31,15 +31,15 @@ def source(page: Page, state: str) -> np.ndarray[Any, Any]:
         plain |= json.loads(root.locator(".predict").get_attribute("data-record") or "")
     widget = WIDGETS[plain["widget"]]
     record = parsed(widget, plain)
-    now = widget.start(record.controls, record.seed)
+    current = widget.start(record.controls, record.seed)
     for action in record.log:
-        now = widget.act(now, action)
-    panel = next(panel for panel in widget.draw(now).panels if panel.name == "main")
+        current = widget.act(current, action)
+    panel = next(panel for panel in widget.draw(current).panels if panel.name == "main")
     group = next(mark for mark in panel.marks if isinstance(mark, Group) and mark.name == "source")
     return np.concatenate([np.asarray(mark.xy) for mark in group.marks if isinstance(mark, Points)])
 
 
-def asks(page: Page, name: str) -> tuple[Figure, Locator]:
+def question(page: Page, name: str) -> tuple[Figure, Locator]:
     """A figure, on screen, and its question."""
     figure = Figure(page, name).seen()
     return figure, figure.root.locator(".predict")
@@ -72,20 +72,20 @@ def test_every_chapter_asks_and_every_question_is_answered_from_disk(
 @pytest.fixture
 def browser_page(reader: Callable[..., Reader], site: Path) -> Callable[[str], Page]:
     """Open a page of the site from disk."""
-    one = reader(reduced_motion="reduce")
-    one.expect("Access to font", "ERR_FAILED", "A preload for", "was preloaded using link preload")
+    visitor = reader(reduced_motion="reduce")
+    visitor.expect("Access to font", "ERR_FAILED", "A preload for", "was preloaded using link preload")
 
-    def opened(name: str) -> Page:
-        page = one.page()
+    def open_page(name: str) -> Page:
+        page = visitor.page()
         page.goto((site / name).as_uri())
         return page
 
-    return opened
+    return open_page
 
 
 def test_an_answer_by_keyboard_is_told_and_can_be_given_again(reader: Callable[..., Reader]) -> None:
     page = reader(reduced_motion="reduce").open("icp.html")
-    figure, box = asks(page, "fig-wall")
+    figure, box = question(page, "fig-wall")
     wrong, right = (box.locator(f"[data-right={answer}]") for answer in ("no", "yes"))
     wrong.focus()
     page.keyboard.press("Enter")
@@ -108,25 +108,25 @@ def test_an_answer_by_keyboard_is_told_and_can_be_given_again(reader: Callable[.
 
 
 def test_the_score_goes_through_the_tab_and_no_further(reader: Callable[..., Reader]) -> None:
-    one = reader(reduced_motion="reduce")
-    page = one.open("icp.html")
-    asks(page, "fig-wall")[1].locator("[data-right=yes]").click()
-    expect(asks(page, "fig-wall")[1].get_by_role("status")).to_contain_text("1 of 1 right")
-    page.goto(f"{one.origin}/surfaces.html")
-    box = asks(page, "fig-wall")[1]
+    visitor = reader(reduced_motion="reduce")
+    page = visitor.open("icp.html")
+    question(page, "fig-wall")[1].locator("[data-right=yes]").click()
+    expect(question(page, "fig-wall")[1].get_by_role("status")).to_contain_text("1 of 1 right")
+    page.goto(f"{visitor.origin}/surfaces.html")
+    box = question(page, "fig-wall")[1]
     box.locator("[data-right=no]").first.click()
     expect(box.get_by_role("status")).to_contain_text("1 of 2 right in this tab")
-    other = one.open("mmd.html")
-    box = asks(other, "fig-overlap")[1]
+    second = visitor.open("mmd.html")
+    box = question(second, "fig-overlap")[1]
     box.locator("[data-right=yes]").click()
     expect(box.get_by_role("status")).to_contain_text("1 of 1 right in this tab")
-    assert not one.foreign
+    assert not visitor.foreign
 
 
 def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., Reader]) -> None:
     """Moved three steps right and a large one up, turned by 15°: the distance is that from Python's final pose."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     start, end = source(page, "record"), source(page, "prediction")
     box.get_by_role("button", name="Place a ghost").press("Enter")
     move = figure.root.get_by_role("slider", name="Ghost, place")
@@ -139,12 +139,12 @@ def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., R
     box.get_by_role("button", name="Run").press("Enter")
     expect(box).to_have_attribute("data-told", "wrong")
     angle, middle = math.radians(15), start.mean(axis=0)
-    turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    ghost = (start - middle) @ turned.T + middle + (0.3, 0.5)
-    far = np.linalg.norm(ghost - end, axis=1).mean()
+    rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    ghost = (start - middle) @ rotation.T + middle + (0.3, 0.5)
+    distance = np.linalg.norm(ghost - end, axis=1).mean()
     match = re.search(r"are ([\d.]+) u away", box.get_by_role("status").inner_text())
     assert match
-    assert abs(float(match[1]) - far) < 0.02  # the drawing is in tenths of a px
+    assert abs(float(match[1]) - distance) < 0.02  # the drawing is in tenths of a px
     expect(figure.root.locator(".predict-ghost")).to_have_count(1)
     figure.button("reset").click()
     expect(figure.root.locator(".predict-ghost")).to_have_count(0)
@@ -154,13 +154,13 @@ def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., R
 def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader]) -> None:
     """By mouse: first the place, then the turn."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     start, end = source(page, "record"), source(page, "prediction")
     box.get_by_role("button", name="Place a ghost").click()
     view = figure.frame()["panels"][0]["view"]
-    drawn = figure.root.locator('[data-panel="main"] > svg.plot').first.bounding_box()
-    assert drawn
-    scale = drawn["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px per u
+    plot_box = figure.root.locator('[data-panel="main"] > svg.plot').first.bounding_box()
+    assert plot_box
+    scale = plot_box["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px per u
 
     def drag(name: str, to: Callable[[float, float], tuple[float, float]]) -> None:
         box = figure.root.get_by_role("slider", name=name).bounding_box()
@@ -192,7 +192,7 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
 def test_escape_puts_the_ghost_back(reader: Callable[..., Reader]) -> None:
     """While the pointer drags it, by its middle or its knob; further pointer moves then have no effect."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     box.get_by_role("button", name="Place a ghost").click()
     for name in ("Ghost, place", "Ghost, turn"):
         slider = figure.root.get_by_role("slider", name=name)
@@ -212,7 +212,7 @@ def test_escape_puts_the_ghost_back(reader: Callable[..., Reader]) -> None:
 
 def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
     page = reader(width=390, height=844, has_touch=True, is_mobile=True, reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     box.get_by_role("button", name="Place a ghost").tap()
     move = figure.root.get_by_role("slider", name="Ghost, place")
     before, at = move.get_attribute("aria-valuetext"), move.bounding_box()
@@ -220,15 +220,15 @@ def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
     x, y = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
     finger(page, [(x, y), (x + 40, y + 10), (x + 60, y + 20)])
     expect(move).not_to_have_attribute("aria-valuetext", before or "")
-    now = move.bounding_box()
-    assert now
-    assert (round(now["x"] - at["x"]), round(now["y"] - at["y"])) == (60, 20)
+    end_box = move.bounding_box()
+    assert end_box
+    assert (round(end_box["x"] - at["x"]), round(end_box["y"] - at["y"])) == (60, 20)
 
 
 def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> None:
     """Pressing the figure's own button first does not affect the question."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     figure.button("solve").click()
     figure.settled()
     box.get_by_role("button", name="Place a ghost").click()
@@ -240,21 +240,21 @@ def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> 
 def test_a_ghost_comes_only_to_who_waits_for_it(reader: Callable[..., Reader]) -> None:
     """Not to a reader who went elsewhere before its picture arrived, and only once to one who pressed twice."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = asks(page, WRONG)
+    figure, box = question(page, WRONG)
     figure.live()
     ghost = figure.root.locator(".predict-ghost")
     press = "(figure, names) => names.forEach(name => figure.querySelector(name).click())"  # before any picture arrives
-    place, new = "[data-do=place]", "[data-button=new]"
+    place_button, new = "[data-do=place]", "[data-button=new]"
     figure.button("solve").click()
     figure.settled()
-    figure.root.evaluate(press, [place, new])
+    figure.root.evaluate(press, [place_button, new])
     figure.settled()
     figure.button("reset").click()
     figure.settled()
     expect(ghost).to_have_count(0)
     figure.button("solve").click()
     figure.settled()
-    figure.root.evaluate(press, [place, place])
+    figure.root.evaluate(press, [place_button, place_button])
     expect(ghost).to_have_count(1)
     box.get_by_role("button", name="Run").click()
     expect(box).to_have_attribute("data-told", re.compile("."))
@@ -293,25 +293,25 @@ def test_the_run_that_decides_is_seen_step_by_step(
     reader: Callable[..., Reader], page: str, name: str, most: int | None
 ) -> None:
     """As if by Run; the outcome is told when it stops, and nothing before."""
-    figure, box = asks(reader().open(f"{page}.html"), name)
+    figure, box = question(reader().open(f"{page}.html"), name)
     figure.live()
     figure.page.evaluate(WATCH, name)
     box.locator("[data-right=yes]").first.click()
     expect(box).to_have_attribute("data-told", "right")
-    counted = steps(figure)
-    assert counted == list(range(len(counted)))
+    counts = steps(figure)
+    assert counts == list(range(len(counts)))
     report, running = figure.page.evaluate("[seen.told, seen.running]")
     assert not any(report[:-1])
     assert all(running[1:-1])
     assert figure.page.evaluate("id => Ladder.figures.get(id).running", figure.name) is False
-    assert len(counted) - 1 == most or (most is None and len(counted) > 5)
+    assert len(counts) - 1 == most or (most is None and len(counts) > 5)
     step = figure.root.locator('[data-button="step"]')
     expect(step).to_have_attribute("aria-disabled", str(most is None).lower())
 
 
 def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Reader]) -> None:
     """One that is reset half-way asks again."""
-    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure, box = question(reader().open("icp.html"), "fig-wall")
     figure.live()
     for button, report in (("reset", None), ("finish", "right")):
         box.locator("[data-right=yes]").first.click()
@@ -327,16 +327,16 @@ def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Read
 
 def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Callable[..., Reader]) -> None:
     """Either continues at the pace of a run, and the outcome is told."""
-    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure, box = question(reader().open("icp.html"), "fig-wall")
     figure.live()
     answer = box.locator("[data-right=yes]").first
     running = "Ladder.figures.get('fig-wall').running && Ladder.figures.get('fig-wall').shown.log.length > 1"
     figure.page.evaluate(WATCH, figure.name)
-    for first, then in ((answer, figure.button("run")), (figure.button("run"), answer)):
+    for first, second in ((answer, figure.button("run")), (figure.button("run"), answer)):
         figure.settled().page.evaluate("seen.running.length = 0")
         first.click()
         until(figure.page, running)
-        then.click()
+        second.click()
         expect(box).to_have_attribute("data-told", "right")
         assert figure.page.evaluate("seen.running.slice(2, -1).every(Boolean)")
         until(figure.page, "!Ladder.figures.get('fig-wall').running")  # the reader's run stops at its next press
@@ -344,7 +344,7 @@ def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Call
 
 
 def test_a_prediction_waits_where_it_is_not_seen(reader: Callable[..., Reader]) -> None:
-    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure, box = question(reader().open("icp.html"), "fig-wall")
     figure.live()
     box.locator("[data-right=yes]").first.click()
     until(figure.page, "Ladder.figures.get('fig-wall').shown.log.length > 1")
@@ -358,7 +358,7 @@ def test_a_prediction_waits_where_it_is_not_seen(reader: Callable[..., Reader]) 
 
 
 def test_a_prediction_that_cannot_be_drawn_is_asked_anew(reader: Callable[..., Reader]) -> None:
-    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure, box = question(reader().open("icp.html"), "fig-wall")
     figure.live()
     box.locator("[data-right=yes]").first.click()
     until(figure.page, "Ladder.figures.get('fig-wall').shown.log.length > 1")
@@ -369,12 +369,12 @@ def test_a_prediction_that_cannot_be_drawn_is_asked_anew(reader: Callable[..., R
 def test_settings_of_the_question_are_not_put_back(reader: Callable[..., Reader]) -> None:
     """A reader who has set exactly what the question asks about is told nothing of settings; one who places a ghost
     after changing a setting is."""
-    figure, box = asks(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells")
+    figure, box = question(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells")
     figure.live().set("size", "2.4")
     box.locator("[data-right=yes]").click()
     expect(box).to_have_attribute("data-told", "right")
     assert "settings" not in box.get_by_role("status").inner_text()
-    figure, box = asks(reader(reduced_motion="reduce").open("icp.html"), "fig-nearest")
+    figure, box = question(reader(reduced_motion="reduce").open("icp.html"), "fig-nearest")
     figure.live().set("turn", "60")
     box.get_by_role("button", name="Place a ghost").click()
     box.get_by_role("button", name="Run").click()
@@ -382,7 +382,7 @@ def test_settings_of_the_question_are_not_put_back(reader: Callable[..., Reader]
 
 
 def test_settings_that_were_moved_are_put_back_and_that_is_told(reader: Callable[..., Reader]) -> None:
-    figure, box = asks(reader(reduced_motion="reduce").open("ransac.html"), "fig-consensus")
+    figure, box = question(reader(reduced_motion="reduce").open("ransac.html"), "fig-consensus")
     figure.live()
     own = figure.control("outliers").input_value()
     for value in (own, "0.8"):
@@ -390,6 +390,6 @@ def test_settings_that_were_moved_are_put_back_and_that_is_told(reader: Callable
         box.locator("[data-right=yes]").first.click()
         expect(box).to_have_attribute("data-told", "right")
         assert figure.control("outliers").input_value() == own
-        put_back = "The settings were put back to those of the question."
-        assert (put_back in box.get_by_role("status").inner_text()) is (value != own)
+        words = "The settings were put back to those of the question."
+        assert (words in box.get_by_role("status").inner_text()) is (value != own)
         box.get_by_role("button", name="Ask again").click()

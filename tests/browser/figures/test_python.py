@@ -23,24 +23,24 @@ def test_the_python_of_a_dragged_figure_is_saved_and_runs(reader: Callable[..., 
     icp.button("step").click()
     icp.settled()
     icp.root.get_by_text("In words, and in Python").click()
-    with page.expect_download() as saved:
+    with page.expect_download() as download:
         icp.root.get_by_role("button", name="Download as .py").click()
-    assert saved.value.suggested_filename == "icp-fig-nearest.py"
+    assert download.value.suggested_filename == "icp-fig-nearest.py"
     script = tmp_path / "icp-fig-nearest.py"
-    saved.value.save_as(script)
+    download.value.save_as(script)
     assert script.read_text("utf-8") == icp.root.locator(".figure-python code").text_content()
-    done = subprocess.run([sys.executable, script], cwd=ROOT, env={"PYTHONPATH": str(ROOT)}, capture_output=True)
-    printed = dict(line.split(" ", 1) for line in done.stdout.decode().splitlines())
-    shown = {name: icp.readout(name).replace("−", "-") for name in printed}
-    assert {"rms", "objective", "rotation_error", "translation_error"} == set(printed), done.stderr
-    for name, value in printed.items():
-        assert float(value) == pytest.approx(float(shown[name]), abs=0.51 * 10 ** -len(shown[name].partition(".")[2]))
+    process = subprocess.run([sys.executable, script], cwd=ROOT, env={"PYTHONPATH": str(ROOT)}, capture_output=True)
+    output = dict(line.split(" ", 1) for line in process.stdout.decode().splitlines())
+    texts = {name: icp.readout(name).replace("−", "-") for name in output}
+    assert {"rms", "objective", "rotation_error", "translation_error"} == set(output), process.stderr
+    for name, value in output.items():
+        assert float(value) == pytest.approx(float(texts[name]), abs=0.51 * 10 ** -len(texts[name].partition(".")[2]))
 
 
 def test_the_python_is_copied(reader: Callable[..., Reader]) -> None:
     """The copied text begins with the line that installs the wheel linked below it, and that wheel exists."""
-    made = reader(permissions=["clipboard-read", "clipboard-write"])
-    page = made.open("kabsch.html")
+    visitor = reader(permissions=["clipboard-read", "clipboard-write"])
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     solve.root.get_by_text("In words, and in Python").click()
     solve.root.get_by_role("button", name="Copy the Python").click()

@@ -28,24 +28,24 @@ def test_whatever_a_reader_does_the_state_is_in_the_link(
     """After every few steps the browser has no complaints, no number is NaN, and the inputs, readouts, words, handles
     and picture are those of a single frame. At the end the record in each figure's link gives the same bytes: natively
     and, on the first page or on every page of a longer walk, in a separate browser window."""
-    given, seed = pytestconfig.getoption("walk_steps"), pytestconfig.getoption("walk_seed") or SEED
-    chosen = pytestconfig.getoption("walk_pages")
-    walked = chosen.split(",") if chosen else [p for p in pages if "data-widget=" in (site / p).read_text("utf-8")]
-    assert walked
-    one, host = reader(permissions=["clipboard-read", "clipboard-write"]), Host()
-    keep_python_up(one.context, one.origin)
-    one.beside = one.context.pages
-    for name in walked:
-        page = one.open(name)
-        walk = Walk(one, page, f"{seed} {name}")
+    count, seed = pytestconfig.getoption("walk_steps"), pytestconfig.getoption("walk_seed") or SEED
+    option = pytestconfig.getoption("walk_pages")
+    names = option.split(",") if option else [p for p in pages if "data-widget=" in (site / p).read_text("utf-8")]
+    assert names
+    visitor, host = reader(permissions=["clipboard-read", "clipboard-write"]), Host()
+    keep_python_up(visitor.context, visitor.origin)
+    visitor.beside = visitor.context.pages
+    for name in names:
+        page = visitor.open(name)
+        walk = Walk(visitor, page, f"{seed} {name}")
         try:
-            walk.steps(given or STEPS)
+            walk.steps(count or STEPS)
             draw_natively(page, host)
-            if given or name == walked[0]:
+            if count or name == names[0]:
                 open_links(page)
         except AssertionError as error:
-            again = f"--walk-pages={name} --walk-seed={seed} --walk-steps={given or STEPS}"
-            raise AssertionError(f"{again}: {error}") from error
+            options = f"--walk-pages={name} --walk-seed={seed} --walk-steps={count or STEPS}"
+            raise AssertionError(f"{options}: {error}") from error
         page.close()
 
 
@@ -78,10 +78,10 @@ def draw_natively(page: Page, host: Host) -> None:
     until(page, "[...Ladder.figures.values()].every(f => !f.pending && !(f.running && f.visible))")  # playback goes on
     for name, link in links(page).items():
         if "given" not in link["record"]:
-            frame, seen = host.render(name, link["record"]), page.evaluate(SEEN, name)
-            drawn = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
-            assert seen["svg"] == drawn, f"{name}: natively its link {link['url']} is drawn otherwise"
-            assert seen["readouts"] == [readout["value"] for readout in frame["readouts"]], f"{name}: {link['url']}"
+            frame, picture = host.render(name, link["record"]), page.evaluate(SEEN, name)
+            markup = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
+            assert picture["svg"] == markup, f"{name}: natively its link {link['url']} is drawn otherwise"
+            assert picture["readouts"] == [readout["value"] for readout in frame["readouts"]], f"{name}: {link['url']}"
 
 
 def open_links(page: Page) -> None:
@@ -97,8 +97,8 @@ def open_links(page: Page) -> None:
             fresh.goto(link["url"])
         else:
             fresh.evaluate("hash => { location.hash = hash; }", link["url"].split("#")[1])
-        there = f"Ladder.record.key(Ladder.figures.get({name!r}).shown) === {json.dumps(link['key'])}"
-        until(fresh, f"{IDLE} && {there}")
+        condition = f"Ladder.record.key(Ladder.figures.get({name!r}).shown) === {json.dumps(link['key'])}"
+        until(fresh, f"{IDLE} && {condition}")
         assert fresh.evaluate(SEEN, name) == page.evaluate(SEEN, name), f"{name}: {link['url']} shows something else"
     fresh.close()
     if brought:
@@ -106,5 +106,5 @@ def open_links(page: Page) -> None:
         page.locator("html[data-runtime=live]").wait_for()
     for name in brought:
         frame = page.evaluate("id => Ladder.runtime.frame({ figure: id, record: Ladder.figures.get(id).shown })", name)
-        drawn = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
-        assert page.evaluate(SEEN, name)["svg"] == drawn, f"{name}: a worker started anew draws otherwise"
+        markup = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
+        assert page.evaluate(SEEN, name)["svg"] == markup, f"{name}: a worker started anew draws otherwise"

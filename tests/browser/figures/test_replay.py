@@ -13,7 +13,7 @@ from sitegen.bench.pages import until
 from sitegen.check.offline import ask
 from tests.browser.conftest import ROOT, Reader
 from tests.browser.figure import LIVE, Figure, first_record
-from tests.browser.widgets.test_own_clouds import choose, clouds, lines, told
+from tests.browser.widgets.test_own_clouds import choose, clouds, expect_message, lines
 from widgets.engine.host import Host
 
 # Every action of this widget's figures takes half a second, and reading a file takes four.
@@ -47,20 +47,20 @@ FRAME = 5000  # ms: the time limit of an answer here; replays take longer
 DONE = [["drag", "source", 0.1 * i, -0.2 * i] if i % 2 else ["press", "solve"] for i in range(14)]
 
 
-def slowed(one: Reader) -> None:
+def slow_down(visitor: Reader) -> None:
     """Give pages that open after this a slow worker."""
 
     def answer(route: Route) -> None:
-        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # unbundled: the bundle renames its own
-        route.fulfill(response=route.fetch(), body=SLOW + written)
+        source = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # unbundled: the bundle renames its own
+        route.fulfill(response=route.fetch(), body=SLOW + source)
 
-    one.context.route("**/worker*.mjs", answer)
+    visitor.context.route("**/worker*.mjs", answer)
 
 
-def opened(reader: Callable[..., Reader]) -> Figure:
-    one = reader(alone=True, reduced_motion="reduce")
-    slowed(one)
-    page = one.open("kabsch.html")
+def open_link(reader: Callable[..., Reader]) -> Figure:
+    visitor = reader(alone=True, reduced_motion="reduce")
+    slow_down(visitor)
+    page = visitor.open("kabsch.html")
     page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)
     return Figure(page, "fig-solve").live().settled()
 
@@ -77,7 +77,7 @@ def state(record: dict[str, Any]) -> str:
     return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
 
 
-def done(figure: Figure, count: int) -> None:
+def until_done(figure: Figure, count: int) -> None:
     """Wait until this many actions are shown and no request is pending."""
     until(figure.page, f"Ladder.figures.get({figure.name!r}).shown.log.length === {count}")
     figure.settled()
@@ -86,34 +86,34 @@ def done(figure: Figure, count: int) -> None:
 def test_a_long_replay_tells_how_far_it_is_and_comes_to_its_end(reader: Callable[..., Reader]) -> None:
     """Each action of a link is answered in time, but together they take longer than an answer may; actions made
     meanwhile are added; after the worker restarts, the next press replays everything."""
-    solve = opened(reader)
+    solve = open_link(reader)
     status = solve.root.locator(".figure-status")
     record = follow_link(solve, DONE)
     expect(status).to_contain_text(f"of {len(DONE)} actions", timeout=LIVE)
     solve.drag("source", 40, 30)
-    done(solve, len(DONE))  # the link's last action is a drag of the same handle, which this one replaces
-    now = solve.record()
-    assert now["log"][:-1] == record["log"][:-1]
-    assert now["log"][-1] != record["log"][-1]
-    assert solve.frame() == Host().render(solve.name, now)
+    until_done(solve, len(DONE))  # the link's last action is a drag of the same handle, which this one replaces
+    after = solve.record()
+    assert after["log"][:-1] == record["log"][:-1]
+    assert after["log"][-1] != record["log"][-1]
+    assert solve.frame() == Host().render(solve.name, after)
     solve.page.evaluate("Ladder.runtime.restart()")
     solve.live().button("solve").click()
     expect(status).to_contain_text(f"of {len(DONE) + 1} actions", timeout=LIVE)
-    done(solve, len(DONE) + 1)
-    assert solve.frame() == Host().render(solve.name, {**now, "log": [*now["log"], ["press", "solve"]]})
+    until_done(solve, len(DONE) + 1)
+    assert solve.frame() == Host().render(solve.name, {**after, "log": [*after["log"], ["press", "solve"]]})
     expect(status).not_to_contain_text("actions")
 
 
 def test_a_long_replay_can_be_cancelled(reader: Callable[..., Reader]) -> None:
     """While it goes on, another figure answers; Cancel leaves the figure as it was, and it answers at once."""
-    solve = opened(reader)
-    other = Figure(solve.page, "fig-mirror").seen()
+    solve = open_link(reader)
+    second = Figure(solve.page, "fig-mirror").seen()
     follow_link(solve, DONE * 20)
     cancel = solve.root.get_by_role("button", name="Cancel")
     expect(cancel).to_be_visible(timeout=LIVE)
-    frames = other.frames()
-    ask(solve.page, other.name)
-    assert other.frames() > frames
+    frames = second.frames()
+    ask(solve.page, second.name)
+    assert second.frames() > frames
     assert len(solve.record()["log"]) == 20 * len(DONE)
     cancel.click()
     expect(solve.root.locator(".figure-status")).to_contain_text("Cancelled. The figure is as it was.")
@@ -141,31 +141,31 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
     """For a link that the page was opened with, the next action costs one answer, and so does Back."""
-    one = reader(alone=True, reduced_motion="reduce")
-    slowed(one)
-    one.context.add_init_script(ASKED)
-    page = one.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    slow_down(visitor)
+    visitor.context.add_init_script(ASKED)
+    page = visitor.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
     page.evaluate("() => { Ladder.limits.pause = 1e9; }")  # no warm-up, which also makes requests
     solve = Figure(page, "fig-solve").live()
-    done(solve, len(DONE))
+    until_done(solve, len(DONE))
     before = page.evaluate("window.asked")
     assert before > len(DONE) / 2
     solve.button("solve").click()
-    done(solve, len(DONE) + 1)
+    until_done(solve, len(DONE) + 1)
     solve.button("back").click()
-    done(solve, len(DONE))
+    until_done(solve, len(DONE))
     assert page.evaluate("window.asked") == before + 2
 
 
 def test_clouds_are_read_again_under_the_limit_of_reading(reader: Callable[..., Reader]) -> None:
     """Two files that take longer to read than an answer may are read again after the worker restarts."""
-    one = reader(alone=True, reduced_motion="reduce")
-    slowed(one)
-    own = Figure(one.open("clouds.html"), "fig-own").live()
+    visitor = reader(alone=True, reduced_motion="reduce")
+    slow_down(visitor)
+    own = Figure(visitor.open("clouds.html"), "fig-own").live()
     own.page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)
-    for place, points in zip(("source", "target"), clouds(), strict=True):
-        choose(own, place, f"{place}.csv", lines(points))
-        told(own, place, f"{place}.csv: ")
+    for side, points in zip(("source", "target"), clouds(), strict=True):
+        choose(own, side, f"{side}.csv", lines(points))
+        expect_message(own, side, f"{side}.csv: ")
     own.settled()
     before = own.readout("rms")
     own.page.evaluate("Ladder.runtime.restart()")

@@ -20,8 +20,8 @@ def test_solve_answers_from_the_tape(reader: Callable[..., Reader], server: Site
     start = solve.readout("rms")
     solve.button("solve").click()
     solve.becomes("tape")
-    solved = solve.changes("rms", start)
-    assert float(solved) < float(start)
+    answer = solve.changes("rms", start)
+    assert float(answer) < float(start)
     solve.button("reset").click()
     solve.shows("rms", start)
 
@@ -54,10 +54,10 @@ def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader],
 
 def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reader]) -> None:
     """file:// allows no worker: the tape still answers, and one line says how to serve the site."""
-    one = reader()
+    visitor = reader()
     # From disk, Chromium refuses preloaded fonts; the style sheet's requests, which follow, succeed.
-    one.expect("Access to font", "ERR_FAILED", "A preload for")
-    page = one.page()
+    visitor.expect("Access to font", "ERR_FAILED", "A preload for")
+    page = visitor.page()
     page.goto((site / "kabsch.html").as_uri())
     expect(page.locator("html")).to_have_attribute("data-runtime", "file")
     solve = Figure(page, "fig-solve").seen()
@@ -77,7 +77,7 @@ def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: Si
     start = solve.readout("rms")
     solve.button("solve").click()
     solve.changes("rms", start)
-    taped = solve.frame()
+    frame = solve.frame()
     server.release()
     solve.live()
     solve.button("reset").click()
@@ -85,19 +85,19 @@ def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: Si
     solve.button("solve").click()
     solve.changes("rms", start)
     solve.settled().becomes("live")
-    assert solve.frame() == taped
+    assert solve.frame() == frame
 
 
 def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
     site: Path, reader: Callable[..., Reader]
 ) -> None:
     """The answer comes with the tape; if the tape never arrives, the figure says so and stays as it was."""
-    one = reader(alone=True)
-    one.expect("Access to font", "ERR_FAILED", "A preload for", "ERR_FILE_NOT_FOUND")
-    held: list[Route] = []
-    one.context.route("**/tapes/kabsch-solve*", lambda route: held.append(route))
-    for comes in (True, False):
-        page = one.page()
+    visitor = reader(alone=True)
+    visitor.expect("Access to font", "ERR_FAILED", "A preload for", "ERR_FILE_NOT_FOUND")
+    routes: list[Route] = []
+    visitor.context.route("**/tapes/kabsch-solve*", lambda route: routes.append(route))
+    for is_there in (True, False):
+        page = visitor.page()
         with page.expect_request("**/tapes/kabsch-solve*"):
             page.goto((site / "kabsch.html").as_uri(), wait_until="domcontentloaded")
             solve = Figure(page, "fig-solve").seen()
@@ -105,9 +105,9 @@ def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
         solve.button("solve").click()
         solve.becomes("waiting")
         assert solve.readout("rms") == start
-        (route,) = held
-        held.clear()
-        if comes:
+        (route,) = routes
+        routes.clear()
+        if is_there:
             route.continue_()
             solve.changes("rms", start)
         else:

@@ -34,7 +34,7 @@ SEEN = """name => {
 }"""
 
 
-def posted(figure: Figure) -> list[dict[str, Any]]:
+def posts(figure: Figure) -> list[dict[str, Any]]:
     """The frames requested for the figure so far."""
     result: list[dict[str, Any]] = figure.page.evaluate("name => posted.filter(p => p.figure === name)", figure.name)
     return result
@@ -45,9 +45,9 @@ def listening(reader: Callable[..., Reader]) -> Callable[..., Figure]:
     """A figure on a page with Python up, with all of the page's requests recorded."""
 
     def open_at(path: str, name: str) -> Figure:
-        one = reader(alone=True, reduced_motion="reduce")
-        one.context.add_init_script(LISTEN)
-        return Figure(one.open(path), name).live()
+        visitor = reader(alone=True, reduced_motion="reduce")
+        visitor.context.add_init_script(LISTEN)
+        return Figure(visitor.open(path), name).live()
 
     return open_at
 
@@ -59,7 +59,7 @@ def test_it_makes_the_moves_that_a_reader_may_and_shows_none(listening: Callable
     nearest.warm()
     assert all(before[0]), "panels, handles, numbers, the status, the voice"
     assert nearest.page.evaluate(SEEN, nearest.name) == before
-    logs = [each["record"]["log"] for each in posted(nearest)]
+    logs = [p["record"]["log"] for p in posts(nearest)]
     drags = [action for log in logs for action in log if action[0] == "drag"]
     for handle in nearest.frame()["handles"]:
         x, y = handle["world"]
@@ -81,7 +81,7 @@ def test_what_python_drew_unseen_changes_no_picture(
 ) -> None:
     """A step after it, and back: the pictures are those of a figure that was never warmed up."""
     figure = listening(path, name).warm()
-    assert any(each["record"]["log"][-1][0] == kind for each in posted(figure) if each["record"]["log"])
+    assert any(p["record"]["log"][-1][0] == kind for p in posts(figure) if p["record"]["log"])
     button = figure.root.locator("[data-button=step], [data-button=next]").first.get_attribute("data-button")
     log = [["press", button]]
     frames = """async ([name, log]) => {
@@ -107,9 +107,9 @@ def test_a_figure_that_is_not_on_screen_stays_cold(listening: Callable[..., Figu
     first = listening("icp.html", "fig-nearest")
     last = Figure(first.page, "fig-wall")
     first.warm()
-    assert posted(last) == []
+    assert posts(last) == []
     last.warm()
-    assert posted(last)
+    assert posts(last)
 
 
 def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
@@ -130,22 +130,22 @@ def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
     page.mouse.down()
     page.mouse.move(x + 5, y)
     nearest.changes("rms", before)
-    begun = len(posted(nearest))
+    count = len(posts(nearest))
     for i in range(40):
         page.mouse.move(x + 60 * sin(pi * i / 20), y + 60 - 60 * cos(pi * i / 20))
     until(page, "!Ladder.figures.get('fig-nearest').pending")
-    asked = [json.dumps(each["record"]["log"]) for each in posted(nearest)[begun:]]
-    wanted = [json.dumps(json.loads(each)) for each in page.evaluate("wanted")]
-    assert len(asked) > 5
-    assert set(asked) <= set(wanted)
+    requests = [json.dumps(p["record"]["log"]) for p in posts(nearest)[count:]]
+    expected = [json.dumps(json.loads(text)) for text in page.evaluate("wanted")]
+    assert len(requests) > 5
+    assert set(requests) <= set(expected)
     page.mouse.up()
     nearest.warm()
 
 
 def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader]) -> None:
     """If Python refuses every drag, the steps are still drawn, the warm-up ends, and no message is shown."""
-    one = reader(reduced_motion="reduce")
-    page = one.open("icp.html")
+    visitor = reader(reduced_motion="reduce")
+    page = visitor.open("icp.html")
     nearest = Figure(page, "fig-nearest")
     page.evaluate(
         """() => { const { runtime } = Ladder, ask = runtime.frame; window.drawn = [];
@@ -156,9 +156,9 @@ def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader
           }; }"""
     )
     nearest.warm()
-    drawn = page.evaluate("drawn")
-    assert drawn.count("drag") == 1
-    assert drawn.count("press") > 0
+    kinds = page.evaluate("drawn")
+    assert kinds.count("drag") == 1
+    assert kinds.count("press") > 0
     assert (nearest.root.locator(".figure-status").text_content() or "").strip() == ""
     assert nearest.frames() == 0
 

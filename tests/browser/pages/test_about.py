@@ -26,13 +26,13 @@ def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
     page.locator(".site-footer").get_by_role("link", name="About", exact=True).click()
     expect(page.get_by_role("row", name="NumPy")).to_contain_text(np.__version__)
     page.evaluate("sessionStorage.setItem('other', '1')")
-    stored = "() => [localStorage, sessionStorage].map(storage => Object.keys(storage).sort())"
-    local, session = page.evaluate(stored)
+    script = "() => [localStorage, sessionStorage].map(storage => Object.keys(storage).sort())"
+    local, session = page.evaluate(script)
     assert {"ladder-engine", "ladder-theme"} < set(local)
     assert session == ["ladder:predictions", "other"]
     page.get_by_role("button", name="Forget all of it").click()
     expect(page.locator(".stored")).to_contain_text("Forgotten")
-    assert page.evaluate(stored) == [[], ["other"]]
+    assert page.evaluate(script) == [[], ["other"]]
 
 
 def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Path) -> None:
@@ -40,10 +40,10 @@ def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Pat
     to_folder(site, tmp_path / "host" / "some" / "path")
     server = SiteServer(tmp_path / "host")
     base = f"{server.origin}/some/path"
-    asked: list[str] = []
+    urls: list[str] = []
     try:
         with browser.new_context() as context:
-            context.on("request", lambda request: asked.append(request.url))
+            context.on("request", lambda request: urls.append(request.url))
             page = context.new_page()
             page.goto(f"{base}/kabsch.html")
             solve = Figure(page, "fig-solve").live()
@@ -56,17 +56,17 @@ def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Pat
             page.wait_for_url(f"{base}/ransac.html")
             page.goto(f"{base}/about.html")
             expect(page.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
-            other = context.new_page()
-            other.goto(f"{base}/references.html")
-            expect(other.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
+            second = context.new_page()
+            second.goto(f"{base}/references.html")
+            expect(second.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
             assert page.evaluate("caches.keys()")
             page.get_by_role("button", name="Forget all of it").click()
             expect(page.locator(".stored")).to_contain_text("Forgotten")
             assert page.evaluate("caches.keys()") == []
             expect(page.locator(".site-kept")).to_be_empty()
-            expect(other.locator(".site-kept")).to_be_empty()
-            assert other.evaluate("Ladder.offline.ready") is False
+            expect(second.locator(".site-kept")).to_be_empty()
+            assert second.evaluate("Ladder.offline.ready") is False
     finally:
         server.stop()
-    assert asked
-    assert not [url for url in asked if not url.startswith((f"{base}/", "data:", "blob:"))]
+    assert urls
+    assert not [url for url in urls if not url.startswith((f"{base}/", "data:", "blob:"))]

@@ -44,15 +44,15 @@ MOVED = """async () => {
 }"""
 
 
-def watched(one: Reader, path: str) -> Page:
+def watch(visitor: Reader, path: str) -> Page:
     """A page opened with WATCH in it."""
-    page = one.page()
+    page = visitor.page()
     page.add_init_script(f"({WATCH})()")
-    page.goto(f"{one.origin}/{path}")
+    page.goto(f"{visitor.origin}/{path}")
     return page
 
 
-def came(page: Page) -> dict[str, Any]:
+def observations(page: Page) -> dict[str, Any]:
     """The observations of WATCH, once the figures are alive and the page has been painted."""
     until(page, "globalThis.came?.at && performance.getEntriesByName('first-contentful-paint').length")
     return page.evaluate("came")  # type: ignore[no-any-return]
@@ -60,51 +60,51 @@ def came(page: Page) -> dict[str, Any]:
 
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
 def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
-    page = watched(reader(), path)
-    seen = came(page)
-    assert (seen["before"], seen["atOnce"], seen["atFrame"]) == (0, 0, 0)
-    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < seen["at"]
-    assert seen["alive"] == page.locator("figure.figure:has(> script.figure-record)").count() > 0
-    assert seen["without"] > 20
-    assert seen["left"] == 0
+    page = watch(reader(), path)
+    facts = observations(page)
+    assert (facts["before"], facts["atOnce"], facts["atFrame"]) == (0, 0, 0)
+    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < facts["at"]
+    assert facts["alive"] == page.locator("figure.figure:has(> script.figure-record)").count() > 0
+    assert facts["without"] > 20
+    assert facts["left"] == 0
 
 
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
 def test_nothing_moves_as_blocks_are_laid_out_and_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
     """On a busy machine the first frame may precede a typeface, and text moves when that arrives. Later visits have it
     in the cache, whereas a page that moves its own blocks does so every time."""
-    one = reader()
+    visitor = reader()
     moved: list[list[float]] = []
     while [] not in moved and len(moved) < 5:
-        page = watched(one, path)
-        came(page)
+        page = watch(visitor, path)
+        observations(page)
         moved.append(page.evaluate(MOVED))
     assert [] in moved
 
 
 def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Callable[..., Reader]) -> None:
     """Their places are below blocks that would not have their heights yet. A reloaded page keeps its position."""
-    one = reader()
-    page = watched(one, "kabsch.html")
-    came(page)
-    place = "document.querySelector('#fig-mirror').getBoundingClientRect().top"
+    visitor = reader()
+    page = watch(visitor, "kabsch.html")
+    observations(page)
+    top = "document.querySelector('#fig-mirror').getBoundingClientRect().top"
     page.locator("#fig-mirror").scroll_into_view_if_needed()
-    before = page.evaluate(place)
+    before = page.evaluate(top)
     page.reload()
-    assert came(page)["without"] == 0
-    until(page, f"Math.abs({place} - {before}) <= 1")
-    page.goto(f"{one.origin}/index.html")
+    assert observations(page)["without"] == 0
+    until(page, f"Math.abs({top} - {before}) <= 1")
+    page.goto(f"{visitor.origin}/index.html")
     page.go_back()
-    assert came(page)["without"] == 0
-    until(page, f"Math.abs({place} - {before}) <= 1")
-    page.goto(f"{one.origin}/index.html")
-    page.goto(f"{one.origin}/kabsch.html#fig-mirror")
-    assert came(page)["without"] == 0
-    until(page, f"{place} >= 0 && {place} < innerHeight / 2")
+    assert observations(page)["without"] == 0
+    until(page, f"Math.abs({top} - {before}) <= 1")
+    page.goto(f"{visitor.origin}/index.html")
+    page.goto(f"{visitor.origin}/kabsch.html#fig-mirror")
+    assert observations(page)["without"] == 0
+    until(page, f"{top} >= 0 && {top} < innerHeight / 2")
 
 
 @pytest.mark.parametrize("path", ["kabsch.html#fig-mirror", "slides-kabsch.html"])
 def test_figures_that_are_asked_for_come_alive_at_once(reader: Callable[..., Reader], path: str) -> None:
-    page = watched(reader(), path)
-    seen = came(page)
-    assert seen["atOnce"] == seen["alive"] > 0
+    page = watch(reader(), path)
+    facts = observations(page)
+    assert facts["atOnce"] == facts["alive"] > 0

@@ -12,15 +12,15 @@ from tests.browser.conftest import Reader
 
 def test_an_address_inside_opens_it(reader: Callable[..., Reader]) -> None:
     """When the page is opened, and on a page that is already open."""
-    one = reader(reduced_motion="reduce")
-    page = one.open("surfaces.html")
+    visitor = reader(reduced_motion="reduce")
+    page = visitor.open("surfaces.html")
     names = page.locator(".try-this [id]").evaluate_all("all => all.map(({ id }) => id)")
     assert names
     expect(page.locator(f"#{names[0]}")).to_be_hidden()
     page.evaluate("name => { location.hash = name; }", names[0])
     expect(page.locator(f"#{names[0]}")).to_be_in_viewport()
-    other = one.open(f"surfaces.html#{names[-1]}")
-    expect(other.locator(f"#{names[-1]}")).to_be_in_viewport()
+    second = visitor.open(f"surfaces.html#{names[-1]}")
+    expect(second.locator(f"#{names[-1]}")).to_be_in_viewport()
 
 
 def test_paper_has_it_open(reader: Callable[..., Reader]) -> None:

@@ -44,10 +44,10 @@ def test_it_leads_to_the_start_from_any_depth(
     reader: Callable[..., Reader], server: SiteServer, address: str, bare: bool
 ) -> None:
     """It has its style, under the page's policy and the host's, and its link leads to the first page."""
-    one = reader(390, 700)
-    one.expect("404")
+    visitor = reader(390, 700)
+    visitor.expect("404")
     server.bare = bare
-    page = one.open(f"{FOLDER.lstrip('/')}/{address}")
+    page = visitor.open(f"{FOLDER.lstrip('/')}/{address}")
     expect(page.locator("h1")).to_have_text("No such page")
     assert page.evaluate("getComputedStyle(document.body).maxWidth") == "640px"
     assert remaining(page, SIDEWAYS) == []
@@ -61,9 +61,9 @@ def test_it_leads_to_the_start_from_any_depth(
 
 def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader], server: SiteServer) -> None:
     """An address that looks like another host's is still one of this host."""
-    one = reader()
-    one.expect("404")
-    page = one.open("/example.org/a/b")
+    visitor = reader()
+    visitor.expect("404")
+    page = visitor.open("/example.org/a/b")
     expect(page.locator("h1")).to_have_text("No such page")
     page.wait_for_load_state("networkidle")
     assert page.locator("main a").get_attribute("href") == "index.html"
@@ -71,8 +71,8 @@ def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader], server
 
 def test_without_scripts_it_leads_to_its_own_folder(reader: Callable[..., Reader], server: SiteServer) -> None:
     """If the address is in the folder of the site's pages, that is the way to the start."""
-    one = reader(java_script_enabled=False)
-    one.expect("404")
-    page = one.open(f"{FOLDER.lstrip('/')}/typo.html")
+    visitor = reader(java_script_enabled=False)
+    visitor.expect("404")
+    page = visitor.open(f"{FOLDER.lstrip('/')}/typo.html")
     page.get_by_role("link", name="the first").click()
     page.wait_for_url(f"{server.origin}{FOLDER}/index.html")

@@ -51,7 +51,7 @@ STRANDED = f"""() => {{
 }}"""
 
 
-def printed(page: Page) -> Page:
+def print_page(page: Page) -> Page:
     """The page as it is printed now, after what its reader did at a desk."""
     page.set_viewport_size({"width": WIDTH, "height": HEIGHT})
     page.emulate_media(media="print")
@@ -60,7 +60,7 @@ def printed(page: Page) -> Page:
 
 @pytest.mark.parametrize("path", ["reading.html", "search.html", "space.html", "race.html"])
 def test_no_head_and_no_caption_is_left_alone(reader: Callable[..., Reader], path: str) -> None:
-    page = printed(reader().open(path))
+    page = print_page(reader().open(path))
     page.evaluate(SHEETS)
     assert page.evaluate("document.body.scrollWidth") > 5 * WIDTH
     assert page.evaluate(STRANDED) == []
@@ -72,7 +72,7 @@ def test_pinned_runs_are_printed_whole(reader: Callable[..., Reader]) -> None:
     figure = Figure(page, "fig-four").live()
     for _ in range(2):
         figure.reached("[data-pin]").click()
-    assert printed(page).evaluate(CUT) == []
+    assert print_page(page).evaluate(CUT) == []
     names = figure.boxes(".runs thead th")
     for run in range(2):
         values = figure.boxes(f".runs tbody tr >> nth={run} >> :is(th, td:not(.runs-do))")
@@ -86,13 +86,13 @@ def test_a_used_figure_is_not_printed_with_the_end_of_another_run(reader: Callab
     used.set("kernel", "cauchy")
     used.settled().button("finish").click()
     used.settled()
-    printed(page)
+    print_page(page)
     expect(used.root.locator(".figure-after")).to_be_hidden()
     expect(page.locator("#fig-drive .figure-after")).to_be_visible()
 
 
 def test_the_charts_of_a_benchmark_have_room_for_their_words(reader: Callable[..., Reader]) -> None:
-    page = printed(reader().open("race.html"))
+    page = print_page(reader().open("race.html"))
     outside = page.locator("#fig-race .job-panels svg").evaluate_all(
         """all => all.flatMap((svg) => {
           const { left, right } = svg.getBoundingClientRect();

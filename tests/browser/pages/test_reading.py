@@ -74,16 +74,16 @@ def test_after_a_touch_a_link_with_a_card_is_still_followed_by_key(reader: Calla
 
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
     """A keyboard user's pointer rests somewhere, and the page scrolls under it."""
-    one = reader(alone=True)  # the clock belongs to the whole context
-    one.context.clock.install()
-    page = one.open("kabsch.html")
+    visitor = reader(alone=True)  # the clock belongs to the whole context
+    visitor.context.clock.install()
+    page = visitor.open("kabsch.html")
     link = page.locator("a.cite[data-card]").last
     link.focus()
     card = page.locator(f"#{link.get_attribute('data-card')}")
     expect(card).to_be_in_viewport()
     for x in (300, 320):
         page.mouse.move(x, 400)
-    one.context.clock.run_for(5000)
+    visitor.context.clock.run_for(5000)
     expect(card).to_be_visible()
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()

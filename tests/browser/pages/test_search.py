@@ -37,10 +37,10 @@ def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width
     expect(field).to_be_hidden()
     page.keyboard.press("Control+k")
     field.fill("a local minimum need not be near the truth")
-    wanted = options.first.get_attribute("href") or ""
+    href = options.first.get_attribute("href") or ""
     field.press("Enter")
-    page.wait_for_url(f"**/{wanted}")
-    anchor = wanted.partition("#")[2]
+    page.wait_for_url(f"**/{href}")
+    anchor = href.partition("#")[2]
     expect(page.locator(f"#{anchor}" if anchor else "h1")).to_be_in_viewport()
 
 
@@ -66,8 +66,8 @@ def test_words_that_no_section_has_together_lead_to_the_closest(reader: Callable
     page = reader().open("index.html")
     page.keyboard.press("/")
     page.get_by_role("combobox", name="Search all pages").fill("the condition number of a hall")
-    told, options = page.locator(".search-told"), page.locator(".search").get_by_role("option")
-    expect(told).to_have_text("No section has all of these words; the closest")
+    status, options = page.locator(".search-told"), page.locator(".search").get_by_role("option")
+    expect(status).to_have_text("No section has all of these words; the closest")
     expect(options.filter(has_text="What the pairs constrain")).to_have_attribute("href", "surfaces.html#hold")
     assert 1 < options.count() <= 8
 
@@ -86,8 +86,8 @@ def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path)
         expect(page.locator(".search-open")).to_be_hidden()
 
 
-@pytest.mark.parametrize("pasted", ["levenberg" * 6700, "a b c d e " * 6000], ids=["a word", "words"])
-def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader], pasted: str) -> None:
+@pytest.mark.parametrize("text", ["levenberg" * 6700, "a b c d e " * 6000], ids=["a word", "words"])
+def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader], text: str) -> None:
     """The field keeps only the first characters; 60,000 of them take no more work."""
     page = reader().open("kabsch.html")
     page.keyboard.press("/")
@@ -98,7 +98,7 @@ def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader],
     took = page.evaluate(
         """pasted => { const began = performance.now(); document.execCommand('insertText', false, pasted);
           return new Promise(done => setTimeout(() => done(performance.now() - began))); }""",
-        pasted,
+        text,
     )
     expect(page.locator(".search-told")).not_to_be_empty()
     assert len(field.input_value()) == 200

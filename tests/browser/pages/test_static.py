@@ -28,8 +28,8 @@ from tests.browser.layout import (
     SMALL_TEXT,
     TORN,
     UNUSED_FONTS,
+    count_figures,
     low,
-    placed,
     remaining,
 )
 from tests.browser.visits import QUIET, Found
@@ -101,16 +101,16 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
         if page.locator("h1").count() != 1 or not page.title().strip():
             yield "no heading, or several, or no title"
         lacks = page.evaluate(LACKS)
-        if len(lacks) != placed(site, path):
-            yield f"{len(lacks)} of {placed(site, path)} figures"
-        yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
+        if len(lacks) != count_figures(site, path):
+            yield f"{len(lacks)} of {count_figures(site, path)} figures"
+        yield from (f"{name}: {fault}" for name, wrong in lacks for fault in wrong)
         for script in (SIDEWAYS, TORN, CUT_RUNGS, ROOTS):
             yield from page.evaluate(script)
         if width != min(WIDTHS):
             return
         page.set_viewport_size({"width": NARROWEST, "height": 1000})
         page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
-        yield from (f"at {NARROWEST} px, all unfolded: {each}" for each in page.evaluate(SIDEWAYS))
+        yield from (f"at {NARROWEST} px, all unfolded: {fault}" for fault in page.evaluate(SIDEWAYS))
 
     checks = {str(width): lambda page, path, width=width: complete(page, path, width) for width in WIDTHS}
     return visit(checks, left_out=alike, java_script_enabled=False)
@@ -121,7 +121,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
     """The faults of pages on a phone, by rule."""
 
     def moves(page: Page, path: str) -> Iterator[str]:
-        late = {*page.evaluate(LATE_FONTS, True)}
+        fonts = {*page.evaluate(LATE_FONTS, True)}
         for figure in figures(page):
             figure.live()
         moved = page.evaluate(SHIFT)
@@ -132,10 +132,10 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
             moved = min(moved, page.evaluate(SHIFT))
         if moved >= 0.001:
             yield f"shifts by {moved}"
-        late = {*late, *page.evaluate(LATE_FONTS, False)}
-        yield from (f"asks for {each} after its styles are read: it may shift" for each in late)
-        yield from (f"asks for {each} ahead of need and does not use it" for each in page.evaluate(UNUSED_FONTS))
-        yield from (f"has the id {each} twice" for each in page.evaluate(TWICE))
+        fonts = {*fonts, *page.evaluate(LATE_FONTS, False)}
+        yield from (f"asks for {font} after its styles are read: it may shift" for font in fonts)
+        yield from (f"asks for {font} ahead of need and does not use it" for font in page.evaluate(UNUSED_FONTS))
+        yield from (f"has the id {name} twice" for name in page.evaluate(TWICE))
 
     def overflows(page: Page, _path: str) -> Iterator[str]:
         yield from remaining(page, SIDEWAYS, SMALL_TEXT, CUT)
@@ -144,8 +144,8 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
     def leads(page: Page, path: str, percent: int) -> Iterator[str]:
         count, wrong = low(page, ("panel", "button", "first"), 390, 844, percent)
         yield from wrong if not path.startswith("docs-") else []
-        if count != placed(site, path):
-            yield f"{count} of {placed(site, path)} figures"
+        if count != count_figures(site, path):
+            yield f"{count} of {count_figures(site, path)} figures"
 
     def in_sight(page: Page, path: str) -> Iterator[str]:
         page.emulate_media(reduced_motion="reduce")
@@ -154,7 +154,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         page.evaluate("document.querySelectorAll('details.figure-rest').forEach(e => { e.open = true; })")
         page.evaluate(FRAMES)
         fields = page.evaluate(FIELDS)
-        yield from (f"{name} has the focus, of the panel {seen:.2f} is seen" for name, seen, _ in fields if seen < 0.6)
+        yield from (f"{name} has the focus, of the panel {x:.2f} is seen" for name, x, _ in fields if x < 0.6)
         yield from (f"{name} has the focus and is covered" for name, _, free in fields if not free)
         if len(fields) < 2 * page.locator("figure.figure").count():
             yield f"only {len(fields)} fields were found"
@@ -163,15 +163,15 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         page.evaluate(DETAILS)
         yield from remaining(page, SMALL)
         page.set_viewport_size({"width": 320, "height": 640})
-        yield from (f"at 320 px: {each}" for each in remaining(page, BEYOND))
+        yield from (f"at 320 px: {fault}" for fault in remaining(page, BEYOND))
         page.set_viewport_size({"width": 640, "height": 900})
         page.evaluate("() => { document.documentElement.style.fontSize = '200%'; }")
-        yield from (f"with large text: {each}" for each in remaining(page, BEYOND))
+        yield from (f"with large text: {fault}" for fault in remaining(page, BEYOND))
 
     checks = {
         "moves": moves,
         "overflows": overflows,
-        **{f"{each} %": lambda page, path, percent=each: leads(page, path, percent) for each in PERCENTS},
+        **{f"{percent} %": lambda page, path, percent=percent: leads(page, path, percent) for percent in PERCENTS},
         "in sight": in_sight,
         "room": room,
     }
@@ -190,7 +190,7 @@ def test_pages_that_are_alike_are_complete_as_they_are_sent(site: Path, alike: l
         text = (site / path).read_text("utf-8")
         assert len(re.findall(r"<h1\b", text)) == 1, path
         assert re.search(r"<title>[^<]*\w[^<]*</title>", text), path
-        assert placed(site, path) == 0, path
+        assert count_figures(site, path) == 0, path
 
 
 def test_nothing_overflows_or_moves(phone: Found) -> None:
@@ -254,12 +254,12 @@ def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None
 def test_a_low_window_shows_the_whole_ladder(reader: Callable[..., Reader]) -> None:
     """At the top of the page, where the header moves it down, a window 800 px high shows it from the lowest rung to the
     highest; a lower window shows at least the page's own rung."""
-    seen = """nodes => nodes.map(node => node.getBoundingClientRect())
+    script = """nodes => nodes.map(node => node.getBoundingClientRect())
       .every(box => box.top >= 0 && box.bottom <= innerHeight && box.height >= 24)"""
     page = reader(width=1280, height=800).open("index.html")
-    assert page.locator(".ladder a").evaluate_all(seen)
+    assert page.locator(".ladder a").evaluate_all(script)
     page.set_viewport_size({"width": 1280, "height": 600})
     page.reload()
     page.evaluate("Ladder.alive")
-    assert not page.locator(".ladder a").evaluate_all(seen)
-    assert page.locator(".ladder [aria-current]").evaluate_all(seen)
+    assert not page.locator(".ladder a").evaluate_all(script)
+    assert page.locator(".ladder [aria-current]").evaluate_all(script)

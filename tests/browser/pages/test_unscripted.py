@@ -27,7 +27,7 @@ def script(site: Path) -> str:
     return result.name
 
 
-def untouched(page: Page) -> None:
+def check_untouched(page: Page) -> None:
     """Check that nothing that needs a script is shown, and no room is reserved for it."""
     expect(page.locator(".unscripted")).to_contain_text("This page’s script did not load", timeout=30_000)
     expect(page.locator("html")).not_to_have_class("js")
@@ -37,21 +37,21 @@ def untouched(page: Page) -> None:
         expect(node).to_be_hidden()
 
 
-@pytest.mark.parametrize("how", ["missing", "broken", "page", "empty", "short", "cut", "reset"])
+@pytest.mark.parametrize("fault", ["missing", "broken", "page", "empty", "short", "cut", "reset"])
 def test_a_script_that_does_not_come_leaves_the_page(
-    reader: Callable[..., Reader], server: SiteServer, site: Path, how: str
+    reader: Callable[..., Reader], server: SiteServer, site: Path, fault: str
 ) -> None:
     """Whatever the server sends instead, the page looks as with scripts disabled; Reload makes it live."""
     plain = reader(java_script_enabled=False).open("kabsch.html").evaluate(PLACES)
-    one = reader(reduced_motion="reduce")
-    one.expect(*COMPLAINTS)
-    if how == "missing":
+    visitor = reader(reduced_motion="reduce")
+    visitor.expect(*COMPLAINTS)
+    if fault == "missing":
         server.forbid(script(site))
     else:
-        server.spoilt = {script(site): how}
+        server.spoilt = {script(site): fault}
         server.bare = True  # otherwise a browser obeys "nosniff", and caches the response for a year
-    page = one.open("kabsch.html")
-    untouched(page)
+    page = visitor.open("kabsch.html")
+    check_untouched(page)
     assert page.evaluate(PLACES) == plain
     server.forbid(None)
     server.spoilt = {}
@@ -64,11 +64,11 @@ def test_a_script_that_hangs_is_given_up_and_taken_when_it_comes(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
     """The line appears before the script; once that arrives after all, the line goes and the page is live."""
-    one = reader(reduced_motion="reduce")
+    visitor = reader(reduced_motion="reduce")
     server.hold(script(site))
-    page = one.page()
+    page = visitor.page()
     page.goto(f"{server.origin}/kabsch.html", wait_until="commit")
-    untouched(page)
+    check_untouched(page)
     server.release()
     Figure(page, "fig-solve").live()
     expect(page.locator(".unscripted")).to_have_count(0)
@@ -79,11 +79,11 @@ def test_a_deck_without_its_script_says_so_beside_its_bar(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
     """The deck's own links are not covered."""
-    one = reader(390, 800)
-    one.expect(*COMPLAINTS)
+    visitor = reader(390, 800)
+    visitor.expect(*COMPLAINTS)
     server.forbid(script(site))
-    page = one.open("slides-kabsch.html")
-    untouched(page)
+    page = visitor.open("slides-kabsch.html")
+    check_untouched(page)
     page.get_by_role("link", name="The chapter: Correspondences known").click()
     page.wait_for_url("**/kabsch.html")
 
@@ -92,10 +92,10 @@ def test_the_page_lives_without_the_small_script(
     reader: Callable[..., Reader], server: SiteServer, site: Path
 ) -> None:
     """If the theme's script does not load, everything that the other script does still appears."""
-    one = reader(reduced_motion="reduce")
-    one.expect(*COMPLAINTS)
+    visitor = reader(reduced_motion="reduce")
+    visitor.expect(*COMPLAINTS)
     server.forbid(r"/assets/theme\.")
-    page = one.open("kabsch.html")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     expect(page.locator(".site-tools")).to_be_visible()
     expect(solve.root.locator(".figure-status")).to_be_visible()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from playwright.sync_api import Page
 
 from tests.browser.conftest import Reader
-from tests.browser.visits import QUIET, found_on
+from tests.browser.visits import QUIET, findings
 
 
 def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reader]) -> None:
@@ -23,12 +23,12 @@ def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reade
         yield from ()
 
     checks = {"fails": fails, "complains": complains, "finds nothing": lambda page, path: []}
-    result = found_on(reader(), ["404.html", "references.html"], checks)
-    first, other, again, thrown = result["fails"]
+    result = findings(reader(), ["404.html", "references.html"], checks)
+    first, second, third, fourth = result["fails"]
     assert first == "404.html: the first"
-    assert other.startswith("404.html: not this one")
-    assert again == "references.html: the first"
-    assert thrown.startswith("references.html: ")
-    assert "thrown" in thrown
+    assert second.startswith("404.html: not this one")
+    assert third == "references.html: the first"
+    assert fourth.startswith("references.html: ")
+    assert "thrown" in fourth
     assert result["complains"] == result["finds nothing"] == []
     assert result[QUIET] == ["404.html: console: of 404.html", "references.html: console: of references.html"]

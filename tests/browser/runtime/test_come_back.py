@@ -15,14 +15,14 @@ from tests.browser.server import SiteServer
 
 def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
     """A run pinned or removed in one tab is so in the other; none is lost; the theme is shared."""
-    one = reader(alone=True, reduced_motion="reduce", color_scheme="light")
-    tabs = [one.open("kabsch.html"), one.open("kabsch.html")]
+    visitor = reader(alone=True, reduced_motion="reduce", color_scheme="light")
+    tabs = [visitor.open("kabsch.html"), visitor.open("kabsch.html")]
     figures = [Figure(tab, "fig-solve").seen() for tab in tabs]
     rows = [figure.root.locator(".runs tbody tr") for figure in figures]
     for i, figure in enumerate(figures):
         figure.reached("[data-pin]").click()
-        for seen in rows:
-            expect(seen).to_have_count(i + 1)
+        for pins in rows:
+            expect(pins).to_have_count(i + 1)
     rows[0].nth(0).get_by_role("button", name="Remove").click()
     expect(rows[1]).to_have_count(1)
     tabs[1].locator("button.theme").click()
@@ -50,10 +50,10 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         page.locator("main a[data-card]").first.focus()
         expect(page.locator(".card:not([hidden])")).to_have_count(1)
         page.goto(f"{server.origin}/references.html")
-        other = context.new_page()
-        other.goto(f"{server.origin}/kabsch.html")
-        Figure(other, "fig-solve").seen().reached("[data-pin]").click()
-        other.close()
+        second = context.new_page()
+        second.goto(f"{server.origin}/kabsch.html")
+        Figure(second, "fig-solve").seen().reached("[data-pin]").click()
+        second.close()
         page.go_back(wait_until="commit")  # a page from the history does not load
         assert page.evaluate("window.persisted") is True, page.evaluate(
             "JSON.stringify(performance.getEntriesByType('navigation')[0].notRestoredReasons)"
@@ -87,14 +87,14 @@ def test_a_drag_left_for_another_page_is_over(playwright: Playwright, server: Si
         page.mouse.down()
         page.mouse.move(x + 30, y + 20, steps=4)
         solve.changes("rms", before)
-        wanted = solve.record()
+        record = solve.record()
         page.goto(f"{server.origin}/references.html")
         page.mouse.up()
         page.go_back(wait_until="commit")
         assert page.evaluate("window.persisted") is True
         page.mouse.move(x + 120, y + 90, steps=4)
         expect(solve.root).not_to_contain_class("dragging")
-        assert solve.record() == wanted
+        assert solve.record() == record
     finally:
         running.close()
 
@@ -111,11 +111,11 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 def test_an_engine_that_came_up_is_known_on_every_page(reader: Callable[..., Reader]) -> None:
     """The browser may then reuse its compiled code. If nothing can be stored, no engine is known."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(SAID)
-    page = one.open("kabsch.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script(SAID)
+    page = visitor.open("kabsch.html")
     for name, known in (("kabsch.html", False), ("icp.html", True)):
-        page.goto(f"{one.origin}/{name}")
+        page.goto(f"{visitor.origin}/{name}")
         page.evaluate("Ladder.runtime.start()")
         page.wait_for_selector('html[data-runtime="live"]')
         assert page.evaluate("window.known") == [known], name

@@ -18,8 +18,8 @@ FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: tr
 
 def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) -> None:
     """When the worker dies, the figure says so and keeps its picture, and Reset revives it."""
-    one = reader(reduced_motion="reduce")
-    page = one.open("kabsch.html")
+    visitor = reader(reduced_motion="reduce")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").live()
     page.evaluate("Ladder.runtime.kill()")
     before = solve.readout("rms")
@@ -34,32 +34,32 @@ def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) ->
 
 def test_the_size_of_a_memory_that_has_gone_is_refused(reader: Callable[..., Reader]) -> None:
     """A request for it does not wait for ever, neither before a start nor if the worker dies meanwhile."""
-    refused = "({ stopped }) => stopped"
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(FRUGAL)
-    page = one.open("kabsch.html")
-    assert page.evaluate(f"Ladder.runtime.heap().catch({refused})") is True
+    handler = "({ stopped }) => stopped"
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script(FRUGAL)
+    page = visitor.open("kabsch.html")
+    assert page.evaluate(f"Ladder.runtime.heap().catch({handler})") is True
     page.evaluate("Ladder.runtime.start()")
     Figure(page, "fig-solve").live()
-    gone = f"""() => {{
+    script = f"""() => {{
       Ladder.runtime.kill();
-      const size = Ladder.runtime.heap().catch({refused});
+      const size = Ladder.runtime.heap().catch({handler});
       Ladder.runtime.restart();
       return size;
     }}"""
-    assert page.evaluate(gone) is True
+    assert page.evaluate(script) is True
 
 
 def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., Reader], server: SiteServer) -> None:
     """With a file of the runtime missing, the figure names it; once it is there, Retry succeeds. A page marked by a
     browser extension is not taken for one of an updated site."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.expect("404")
-    one.context.add_init_script(
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("404")
+    visitor.context.add_init_script(
         "document.addEventListener('DOMContentLoaded', () => { document.body.dataset.grExtInstalled = ''; });"
     )
     server.forbid(r"/runtime/.*numpy")
-    page = one.open("kabsch.html")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=60_000)
     solve.drag("source", 50, 50)
@@ -71,13 +71,13 @@ def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., R
     solve.becomes("live")
 
 
-def stalled(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, Locator, str]:
+def stall(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, Locator, str]:
     """A figure that waits for a start that was given up because bytes stopped coming; its Retry, and the RMS before the
     drag. The patience is long from now on."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
-    page = one.open("kabsch.html")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     before = solve.readout("rms")
     solve.drag("source", 50, 50)
@@ -89,7 +89,7 @@ def stalled(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, 
 
 def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
     """When bytes stop coming, the figure says so after the time limit and offers Retry, and Retry works."""
-    solve, retry, before = stalled(reader, server)
+    solve, retry, before = stall(reader, server)
     retry.click()
     server.release()
     solve.changes("rms", before)
@@ -98,7 +98,7 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
 
 def test_a_start_given_up_on_goes_on_when_bytes_come(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Retry would discard what has arrived, so it is no longer offered, and no second worker is started."""
-    solve, retry, before = stalled(reader, server)
+    solve, retry, before = stall(reader, server)
     workers = len(solve.page.workers)
     server.release()
     expect(retry).to_be_hidden(timeout=30_000)
@@ -127,38 +127,38 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(("file", "how"), WRONG)
+@pytest.mark.parametrize(("file", "fault"), WRONG)
 def test_a_wrong_file_is_named_and_does_not_stay(
-    reader: Callable[..., Reader], server: SiteServer, file: str, how: str
+    reader: Callable[..., Reader], server: SiteServer, file: str, fault: str
 ) -> None:
     """The figure names it and keeps its picture and its tape; Retry works once the file is right, although the wrong
     one could be cached for a year."""
-    one = reader(reduced_motion="reduce")
-    one.expect("Failed to load", "MIME type", "ERR_CONTENT_LENGTH_MISMATCH", "SyntaxError", "asm.wasm", "wasm inst")
-    server.spoilt = {file: how}
-    page = one.open("kabsch.html")
+    visitor = reader(reduced_motion="reduce")
+    visitor.expect("Failed to load", "MIME type", "ERR_CONTENT_LENGTH_MISMATCH", "SyntaxError", "asm.wasm", "wasm inst")
+    server.spoilt = {file: fault}
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=60_000)
-    expect(solve.root.locator(".figure-status")).to_contain_text(WRONG[file, how])
+    expect(solve.root.locator(".figure-status")).to_contain_text(WRONG[file, fault])
     start = solve.readout("rms")
     solve.button("solve").click()
-    solved = solve.changes("rms", start)
+    answer = solve.changes("rms", start)
     solve.becomes("tape")
     solve.drag("source", 50, 50)
     solve.becomes("failed")
-    assert solve.readout("rms") == solved
+    assert solve.readout("rms") == answer
     server.spoilt = {}
     solve.root.get_by_role("button", name="Retry").click()
-    solve.changes("rms", solved)
+    solve.changes("rms", answer)
     solve.becomes("live")
 
 
 def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
     """The figure says that Python has fallen silent; Retry starts another worker, which answers the request."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script("window.LADDER_PATIENCE = 1500")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("window.LADDER_PATIENCE = 1500")
     server.hold("/runtime/.*wasm")
-    page = one.open("kabsch.html")
+    page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
     expect(page.locator("html")).to_have_attribute("data-runtime", "loading")
     page.evaluate("Ladder.runtime.kill()")
@@ -229,15 +229,15 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
 
 def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], server: SiteServer) -> None:
     """With a deck that cannot be synchronised and one damaged record, other figures answer and the theme changes."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.expect("No channels here", "Unexpected token", "JSON")
-    one.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
-    page = one.page()
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("No channels here", "Unexpected token", "JSON")
+    visitor.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
+    page = visitor.page()
 
     def damage(route: Route) -> None:
         answer = route.fetch()
-        damaged = answer.text().replace('class="figure-record">{', 'class="figure-record">{,', 1)
-        route.fulfill(response=answer, body=damaged)
+        text = answer.text().replace('class="figure-record">{', 'class="figure-record">{,', 1)
+        route.fulfill(response=answer, body=text)
 
     page.route("**/slides-icp.html", damage)
     page.goto(f"{server.origin}/slides-icp.html")
@@ -256,16 +256,16 @@ def test_a_page_older_than_the_site_offers_a_reload(
     reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
 ) -> None:
     """Published again under an open page, whose worker file is then gone: Reload brings the new page and the state."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.expect("404", "Failed to load", "Failed to fetch")
-    one.context.add_init_script(FRUGAL)
-    page = one.open("kabsch.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("404", "Failed to load", "Failed to fetch")
+    visitor.context.add_init_script(FRUGAL)
+    page = visitor.open("kabsch.html")
     server.root = published_anew(site, tmp_path)
     solve = Figure(page, "fig-solve").seen()
     before = solve.readout("rms")
     solve.drag("source", 50, 50)
     expect(solve.root.locator(".status-words")).to_have_text("This site has been updated. Your work is kept.")
-    wanted = solve.record()
+    record = solve.record()
     solve.root.get_by_role("button", name="Reload").click()
     solve.changes("rms", before)
-    assert solve.record() == wanted
+    assert solve.record() == record

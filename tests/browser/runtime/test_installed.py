@@ -24,17 +24,17 @@ def test_the_site_can_be_installed(playwright: Playwright, server: SiteServer, t
     context = playwright.chromium.launch_persistent_context(tmp_path, executable_path=whole_chromium(), args=FLAGS)
     try:
         page = context.new_page()
-        refused: list[str] = []
-        page.on("console", lambda message: refused.append(message.text) if message.type == "error" else None)
+        errors: list[str] = []
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
         page.goto(f"{server.origin}/kabsch.html")
-        asked = context.new_cdp_session(page)
-        manifest = asked.send("Page.getAppManifest")
+        session = context.new_cdp_session(page)
+        manifest = session.send("Page.getAppManifest")
         assert manifest["url"].startswith(f"{server.origin}/assets/")
         assert manifest["errors"] == []
         assert manifest["manifest"]["startUrl"] == f"{server.origin}/index.html"
         assert manifest["manifest"]["scope"] == f"{server.origin}/"
-        assert asked.send("Page.getInstallabilityErrors")["installabilityErrors"] == []
-        assert refused == []
+        assert session.send("Page.getInstallabilityErrors")["installabilityErrors"] == []
+        assert errors == []
     finally:
         context.close()
 
@@ -42,8 +42,8 @@ def test_the_site_can_be_installed(playwright: Playwright, server: SiteServer, t
 def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: Path, tmp_path: Path) -> None:
     """Unpacked, its pages, links and tapes work, the browser does not complain, and one line says what is missing."""
     (path,) = site.glob("*.zip")
-    with zipfile.ZipFile(path) as zipped:
-        zipped.extractall(tmp_path)
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
     folder = tmp_path / path.stem
     page = reader(reduced_motion="reduce").page()
     page.goto((folder / "index.html").as_uri())
@@ -62,8 +62,8 @@ def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: 
 def test_the_unpacked_zip_comes_alive_as_the_page_says(browser: Browser, site: Path, tmp_path: Path) -> None:
     """With `python3 -m http.server` in the folder, without any of our headers, Python starts and answers."""
     (path,) = site.glob("*.zip")
-    with zipfile.ZipFile(path) as zipped:
-        zipped.extractall(tmp_path)
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
     handler = partial(Quiet, directory=tmp_path / path.stem)
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as running, browser.new_context() as context:
         Thread(target=running.serve_forever, daemon=True).start()

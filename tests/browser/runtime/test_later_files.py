@@ -17,9 +17,9 @@ REASON = f"{PACK}.pack could not be loaded"
 
 def lacking(reader: Callable[..., Reader], server: SiteServer) -> Figure:
     """A figure whose part of Python is missing, although Python is up."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.expect("404", "Failed to load", "Failed to fetch")
-    page = one.open("surfaces.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("404", "Failed to load", "Failed to fetch")
+    page = visitor.open("surfaces.html")
     Figure(page, "fig-look").live().settled()
     server.forbid(PACK)
     return Figure(page, "fig-three").seen()
@@ -37,15 +37,15 @@ def test_what_was_asked_is_kept_until_the_file_comes(reader: Callable[..., Reade
     words, retry = three.root.locator(".status-words"), three.root.get_by_role("button", name="Retry")
     expect(words).to_contain_text(REASON)
     expect(words).to_contain_text("Your work is kept.")
-    wanted = three.record()
-    assert wanted["log"][-1][0] == "drag"
+    record = three.record()
+    assert record["log"][-1][0] == "drag"
     with three.page.expect_response(lambda answer: PACK in answer.url and answer.status == 404):
         retry.click()
     expect(retry).to_be_visible()
     server.forbid(None)
     retry.click()
     three.becomes("live").settled()
-    assert three.record() == wanted
+    assert three.record() == record
     expect(retry).to_have_count(0)
     assert three.frames() == before + 2
 
@@ -53,12 +53,12 @@ def test_what_was_asked_is_kept_until_the_file_comes(reader: Callable[..., Reade
 def test_what_cannot_be_drawn_is_taken_back_by_cancel(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Another figure of the page can still answer."""
     three = lacking(reader, server)
-    seen = three.record()
+    record = three.record()
     three.drag("point-source", 40, 30)
     three.becomes("failed")
     three.root.get_by_role("button", name="Cancel").click()
     three.becomes("static")
-    assert three.record() == seen
+    assert three.record() == record
     look = Figure(three.page, "fig-look").seen()
     before = look.frames()
     look.button("step").click()
@@ -75,8 +75,8 @@ def test_a_page_older_than_the_site_offers_a_reload_when_python_lacks_a_part(
     three.drag("point-source", 40, 30)
     words = three.root.locator(".status-words")
     expect(words).to_have_text("This site has been updated. Your work is kept.")
-    wanted = three.record()
+    record = three.record()
     server.forbid(None)
     three.root.get_by_role("button", name="Reload").click()
     three.becomes("live").settled()
-    assert three.record() == wanted
+    assert three.record() == record

@@ -33,7 +33,7 @@ WAITING = """navigator.serviceWorker.getRegistration().then(registration => new 
 }))"""
 
 
-def kept(page: Page) -> None:
+def until_cached(page: Page) -> None:
     """Wait until the page says that the site is stored."""
     page.wait_for_selector(KEPT, state="attached", timeout=120_000)
 
@@ -62,7 +62,7 @@ def other_python(**options: Any) -> runtime.RuntimeInfo:
     data = gzip.compress(gzip.decompress(info.contents[old.name]), 5, mtime=0)
     name = f"{short_hash(data)}/ladder.pack"
     new = replace(old, name=name, size=len(data), sha256=hashlib.sha256(data).hexdigest(), gzipped=len(data))
-    contents = {**{each: kept for each, kept in info.contents.items() if each != old.name}, name: data}
+    contents = {**{path: content for path, content in info.contents.items() if path != old.name}, name: data}
     return replace(info, files=tuple(new if file is old else file for file in info.files), contents=contents)
 
 
@@ -70,7 +70,7 @@ def other_python(**options: Any) -> runtime.RuntimeInfo:
 def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Two builds whose pages, scripts, styles and Python all differ, and that name themselves."""
     home = tmp_path_factory.mktemp("builds")
-    made = {}
+    sites = {}
     for name, assemble in (("A", runtime.assemble), ("B", other_python)):
         root = home / name
         for part in ("content", "templates", "tests", "solvers", "widgets"):
@@ -83,36 +83,36 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         base.write_text(
             base.read_text("utf-8").replace("</footer>", f'<p class="version">{name}</p></footer>'), "utf-8"
         )
-        made[name] = root / "site"
-        build(root, made[name], pack=False, parts=replace(STANDARD, assemble=assemble))
-    return made
+        sites[name] = root / "site"
+        build(root, sites[name], pack=False, parts=replace(STANDARD, assemble=assemble))
+    return sites
 
 
 def test_a_figure_of_a_page_never_visited_answers_without_the_server(browser: Browser, site: Path) -> None:
     """It uses only what the service worker stores (`serve --offline-check` tests this on every page)."""
-    ((name, answered, fault),) = offline.visits(site, browser, {"race.html"})
-    assert (name, answered, fault) == ("race.html", 1, "")
+    ((name, count, fault),) = offline.visits(site, browser, {"race.html"})
+    assert (name, count, fault) == ("race.html", 1, "")
 
 
 def test_what_is_not_kept_is_told(browser: Browser, site: Path, tmp_path: Path) -> None:
     """The check can fail: a Python file that the worker does not know is reported missing on the page that needs it."""
-    broken = shutil.copytree(site, tmp_path / "site", ignore=shutil.ignore_patterns("*.gz", "*.br"))
-    worker = broken / "sw.js"
+    copy = shutil.copytree(site, tmp_path / "site", ignore=shutil.ignore_patterns("*.gz", "*.br"))
+    worker = copy / "sw.js"
     lines = worker.read_text("utf-8").splitlines(keepends=True)
     worker.write_text("".join(line for line in lines if "/numpy.pack" not in line), "utf-8")
-    ((name, answered, fault),) = offline.visits(broken, browser, {"kabsch.html"})
-    assert (name, answered) == ("kabsch.html", 0)
+    ((name, count, fault),) = offline.visits(copy, browser, {"kabsch.html"})
+    assert (name, count) == ("kabsch.html", 0)
     assert "numpy.pack could not be loaded" in fault
 
 
 def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: SiteServer, pages: list[str]) -> None:
     """After one visit of the first page, each page opens without the server, with its style and script."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    page = one.open("index.html")
-    kept(page)
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    page = visitor.open("index.html")
+    until_cached(page)
     expect(page.locator(".site-kept")).to_contain_text("Works offline: stored on this device (")
     server.stop()
-    one.expect(*GONE)
+    visitor.expect(*GONE)
     for name in pages:
         if name in offline.NOT_KEPT:
             continue
@@ -120,7 +120,7 @@ def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: S
         expect(page.locator("h1")).to_be_visible()
         assert page.evaluate("document.styleSheets[0].cssRules.length > 100 && typeof Ladder.offline") == "object"
     page.goto(f"{server.origin}/kabsch.html?from=mail#fig-solve")
-    kept(page)
+    until_cached(page)
     page.goto(f"{server.origin}/")
     expect(page.locator("h1")).to_be_visible()
 
@@ -130,12 +130,12 @@ def test_an_update_never_mixes_two_builds(
 ) -> None:
     """A tab open during the update stays with its build, a new one has the new build; also without the server."""
     server.root = builds["A"]
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    old = one.open("references.html")
-    kept(old)
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    old = visitor.open("references.html")
+    until_cached(old)
 
     server.root = builds["B"]
-    new = one.open("kabsch.html")
+    new = visitor.open("kabsch.html")
     assert built_by(new) == "B"
     Figure(new, "fig-solve").live()
     new.evaluate(WAITING)
@@ -143,8 +143,8 @@ def test_an_update_never_mixes_two_builds(
     # The old tab goes on with files that it has not loaded yet: a page of its build, its tape, its Python.
     assert built_by(old) == "A"
     server.stop()
-    one.expect(*GONE)
-    offline.forget(one.context)
+    visitor.expect(*GONE)
+    offline.forget(visitor.context)
     old.goto(f"{server.origin}/icp.html")
     assert built_by(old) == "A"
     answers(old)
@@ -152,12 +152,12 @@ def test_an_update_never_mixes_two_builds(
     # All tabs closed: from now on the new build is used, just as whole.
     old.close()
     new.close()
-    page = one.open("icp.html")
+    page = visitor.open("icp.html")
     while built_by(page) == "A":  # the browser switches in its own time
         page.close()
-        page = one.open("icp.html")
+        page = visitor.open("icp.html")
     answers(page)
-    kept(page)
+    until_cached(page)
     names = page.evaluate("caches.keys()")
     assert len(names) == 2, f"the old build's are gone: {names}"
 
@@ -185,23 +185,23 @@ def spoil(page: Page, part: str) -> str:
 
 def test_what_is_lost_is_kept_again(reader: Callable[..., Reader], server: SiteServer) -> None:
     """If the browser drops stored files while the worker stays, the next visit stores them again."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    page = one.open("references.html")
-    kept(page)
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    page = visitor.open("references.html")
+    until_cached(page)
     names = page.evaluate("caches.keys()")
     count = "caches.open(name).then(cache => cache.keys()).then(keys => keys.length)"
     sizes = [page.evaluate(f"name => {count}", name) for name in names]
     for name in names:
         page.evaluate("name => caches.delete(name)", name)
         page.reload()
-        kept(page)
-        assert [page.evaluate(f"name => {count}", each) for each in names] == sizes
+        until_cached(page)
+        assert [page.evaluate(f"name => {count}", name) for name in names] == sizes
     page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[0])
     page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[1])
     page.reload()
-    kept(page)
+    until_cached(page)
     server.stop()
-    one.expect(*GONE)
+    visitor.expect(*GONE)
     page.goto(f"{server.origin}/kabsch.html")
     answers(page)
 
@@ -214,12 +214,12 @@ def test_a_damaged_file_is_dropped_and_asked_for_anew(
     reader: Callable[..., Reader], server: SiteServer, part: str
 ) -> None:
     """With a damaged file in the cache, the page and its Python still start, and the file is stored again."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    page = one.open("references.html")
-    kept(page)
-    offline.forget(one.context)
-    spoilt = spoil(page, part)
-    one.expect("Failed to find a valid digest", "wasm", "CompileError")
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    page = visitor.open("references.html")
+    until_cached(page)
+    offline.forget(visitor.context)
+    url = spoil(page, part)
+    visitor.expect("Failed to find a valid digest", "wasm", "CompileError")
     page.goto(f"{server.origin}/icp.html")
     Figure(page, page.locator("figure.figure").first.get_attribute("id") or "").seen()
     retry = page.locator("[data-way=Retry]").first
@@ -229,32 +229,32 @@ def test_a_damaged_file_is_dropped_and_asked_for_anew(
         retry.click()
     answers(page)
     page.reload()
-    kept(page)
-    hashed = page.evaluate(
+    until_cached(page)
+    digest = page.evaluate(
         """async url => {
           const bytes = await (await caches.match(url)).arrayBuffer();
           const hash = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
           return Array.from(hash, byte => byte.toString(16).padStart(2, '0')).join('');
         }""",
-        spoilt,
+        url,
     )
-    built = server.root / spoilt.removeprefix(f"{server.origin}/")
-    assert hashed == hashlib.sha256(built.read_bytes()).hexdigest()
+    file = server.root / url.removeprefix(f"{server.origin}/")
+    assert digest == hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Without a server, the damaged file is missing and everything else is still there."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    page = one.open("references.html")
-    kept(page)
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    page = visitor.open("references.html")
+    until_cached(page)
     server.stop()
-    one.expect(*GONE)
-    offline.forget(one.context)
+    visitor.expect(*GONE)
+    offline.forget(visitor.context)
     spoil(page, "/icp.html")
-    gone = one.page()
+    tab = visitor.page()
     with pytest.raises(Error, match="ERR_FAILED"):
-        gone.goto(f"{server.origin}/icp.html")
-    gone.close()
+        tab.goto(f"{server.origin}/icp.html")
+    tab.close()
     page.goto(f"{server.origin}/kabsch.html")
     answers(page)
 
@@ -266,12 +266,12 @@ REFUSED = """for (const [home, kind] of [[Navigator.prototype, 'serviceWorker'],
 HOWS = {"absent": "return undefined", "forbidden": "throw new DOMException('The operation is insecure.')"}
 
 
-@pytest.mark.parametrize("how", HOWS)
-def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reader], how: str) -> None:
+@pytest.mark.parametrize("way", HOWS)
+def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reader], way: str) -> None:
     """Figures answer, pins and the theme last as long as the page, and nothing is said about offline use."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(REFUSED.replace("HOW", HOWS[how]))
-    page = one.open("kabsch.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script(REFUSED.replace("HOW", HOWS[way]))
+    page = visitor.open("kabsch.html")
     answers(page)
     solve = Figure(page, "fig-solve")
     solve.reached("[data-pin]").click()
@@ -283,10 +283,10 @@ def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reade
 
 def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., Reader], server: SiteServer) -> None:
     """If storage fills up half-way, nothing is stored or promised, and figures answer; with room, all is stored."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    one.expect("QuotaExceeded")
-    page = one.page()
-    quota = one.context.new_cdp_session(page)
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    visitor.expect("QuotaExceeded")
+    page = visitor.page()
+    quota = visitor.context.new_cdp_session(page)
     quota.send("Storage.overrideQuotaForOrigin", {"origin": server.origin, "quotaSize": 4_000_000})
     page.goto(f"{server.origin}/kabsch.html")
     answers(page)
@@ -295,7 +295,7 @@ def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., 
     expect(page.locator(".site-kept")).to_be_empty()
     quota.send("Storage.overrideQuotaForOrigin", {"origin": server.origin})
     page.reload()
-    kept(page)
+    until_cached(page)
 
 
 # Tries to install the worker once more, and resolves to the outcome.

@@ -56,19 +56,19 @@ class Served:
         """Make the worker run this first."""
         (self.root / "worker.mjs").write_text(script + WORKER.read_text("utf-8"), "utf-8")
 
-    def talk(self, *said: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
+    def talk(self, *exchanges: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
         runtime = f"{self.origin}/runtime/"
         start = {"type": "start", "runtime": runtime, "files": self.info.start_files(), "known": known}
-        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
+        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in exchanges)]
         self.page.goto(self.origin)
-        heard: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
-        return heard
+        messages: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
+        return messages
 
     def failure(self, known: bool = False) -> str:
-        heard = self.talk(known=known)
-        assert [m["type"] for m in heard].count("failed") == 1
-        assert heard[-1]["type"] == "failed"
-        return str(heard[-1]["message"])
+        messages = self.talk(known=known)
+        assert [m["type"] for m in messages].count("failed") == 1
+        assert messages[-1]["type"] == "failed"
+        return str(messages[-1]["message"])
 
 
 @pytest.fixture
@@ -86,20 +86,20 @@ def served(info: RuntimeInfo, browser: Browser, tmp_path: Path) -> Iterator[Serv
 def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
     name, widget = next(iter(WIDGETS.items()))
     request = json.dumps({"figure": "f", "record": preset(widget).plain()})
-    heard = served.talk(
+    messages = served.talk(
         ({"type": "frame", "id": 7, "request": request}, "frame"),
         ({"type": "frame", "id": 8, "request": '{"figure": "f", "record": {"widget": "no such"}}'}, "error"),
         ({"type": "frame", "id": 9, "request": request}, "frame"),
         ({"type": "heap"}, "heap"),
     )
     by_type: dict[str, list[dict[str, Any]]] = {}
-    for message in heard:
+    for message in messages:
         by_type.setdefault(message["type"], []).append(message)
     assert [m["stage"] for m in by_type["stage"]] == ["download", "python", "numpy", "widgets"]
-    loaded = [m["loaded"] for m in by_type["progress"]]
-    assert loaded == sorted(loaded)
-    assert loaded[-1] == served.info.size == by_type["progress"][-1]["total"]
-    assert len(loaded) <= by_type["ready"][0]["milliseconds"] / 100 + 2
+    sizes = [m["loaded"] for m in by_type["progress"]]
+    assert sizes == sorted(sizes)
+    assert sizes[-1] == served.info.size == by_type["progress"][-1]["total"]
+    assert len(sizes) <= by_type["ready"][0]["milliseconds"] / 100 + 2
     first, second = by_type["frame"]
     assert (first["id"], second["id"]) == (7, 9)
     assert first["frame"] == second["frame"] == Host().frame(request), f"{name}: not the same bytes as natively"
@@ -111,22 +111,22 @@ def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
     assert by_type["heap"][0]["bytes"] > 10_000_000
 
 
-def asked(widget: str, number: int) -> dict[str, Any]:
+def request(widget: str, number: int) -> dict[str, Any]:
     request = json.dumps({"figure": "f", "record": preset(WIDGETS[widget]).plain()})
     return {"type": "frame", "id": number, "request": request}
 
 
 def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served) -> None:
     """A figure loads its own pack, and one with many scans theirs as well; the second answer loads nothing more."""
-    wanted: list[str] = []
-    served.page.on("request", lambda request: wanted.append(request.url.rpartition("/")[2]))
-    graph, kabsch = asked("pose-loop", 1), asked("kabsch", 2)
-    heard = served.talk((graph, "frame"), (kabsch, "frame"), (graph, "frame"))
-    frames = [m["frame"] for m in heard if m["type"] == "frame"]
-    natively = [Host().frame(one["request"]) for one in (graph, kabsch, graph)]
+    names: list[str] = []
+    served.page.on("request", lambda request: names.append(request.url.rpartition("/")[2]))
+    graph, kabsch = request("pose-loop", 1), request("kabsch", 2)
+    messages = served.talk((graph, "frame"), (kabsch, "frame"), (graph, "frame"))
+    frames = [m["frame"] for m in messages if m["type"] == "frame"]
+    natively = [Host().frame(message["request"]) for message in (graph, kabsch, graph)]
     assert frames == natively, "not the same bytes as natively"
     later = {Path(file.name).name for file in served.info.later}
-    assert [name for name in wanted if name in later] == ["figure-pose_loop.pack", "drive.pack", "figure-kabsch.pack"]
+    assert [name for name in names if name in later] == ["figure-pose_loop.pack", "drive.pack", "figure-kabsch.pack"]
 
 
 def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Served) -> None:
@@ -141,7 +141,7 @@ def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Se
     """)
     served.page.goto(served.origin)
     start = {"type": "start", "runtime": f"{served.origin}/runtime/", "files": served.info.start_files()}
-    answered = served.page.evaluate(
+    order = served.page.evaluate(
         """([start, questions]) => new Promise((done) => {
           const worker = new Worker("worker.mjs", { type: "module" }), ids = [];
           worker.onmessage = ({ data }) => {
@@ -150,20 +150,20 @@ def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Se
           };
           worker.postMessage(start);
         })""",
-        [start, [asked("kabsch", 1), asked("icp", 2), asked("kabsch", 3)]],
+        [start, [request("kabsch", 1), request("icp", 2), request("kabsch", 3)]],
     )
-    assert answered == [1, 2, 3]
+    assert order == [1, 2, 3]
 
 
 def test_a_pack_that_does_not_come_fails_its_figure_alone_and_is_asked_for_again(served: Served) -> None:
     path = served.file("/figure-kabsch.pack")
     data = path.read_bytes()
     path.write_bytes(data[:-9])
-    heard = served.talk((asked("kabsch", 1), "error"), (asked("icp", 2), "frame"))
-    assert "figure-kabsch.pack is not the file that was built" in heard[-2]["message"]
+    messages = served.talk((request("kabsch", 1), "error"), (request("icp", 2), "frame"))
+    assert "figure-kabsch.pack is not the file that was built" in messages[-2]["message"]
     path.unlink()
-    heard = served.talk((asked("kabsch", 1), "error"), (asked("kabsch", 2), "error"))
-    assert "figure-kabsch.pack could not be loaded: the server answered 404" in heard[-1]["message"]
+    messages = served.talk((request("kabsch", 1), "error"), (request("kabsch", 2), "error"))
+    assert "figure-kabsch.pack could not be loaded: the server answered 404" in messages[-1]["message"]
 
 
 @pytest.mark.parametrize(
@@ -206,8 +206,8 @@ def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, s
     path.write_bytes(data)
     if not secure:
         served.before(NOT_SECURE)
-    why = "is not the file that was built" if secure else "could not be loaded"
-    assert f"{path.name} {why}" in served.failure(known)
+    reason = "is not the file that was built" if secure else "could not be loaded"
+    assert f"{path.name} {reason}" in served.failure(known)
 
 
 # The file arrives only when Pyodide waits for nothing else, and everything that goes wrong in the worker is reported.
@@ -233,9 +233,9 @@ def test_a_file_that_fails_while_python_waits_for_it_is_told_once(served: Served
     path = served.file(ending)
     path.write_bytes(path.read_bytes()[:-9])
     served.before(LATE.replace("FILE", path.name))
-    heard = served.talk()
-    assert f"{ending} is not the file that was built" in heard[-1]["message"]
-    assert [m["text"] for m in heard if m["type"] == "complaint"] == []
+    messages = served.talk()
+    assert f"{ending} is not the file that was built" in messages[-1]["message"]
+    assert [m["text"] for m in messages if m["type"] == "complaint"] == []
 
 
 @pytest.mark.parametrize("known", [False, True])
@@ -267,12 +267,12 @@ self.fetch = async (...asked) => {
 def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, known: bool) -> None:
     """Only then: at a first start its bytes are counted and hashed on the way. Progress is complete either way."""
     served.before(COMPILED)
-    heard = served.talk(known=known)
-    (compiled,) = [m["address"] for m in heard if m["type"] == "compiled"]
+    messages = served.talk(known=known)
+    (address,) = [m["address"] for m in messages if m["type"] == "compiled"]
     engine = served.file("pyodide.asm.wasm").relative_to(served.root).as_posix()
-    assert compiled == (f"{served.origin}/{engine}" if known else "")
-    assert [m["loaded"] for m in heard if m["type"] == "progress"][-1] == served.info.size
-    assert heard[-1]["type"] == "ready"
+    assert address == (f"{served.origin}/{engine}" if known else "")
+    assert [m["loaded"] for m in messages if m["type"] == "progress"][-1] == served.info.size
+    assert messages[-1]["type"] == "ready"
 
 
 def test_a_host_that_calls_the_engine_something_else_is_forgiven(served: Served) -> None:
@@ -285,6 +285,6 @@ def test_a_module_that_is_not_there_is_told(served: Served) -> None:
     start = {"type": "start", "runtime": f"{served.origin}/runtime/", "files": served.info.start_files()}
     served.page.goto(served.origin)
     talk = [{"send": {**start, "modules": ["solvers", "no_such_module"]}, "until": "ready"}]
-    heard = served.page.evaluate(TALK, ["worker.mjs", talk])
-    assert heard[-1]["type"] == "failed"
-    assert "No module named 'no_such_module'" in heard[-1]["message"]
+    messages = served.page.evaluate(TALK, ["worker.mjs", talk])
+    assert messages[-1]["type"] == "failed"
+    assert "No module named 'no_such_module'" in messages[-1]["message"]

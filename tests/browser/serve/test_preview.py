@@ -81,26 +81,26 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     solve = Figure(page, "fig-solve").live().settled()
     before = solve.readout("rms")
     solve.drag("source", 60, 30)
-    dragged = solve.changes("rms", before)
+    rms = solve.changes("rms", before)
     solve.settled()
     page.locator("#fig-mirror-more summary").click()
     page.locator("#determinant").evaluate("node => node.scrollIntoView({ block: 'start' })")
     page.evaluate("moved = 0")
 
-    place = desk.top("#determinant")
+    top = desk.top("#determinant")
     more = "A sentence.\n\n" * 9 + "An :term[objective]{objective} more.\n\n"
     desk.edit(chapter, "Someone hands you two clouds", f"{more}Someone hands you two clouds")
     expect(page.get_by_text("A sentence.")).to_have_count(9, timeout=PATIENCE)
     new = page.locator("p", has_text="An objective more.").locator("a[data-card]")
     expect(new).to_have_attribute("aria-describedby", new.get_attribute("data-card") or "")
-    assert abs(desk.top("#determinant") - place) <= 1
+    assert abs(desk.top("#determinant") - top) <= 1
     assert desk.same_page
 
     desk.edit("templates/assets/css/base/type.css", "font-size: 1.65rem;", "font-size: 1.75rem;")
     expect(page.locator("#determinant")).to_have_css("font-size", "28px", timeout=PATIENCE)
     expect(page.locator("link[rel=stylesheet]")).to_have_count(1)
     assert desk.same_page
-    assert solve.readout("rms") == dragged
+    assert solve.readout("rms") == rms
     assert page.evaluate("moved") < 0.01
 
     desk.edit("content/03-icp.md", "summary: ", "summary: Once more. ")
@@ -109,18 +109,18 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     assert desk.same_page
 
     page.locator("#fig-mirror [data-button=solve]").focus()
-    place = desk.top("#fig-mirror")
+    top = desk.top("#fig-mirror")
     desk.edit(chapter, "A mast, bowed", "A tall mast, bowed")
     expect(page.locator("#fig-mirror .caption")).to_contain_text("A tall mast", timeout=PATIENCE)
     page.wait_for_load_state("load")
     assert not desk.same_page
-    assert abs(desk.top("#fig-mirror") - place) <= 1
+    assert abs(desk.top("#fig-mirror") - top) <= 1
     expect(page.locator("#fig-mirror-more")).to_have_attribute("open", "")
     expect(page.locator("#fig-mirror [data-button=solve]")).to_be_focused()
-    again = Figure(page, "fig-solve")
-    expect(again.root.locator("[data-readout=rms] .value")).to_have_text(dragged, timeout=PATIENCE)
+    second = Figure(page, "fig-solve")
+    expect(second.root.locator("[data-readout=rms] .value")).to_have_text(rms, timeout=PATIENCE)
     page.evaluate("document.fonts.ready")
-    assert abs(desk.top("#fig-mirror") - place) <= 1
+    assert abs(desk.top("#fig-mirror") - top) <= 1
 
     desk.edit(chapter, "{kabsch preset=reflect", "{kabsh preset=reflect")
     problems = page.locator("#build-problems")

@@ -29,7 +29,7 @@ def atlas(reader: Callable[..., Reader]) -> Figure:
     return Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-atlas").live()
 
 
-def place(atlas: Figure, x: float, y: float) -> tuple[float, float]:
+def pixel(atlas: Figure, x: float, y: float) -> tuple[float, float]:
     """The place of a start on the screen."""
     drawing = atlas.root.locator('.figure-panel[data-panel="map"] svg')
     drawing.scroll_into_view_if_needed()
@@ -47,15 +47,15 @@ def log(atlas: Figure) -> list[list[str | float]]:
 def test_a_tile_is_shown_while_it_is_pointed_at_and_a_picked_one_stays(atlas: Figure) -> None:
     """A hover leaves nothing when the mouse goes; a click is one entry, and is shown again after other tiles."""
     mouse = atlas.page.mouse
-    mouse.move(*place(atlas, 10.0, 1.0))
+    mouse.move(*pixel(atlas, 10.0, 1.0))
     assert atlas.changes("end", "–") == "the truth"
-    mouse.move(*place(atlas, 10.0, 3.6))  # above the map, still in its panel
+    mouse.move(*pixel(atlas, 10.0, 3.6))  # above the map, still in its panel
     mouse.move(2, 2)
     assert atlas.changes("end", "the truth") == "–"
     assert log(atlas) == []
-    mouse.click(*place(atlas, 170.0, 1.0))
+    mouse.click(*pixel(atlas, 170.0, 1.0))
     assert atlas.changes("end", "–") == "half turn"
-    mouse.move(*place(atlas, 10.0, 1.0))
+    mouse.move(*pixel(atlas, 10.0, 1.0))
     assert atlas.changes("end", "half turn") == "the truth"
     mouse.move(2, 2)
     assert atlas.changes("end", "the truth") == "half turn"

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
-from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened, told
+from tests.browser.widgets.test_own_clouds import choose, clouds, expect_message, lines, open_clouds
 
 HELD = """() => {
     const { arrayBuffer } = File.prototype;
@@ -36,35 +36,35 @@ DRAWN = """(root, id) => {
 
 def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Callable[..., Reader]) -> None:
     """Each is named while it is read; the earlier one's result is ignored."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     source, target = clouds()
     page.evaluate(HELD)
     choose(own, "source", "slow.csv", lines(target))
-    told(own, "source", "Reading slow.csv")
+    expect_message(own, "source", "Reading slow.csv")
     choose(own, "source", "quick.csv", lines(source))
-    told(own, "source", f"quick.csv: {len(source)} points")
+    expect_message(own, "source", f"quick.csv: {len(source)} points")
     own.settled()
     given = own.record()["given"]
     page.evaluate("held.forEach(go => go())")
     until(page, "heard.includes('slow.csv')")
     choose(own, "target", "target.csv", lines(target))  # Python, which reads files in order, has received any slow one
-    told(own, "target", f"target.csv: {len(target)} points")
+    expect_message(own, "target", f"target.csv: {len(target)} points")
     own.settled()
     assert own.record()["given"]["source"] == given["source"]
-    told(own, "source", "quick.csv")
+    expect_message(own, "source", "quick.csv")
 
 
 def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Reader]) -> None:
     """The second is not put where the first is still being read."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     page.evaluate(HELD)
     texts = [lines(points).decode() for points in clouds()]
     own.root.evaluate(DROP, [["slow.csv"], texts[:1]])
     own.root.evaluate(DROP, [["quick.csv"], texts[1:]])
-    told(own, "target", "quick.csv")
+    expect_message(own, "target", "quick.csv")
     until(page, "held.length === 1")
     page.evaluate("held[0]()")
-    told(own, "source", "slow.csv: ")
+    expect_message(own, "source", "slow.csv: ")
     own.settled()
     assert set(own.record()["given"]) == {"source", "target"}
     expect(own.root.locator('[data-told="target"]')).to_contain_text("quick.csv")
@@ -73,16 +73,16 @@ def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Rea
 
 def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[..., Reader]) -> None:
     """Both are refused because of the one; then each place takes a file, one by one."""
-    _, own = opened(reader)
-    good, other = [lines(points).decode() for points in clouds()]
+    _, own = open_clouds(reader)
+    good, second = [lines(points).decode() for points in clouds()]
     own.root.evaluate(DROP, [["bad.csv", "good.csv"], ["no numbers", good]])
     expect(own.root.locator(".figure-status")).to_contain_text("bad.csv: line")
-    told(own, "source", "Nothing yet.")
-    told(own, "target", "Nothing yet.")
+    expect_message(own, "source", "Nothing yet.")
+    expect_message(own, "target", "Nothing yet.")
     own.root.evaluate(DROP, [["next.csv"], [good]])
-    told(own, "source", "next.csv: ")
-    own.root.evaluate(DROP, [["third.csv"], [other]])
-    told(own, "target", "third.csv: ")
+    expect_message(own, "source", "next.csv: ")
+    own.root.evaluate(DROP, [["third.csv"], [second]])
+    expect_message(own, "target", "third.csv: ")
     own.settled()
     assert set(own.record()["given"]) == {"source", "target"}
 
@@ -90,7 +90,7 @@ def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[...,
 def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[..., Reader]) -> None:
     """The line under the pen stays until the points of the stroke are drawn, and no longer; likewise if the cloud is
     full and the picture does not change."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     own.root.locator('[data-pen="source"]').click()
     own.settled()
     own.seen()
@@ -100,12 +100,12 @@ def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[...,
     def move(across: float, down: float) -> None:
         page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
-    for there, full in ((60, False), (1, True)):
+    for count, full in ((60, False), (1, True)):
         text = own.root.locator('[data-told="source"]').inner_text()
         move(0.1, 0.1)
         page.mouse.down()
-        for k in range(there):  # between two places the pen spaces its points evenly
-            move(0.9 - 0.8 * (k % 2), 0.1 + 0.8 * k / there)
+        for k in range(count):  # between two places the pen spaces its points evenly
+            move(0.9 - 0.8 * (k % 2), 0.1 + 0.8 * k / count)
         assert own.root.evaluate(DRAWN, own.name) is False
         page.mouse.up()
         own.settled()

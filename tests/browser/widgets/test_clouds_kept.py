@@ -9,16 +9,16 @@ from playwright.sync_api import expect
 from tests.browser.conftest import Reader
 from tests.browser.layout import SIDEWAYS
 from tests.browser.widgets.test_clouds_in_turn import DROP
-from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened, told
+from tests.browser.widgets.test_own_clouds import choose, clouds, expect_message, lines, open_clouds
 
 
 def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[..., Reader]) -> None:
     """Both show other clouds; the reader's remain available all the while, and are shown on request."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     source, target = clouds()
     choose(own, "source", "source.csv", lines(source))
     choose(own, "target", "target.csv", lines(target))
-    told(own, "target", f"target.csv: {len(target)} points")
+    expect_message(own, "target", f"target.csv: {len(target)} points")
     own.settled()
     given, points = own.record()["given"], own.readout("points")
     assert len(given) == 2
@@ -35,7 +35,7 @@ def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[.
     own.root.locator(".predict [data-do=again]").click()
     own.settled()
     assert own.record()["given"] == given
-    told(own, "source", f"source.csv: {len(source)} points")
+    expect_message(own, "source", f"source.csv: {len(source)} points")
 
     swap = own.root.locator('[data-own="swap"]')
     expect(swap).to_be_disabled()  # the clouds shown are not the reader's
@@ -47,7 +47,7 @@ def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[.
 
 def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> None:
     """None of them is taken, since nobody knows which two were meant."""
-    _, own = opened(reader)
+    _, own = open_clouds(reader)
     source, _ = clouds()
     text = lines(source).decode()
     own.root.evaluate(DROP, [["a.csv", "b.csv", "c.csv"], [text] * 3])
@@ -57,7 +57,7 @@ def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> No
 
 def test_a_long_name_leaves_room_for_the_reason(reader: Callable[..., Reader]) -> None:
     """A name without spaces, as scanners write them: the page keeps its width, and the reason is shown in full."""
-    page, own = opened(reader, width=390, height=844)
+    page, own = open_clouds(reader, width=390, height=844)
     name = f"2026-05-17_{'building-A_' * 20}final.csv"
     choose(own, "source", name, b"1,2\n3,four\n")
     status = own.root.locator(".figure-status")

@@ -18,25 +18,25 @@ def drop(figure: Figure, *paths: Path) -> None:
     session = figure.page.context.new_cdp_session(figure.page)
     data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
     for kind in ("dragEnter", "dragOver", "drop"):
-        place = {"x": box["x"] + 40, "y": box["y"] + 40}
-        session.send("Input.dispatchDragEvent", {"type": kind, "data": data, **place})
+        point = {"x": box["x"] + 40, "y": box["y"] + 40}
+        session.send("Input.dispatchDragEvent", {"type": kind, "data": data, **point})
 
 
 def test_a_folder_is_called_one_and_the_next_drop_is_read(reader: Callable[..., Reader], tmp_path: Path) -> None:
     """Alone or beside a file it is refused; then two files are read, one with Windows line endings, one in UTF-16."""
     page = reader(reduced_motion="reduce").open("clouds.html")
     own = Figure(page, "fig-own").live()
-    folder, one, other = tmp_path / "scans", tmp_path / "one.csv", tmp_path / "other.csv"
+    folder, first, second = tmp_path / "scans", tmp_path / "one.csv", tmp_path / "other.csv"
     folder.mkdir()
-    one.write_bytes(b"\xef\xbb\xbfx,y\r\n1,2\r\n3,4\r\n5,7\r\n")
-    other.write_bytes("x,y\n1,2\n3,5\n5,7\n8,8\n".encode("utf-16"))
+    first.write_bytes(b"\xef\xbb\xbfx,y\r\n1,2\r\n3,4\r\n5,7\r\n")
+    second.write_bytes("x,y\n1,2\n3,5\n5,7\n8,8\n".encode("utf-16"))
     words, report = own.root.locator(".status-words"), own.root.locator("[data-told]")
-    for paths in ((folder,), (one, folder)):
+    for paths in ((folder,), (first, folder)):
         drop(own, *paths)
         expect(words).to_have_text("scans is a folder: drop files, the source first.")
         expect(report).to_have_text(["Nothing yet.", "Nothing yet."])
         own.button("reset").click()
         expect(words).not_to_contain_text("folder")
-    drop(own, one, other)
+    drop(own, first, second)
     expect(report.nth(0)).to_contain_text("one.csv: 3 points in 2-D", timeout=60_000)
     expect(report.nth(1)).to_contain_text("other.csv: 4 points in 2-D", timeout=60_000)

@@ -42,8 +42,8 @@ def test_a_moved_control_shows_the_coarse_map_and_then_each_finer_one(score: Fig
     assert [level for level, _ in levels(score)] == LEVELS
     native = Host().render("fig-score", score.record())
     assert score.frame() == native
-    drawn = score.page.evaluate("name => document.querySelector(`#${name} svg.plot`).outerHTML", "fig-score")
-    assert drawn.count("<path") == native["panels"][0]["svg"].count("<path")
+    html = score.page.evaluate("name => document.querySelector(`#${name} svg.plot`).outerHTML", "fig-score")
+    assert html.count("<path") == native["panels"][0]["svg"].count("<path")
 
 
 def test_levels_are_the_build_s_byte_for_byte(score: Figure) -> None:
@@ -76,9 +76,9 @@ def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
         "fig-score",
     )
     score.settled()
-    seen = levels(score)
-    assert [level for level, rotation in seen if rotation == 8] == [0, 1]
-    assert [level for level, rotation in seen if rotation == 9] == LEVELS
+    pairs = levels(score)
+    assert [level for level, rotation in pairs if rotation == 8] == [0, 1]
+    assert [level for level, rotation in pairs if rotation == 9] == LEVELS
 
 
 # Finer drawings are held until `arrive()`; other requests are answered as usual.
@@ -124,10 +124,10 @@ def test_the_tape_has_the_finest_level(reader: Callable[..., Reader]) -> None:
     """The page shows the full map before any script, and so does a press before Python is up."""
     figure = Figure(reader().open("ndt-score.html"), "fig-score")
     assert figure.frame()["detail"] == LEVELS[-1]
-    taped = figure.page.evaluate(
+    indices = figure.page.evaluate(
         "[...document.querySelectorAll('script.figure-record')].map(s => JSON.parse(s.textContent).frame.detail)"
     )
-    assert taped == [LEVELS[-1]]
+    assert indices == [LEVELS[-1]]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

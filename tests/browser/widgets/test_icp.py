@@ -46,11 +46,11 @@ def test_a_key_turns_the_start_and_the_run_begins_anew(reader: Callable[..., Rea
     nearest = Figure(page, "fig-nearest").live()
     before = nearest.readout("rotation_error")
     nearest.button("step").click()
-    stepped = nearest.changes("rotation_error", before)
+    after_step = nearest.changes("rotation_error", before)
     nearest.handle("turn").focus()
     page.keyboard.press("Shift+ArrowLeft")
-    turned = nearest.changes("rotation_error", stepped)
-    assert float(turned) > float(stepped) + 14
+    after_turn = nearest.changes("rotation_error", after_step)
+    assert float(after_turn) > float(after_step) + 14
     assert nearest.settled().readout("rises") == "0 of 0"
 
 

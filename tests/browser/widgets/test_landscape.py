@@ -25,11 +25,11 @@ def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], serve
     server.hold("/runtime/")
     terrain = Figure(reader(reduced_motion="reduce").open("landscape.html"), "fig-mmd").seen()
     terrain.button("sow").click()
-    sown = terrain.changes("reached", "–")
+    text = terrain.changes("reached", "–")
     terrain.button("reset").click()
     terrain.shows("reached", "–")
     terrain.button("sow").click()
-    terrain.shows("reached", sown)
+    terrain.shows("reached", text)
 
 
 @pytest.mark.parametrize("motion", ["no-preference", "reduce"])
@@ -72,14 +72,14 @@ def test_descents_are_seen_to_descend(
         terrain.button("sow").click()
     terrain.changes("reached", "–")
     terrain.settled()
-    seen = page.evaluate("seen.filter(([length]) => length >= 0)")  # NaN once lines are whole
+    samples = page.evaluate("seen.filter(([length]) => length >= 0)")  # NaN once lines are whole
     if motion == "reduce":
-        assert seen == []
+        assert samples == []
     else:
-        lengths, frames = [length for length, *_ in seen], {frame for _, frame, _ in seen}
+        lengths, frames = [length for length, *_ in samples], {frame for _, frame, _ in samples}
         assert len(set(lengths)) > 3
         assert lengths == sorted(lengths)
-        assert not any(marked for *_, marked in seen)
+        assert not any(is_marked for *_, is_marked in samples)
         assert len(frames) > 1 or not live
     group = page.locator(f"#{terrain.name}-map-descents")
     assert group.locator("path[style]").count() == 0

@@ -19,9 +19,9 @@ def test_steps_back_answer_before_python_is_up(reader: Callable[..., Reader], se
     """With the runtime held back: two steps, and one back."""
     server.hold("/runtime/")
     climb = Figure(reader(reduced_motion="reduce").open("ndt-climb.html"), "fig-climb").seen()
-    for taken in ("running, 1", "running, 2"):
+    for status in ("running, 1", "running, 2"):
         climb.button("step").click()
-        climb.shows("stop_fine", taken)
+        climb.shows("stop_fine", status)
     climb.button("back").click()
     climb.shows("stop_fine", "running, 1")
 

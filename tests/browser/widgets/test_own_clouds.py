@@ -38,7 +38,7 @@ def lines(points: np.ndarray, separator: str = ",") -> bytes:
     return "\n".join(separator.join(f"{v:.4f}" for v in row) for row in points).encode()
 
 
-def raised(points: np.ndarray) -> np.ndarray:
+def in_space(points: np.ndarray) -> np.ndarray:
     """The points in space, with walls 250 units high."""
     heights = np.random.default_rng(1).uniform(0, 250, len(points))
     return np.column_stack([points, heights])
@@ -57,18 +57,18 @@ def pcd(points: np.ndarray) -> bytes:
     return head.encode() + lines(points, " ") + b"\n" + b"nan " * d + b"\n"
 
 
-def opened(reader: Callable[..., Reader], **options: Any) -> tuple[Page, Figure]:
+def open_clouds(reader: Callable[..., Reader], **options: Any) -> tuple[Page, Figure]:
     page = reader(reduced_motion="reduce", **options).open("clouds.html")
     return page, Figure(page, "fig-own").live()
 
 
-def choose(figure: Figure, place: str, name: str, data: bytes) -> None:
-    chooser = figure.root.locator(f'input[type=file][data-place="{place}"]')
+def choose(figure: Figure, side: str, name: str, data: bytes) -> None:
+    chooser = figure.root.locator(f'input[type=file][data-place="{side}"]')
     chooser.set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": data})
 
 
-def told(figure: Figure, place: str, words: str) -> None:
-    expect(figure.root.locator(f'[data-told="{place}"]')).to_contain_text(words, timeout=60_000)
+def expect_message(figure: Figure, side: str, words: str) -> None:
+    expect(figure.root.locator(f'[data-told="{side}"]')).to_contain_text(words, timeout=60_000)
 
 
 def to_the_end(figure: Figure) -> None:
@@ -77,18 +77,18 @@ def to_the_end(figure: Figure) -> None:
     expect(figure.button("finish")).to_have_text("To the end")
 
 
-def printed(script: str, folder: Path) -> dict[str, float]:
+def run_script(script: str, folder: Path) -> dict[str, float]:
     """The numbers printed by a script that runs beside the reader's files in an interpreter with only the solvers."""
     (folder / "register.py").write_text(script, "utf-8")
     run = f"import sys; sys.path.insert(0, {str(ROOT)!r}); exec(open('register.py', encoding='utf-8').read())"
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", "-c", run], cwd=folder, capture_output=True, text=True, encoding="utf-8", check=False
     )
-    assert done.returncode == 0, done.stderr
-    return {name: float(value) for name, value in (line.split(" ", 1) for line in done.stdout.splitlines())}
+    assert process.returncode == 0, process.stderr
+    return {name: float(value) for name, value in (line.split(" ", 1) for line in process.stdout.splitlines())}
 
 
-def saved(page: Page, figure: Figure, name: str) -> str:
+def save(page: Page, figure: Figure, name: str) -> str:
     with page.expect_download() as download:
         figure.root.locator(f'[data-file="{name}"]').click()
     return Path(download.value.path()).read_text("utf-8")
@@ -96,43 +96,43 @@ def saved(page: Page, figure: Figure, name: str) -> str:
 
 FORMATS: dict[str, Callable[[np.ndarray], bytes]] = {
     "csv": lambda p: b"x,y\n" + lines(p),
-    "xyz": lambda p: lines(raised(p), " "),
-    "ply": lambda p: ply(raised(p)),
-    "pcd": lambda p: pcd(raised(p)),
+    "xyz": lambda p: lines(in_space(p), " "),
+    "ply": lambda p: ply(in_space(p)),
+    "pcd": lambda p: pcd(in_space(p)),
 }
 
 
 def test_two_files_give_a_pose_that_their_script_finds_again(reader: Callable[..., Reader], tmp_path: Path) -> None:
     """In every format: opened and run to the end, the pose is near the truth; the script, run by itself beside the
     files, finds the same pose."""
-    page, own = opened(reader, accept_downloads=True)
+    page, own = open_clouds(reader, accept_downloads=True)
     source, target = clouds()
     middle = source.mean(axis=0)[None]
     for kind, write in FORMATS.items():
-        for place, points in (("source", source), ("target", target)):
+        for side, points in (("source", source), ("target", target)):
             data = write(points)
-            (tmp_path / f"{place}.{kind}").write_bytes(data)
-            choose(own, place, f"{place}.{kind}", data)
-            told(own, place, f"{place}.{kind}: {len(points)} points in {2 if kind == 'csv' else 3}-D")
+            (tmp_path / f"{side}.{kind}").write_bytes(data)
+            choose(own, side, f"{side}.{kind}", data)
+            expect_message(own, side, f"{side}.{kind}: {len(points)} points in {2 if kind == 'csv' else 3}-D")
         if kind == "pcd":
-            told(own, "target", "1 row with NaN or infinity left out")
+            expect_message(own, "target", "1 row with NaN or infinity left out")
         own.settled()
         to_the_end(own)
-        held = json.loads(saved(page, own, "pose.json"))
-        pose = Pose(np.array(held["matrix_3x3"])[:2, :2], np.array(held["translation"]))
-        assert abs(held["angle_degrees"] - 12.0) < 2.0
+        report = json.loads(save(page, own, "pose.json"))
+        pose = Pose(np.array(report["matrix_3x3"])[:2, :2], np.array(report["translation"]))
+        assert abs(report["angle_degrees"] - 12.0) < 2.0
         assert np.abs(pose.apply(middle) - TRUTH.apply(middle)).max() < 15.0
-        matrix = [[float(v) for v in row.split(",")] for row in saved(page, own, "pose.csv").splitlines()]
-        assert matrix == held["matrix_4x4"]
-        result = printed(own.frame()["python"], tmp_path)
-        assert result["rotation"] == pytest.approx(held["angle_degrees"], abs=1e-7)
-        assert [result["x"], result["y"]] == pytest.approx(held["translation"], abs=1e-5)
-        assert result["rms"] == pytest.approx(held["residual_rms"], abs=1e-6)
+        matrix = [[float(v) for v in row.split(",")] for row in save(page, own, "pose.csv").splitlines()]
+        assert matrix == report["matrix_4x4"]
+        result = run_script(own.frame()["python"], tmp_path)
+        assert result["rotation"] == pytest.approx(report["angle_degrees"], abs=1e-7)
+        assert [result["x"], result["y"]] == pytest.approx(report["translation"], abs=1e-5)
+        assert result["rms"] == pytest.approx(report["residual_rms"], abs=1e-6)
 
 
 def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[..., Reader]) -> None:
     """With its name and line, within the figure; the last picture stays. A name never becomes markup."""
-    _, own = opened(reader)
+    _, own = open_clouds(reader)
     before = own.frames()
     choose(own, "source", "<img src=x onerror=alert(1)>.csv", b"x,y\n1,2\n3,four\n")
     status = own.root.locator(".figure-status")
@@ -148,9 +148,9 @@ def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[...
 def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reader]) -> None:
     """With two files dropped at once, excess points are thinned with a notice, a slice leaves fewer, and a restarted
     worker is handed the clouds again."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     floor = np.random.default_rng(2).uniform([-300, -300, 0], [300, 300, 2], (3000, 3))
-    texts = [lines(np.concatenate([raised(points), floor]), " ").decode() for points in clouds()]
+    texts = [lines(np.concatenate([in_space(points), floor]), " ").decode() for points in clouds()]
     page.evaluate(
         """texts => {
           const data = new DataTransfer();
@@ -162,8 +162,8 @@ def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reade
         }""",
         texts,
     )
-    told(own, "source", "scan-0.xyz: ")
-    told(own, "target", "scan-1.xyz: ")
+    expect_message(own, "source", "scan-0.xyz: ")
+    expect_message(own, "target", "scan-1.xyz: ")
     status = own.root.locator(".figure-status")
     expect(status).to_contain_text("Thinned: source", timeout=60_000)
     points = own.root.locator('[data-readout="points"] .value')
@@ -178,12 +178,12 @@ def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reade
     own.button("step").click()
     own.changes("rms", before)
     own.root.locator('[data-own="swap"]').click()
-    told(own, "source", "scan-1.xyz: ")
+    expect_message(own, "source", "scan-1.xyz: ")
 
 
 def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tmp_path: Path) -> None:
     """A stroke, a point by key, Undo, the target as the moved source; the script contains the drawn points."""
-    page, own = opened(reader)
+    page, own = open_clouds(reader)
     own.root.locator('[data-pen="source"]').click()
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target", timeout=60_000)
     panel = own.root.locator('[data-panel="main"]')
@@ -196,7 +196,7 @@ def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tm
     page.mouse.move(x + 0.7 * w, y + 0.35 * h, steps=6)
     page.mouse.move(x + 0.6 * w, y + 0.7 * h, steps=6)
     page.mouse.up()
-    told(own, "source", "Drawn by hand:")
+    expect_message(own, "source", "Drawn by hand:")
     stroke = own.root.locator('[data-told="source"]').inner_text()
     cross = own.root.locator('.crosshair[data-pick="main"]')
     cross.focus()
@@ -204,43 +204,43 @@ def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tm
         page.keyboard.press(key)
     expect(own.root.locator('[data-told="source"]')).not_to_have_text(stroke, timeout=60_000)
     own.root.locator('[data-own="undo"]').click()
-    told(own, "source", stroke)
+    expect_message(own, "source", stroke)
     own.root.locator('[data-own="copy"]').click()
-    told(own, "target", stroke)
+    expect_message(own, "target", stroke)
     own.root.locator('[data-pen="source"]').click()
     own.set("method", "cpd-rigid")
     own.settled()
     to_the_end(own)
-    result = printed(own.frame()["python"], tmp_path)
+    result = run_script(own.frame()["python"], tmp_path)
     assert result["rotation"] == pytest.approx(180 / 7, abs=0.05)
     assert float(own.readout("rms")) < 0.01
 
 
 def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> None:
     """On a phone, with the pen selected, a finger leaves points and the page stays; without it the page scrolls."""
-    page, own = opened(reader, width=390, height=844, has_touch=True, is_mobile=True)
-    panel, scrolled = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
+    page, own = open_clouds(reader, width=390, height=844, has_touch=True, is_mobile=True)
+    panel, script = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
     counts = []
-    for place, lean in (("source", 0.0), ("target", 0.1)):
-        tap_after_drag(own.root.locator(f'[data-pen="{place}"]'))
+    for side, lean in (("source", 0.0), ("target", 0.1)):
+        tap_after_drag(own.root.locator(f'[data-pen="{side}"]'))
         panel.scroll_into_view_if_needed()
         box = panel.bounding_box()
         assert box is not None
         corners = [(0.35, 0.7), (0.4 + lean, 0.25), (0.7, 0.35 + lean)]
-        before = page.evaluate(scrolled)
+        before = page.evaluate(script)
         finger(page, along([(box["x"] + u * box["width"], box["y"] + v * box["height"]) for u, v in corners]))
-        told(own, place, "Drawn by hand: ")
-        counts.append(int(re.findall(r"\d+", own.root.locator(f'[data-told="{place}"]').inner_text())[0]))
-        assert page.evaluate(scrolled) == before
+        expect_message(own, side, "Drawn by hand: ")
+        counts.append(int(re.findall(r"\d+", own.root.locator(f'[data-told="{side}"]').inner_text())[0]))
+        assert page.evaluate(script) == before
     assert min(counts) > 20
     tap_after_drag(own.root.locator('[data-pen="target"]'))
     own.settled()
     panel.scroll_into_view_if_needed()
-    box, before = panel.bounding_box(), page.evaluate(scrolled)
+    box, before = panel.bounding_box(), page.evaluate(script)
     assert box is not None
     x, y = box["x"] + 0.5 * box["width"], box["y"]
     finger(page, along([(x, y + 0.9 * box["height"]), (x, y + 0.2 * box["height"])]))
-    until(page, f"{scrolled} > {before} + 50")
+    until(page, f"{script} > {before} + 50")
     assert own.root.locator('[data-told="target"]').inner_text().startswith("Drawn by hand: ")
 
 
@@ -256,12 +256,12 @@ def along(corners: list[tuple[float, float]], steps: int = 12) -> list[tuple[flo
 
 def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]) -> None:
     """Opened elsewhere it asks for the files; once they are there, its settings and steps apply."""
-    one = reader(reduced_motion="reduce")
-    own = Figure(one.open("clouds.html"), "fig-own").live()
-    files = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
-    for place, data in files.items():
-        choose(own, place, f"{place}.csv", data)
-        told(own, place, f"{place}.csv: ")
+    visitor = reader(reduced_motion="reduce")
+    own = Figure(visitor.open("clouds.html"), "fig-own").live()
+    files = {side: lines(points) for side, points in zip(("source", "target"), clouds(), strict=True)}
+    for side, data in files.items():
+        choose(own, side, f"{side}.csv", data)
+        expect_message(own, side, f"{side}.csv: ")
     own.set("method", "gicp")
     own.settled()
     before = own.readout("rotation")
@@ -270,29 +270,29 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     own.reached("[data-link]").click()
     expect(own.root.locator(".figure-status")).to_contain_text(re.compile("not contain your clouds|Link to this state"))
     link = own.page.evaluate("name => Ladder.figures.get(name).link()", own.name)
-    page = one.page()
+    page = visitor.page()
     page.goto(link)
-    other = Figure(page, "fig-own").live()
-    expect(other.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
-    for place, data in files.items():
-        choose(other, place, f"{place}.csv", data)
-        told(other, place, f"{place}.csv: ")
-    other.shows("rotation", after)
+    second = Figure(page, "fig-own").live()
+    expect(second.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
+    for side, data in files.items():
+        choose(second, side, f"{side}.csv", data)
+        expect_message(second, side, f"{side}.csv: ")
+    second.shows("rotation", after)
 
 
-def both(figure: Figure) -> None:
+def choose_both(figure: Figure) -> None:
     """Open the two clouds."""
-    for place, points in zip(("source", "target"), clouds(), strict=True):
-        choose(figure, place, f"{place}.csv", lines(points))
-        told(figure, place, f"{place}.csv: ")
+    for side, points in zip(("source", "target"), clouds(), strict=True):
+        choose(figure, side, f"{side}.csv", lines(points))
+        expect_message(figure, side, f"{side}.csv: ")
     figure.settled()
 
 
 def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader]) -> None:
     """On the same page it brings the files too; on a later visit it says that they are missing, and is restored once
     they are opened."""
-    page, own = opened(reader)
-    both(own)
+    page, own = open_clouds(reader)
+    choose_both(own)
     before = own.readout("rms")
     own.button("ten").click()
     after = own.changes("rms", before)
@@ -304,32 +304,32 @@ def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader
     expect(rows).to_have_count(2)
     rows.first.get_by_role("button", name="Restore").click()
     own.shows("rms", after)
-    told(own, "source", "source.csv: ")
+    expect_message(own, "source", "source.csv: ")
     page.reload()
     own.live()
     rows.first.get_by_role("button", name="Restore").click()
-    told(own, "source", "Not here: open the file used for this state.")
+    expect_message(own, "source", "Not here: open the file used for this state.")
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target")
-    both(own)
+    choose_both(own)
     own.shows("rms", after)
 
 
 def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
     """They wait for the next Python, as the page promises."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
-    own = Figure(one.open("clouds.html"), "fig-own").seen()
-    for place, points in zip(("source", "target"), clouds(), strict=True):
-        choose(own, place, f"{place}.csv", lines(points))
-        told(own, place, f"{place}.csv will be read once Python is ready.")
+    own = Figure(visitor.open("clouds.html"), "fig-own").seen()
+    for side, points in zip(("source", "target"), clouds(), strict=True):
+        choose(own, side, f"{side}.csv", lines(points))
+        expect_message(own, side, f"{side}.csv will be read once Python is ready.")
     retry = own.root.get_by_role("button", name="Retry")
     expect(retry).to_be_visible(timeout=60_000)
     own.page.evaluate("window.LADDER_PATIENCE = 60000")
     retry.click()
     server.release()
-    for place in ("source", "target"):
-        told(own, place, f"{place}.csv: ")
+    for side in ("source", "target"):
+        expect_message(own, side, f"{side}.csv: ")
     own.settled().live()
     assert set(own.record()["given"]) == {"source", "target"}
 
@@ -344,16 +344,16 @@ GIVE = """async count => {
 
 def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
     """After many others it is forgotten: its run says so beside the button that opens it, as the figure does."""
-    page, own = opened(reader)
-    both(own)
+    page, own = open_clouds(reader)
+    choose_both(own)
     own.reached("[data-pin]").click()
     own.warm()  # the warm-up draws these two files, and a drawn file is the last to be forgotten
     page.evaluate(GIVE, 20)
     own.root.locator(".runs").get_by_role("button", name="Restore").click()
-    told(own, "source", "No longer stored; open it again. It was source.csv: ")
+    expect_message(own, "source", "No longer stored; open it again. It was source.csv: ")
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
-    both(own)
-    told(own, "source", "source.csv: ")
+    choose_both(own)
+    expect_message(own, "source", "source.csv: ")
     own.changes("rms", "–")
 
 
@@ -361,7 +361,7 @@ PRINT = "0123456789abcdef" * 2
 
 
 @pytest.mark.parametrize(
-    ("given", "ignored", "kept"),
+    ("given", "words", "expected"),
     [
         ({"source": [PRINT], "target": PRINT}, "the source", {"target": PRINT}),
         ({"source": PRINT, "target": 7, "third": PRINT}, "the target, “third”", {"source": PRINT}),
@@ -370,25 +370,25 @@ PRINT = "0123456789abcdef" * 2
     ],
 )
 def test_a_link_with_faulty_files_opens_with_what_is_sound(
-    reader: Callable[..., Reader], given: Any, ignored: str, kept: Any
+    reader: Callable[..., Reader], given: Any, words: str, expected: Any
 ) -> None:
     """It says what was left out; the settings apply, and a named file that is missing can be opened."""
     state = {"widget": "own-clouds", "controls": {"clouds": "own", "method": "gicp"}, "log": [], "given": given}
     link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
     page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
     own = Figure(page, "fig-own").live().settled()
-    message = f"Ignored in the state in this page’s address: {ignored}."
+    message = f"Ignored in the state in this page’s address: {words}."
     expect(own.root.locator(".figure-status")).to_contain_text(message)
-    assert own.record().get("given") == kept
+    assert own.record().get("given") == expected
     assert own.record()["controls"]["method"] == "gicp"
-    for place in kept or {}:
-        told(own, place, "Not here: open the file used for this state.")
+    for side in expected or {}:
+        expect_message(own, side, "Not here: open the file used for this state.")
     own.becomes("live")
 
 
 def test_two_scans_of_the_drive_are_chosen_by_number_with_the_keys(reader: Callable[..., Reader]) -> None:
     """Real scans bring the wheels' start; arrow keys choose others; the run ends where the drive's graph has it."""
-    page, figure = opened(reader)
+    page, figure = open_clouds(reader)
     figure.control("clouds").and_(page.locator("[value=drive]")).focus()
     page.keyboard.press("Space")
     figure.shows("points", "329 and 336")

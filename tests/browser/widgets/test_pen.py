@@ -13,9 +13,9 @@ from tests.browser.held import HELD
 
 
 def pen(reader: Callable[..., Reader]) -> tuple[Page, Figure]:
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(HELD)
-    page = one.open("clouds.html")
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script(HELD)
+    page = visitor.open("clouds.html")
     own = Figure(page, "fig-own").live().settled()
     own.root.locator('[data-pen="source"]').click()
     return page, own.settled()

@@ -20,8 +20,8 @@ def test_the_stages_answer_before_python_is_up(reader: Callable[..., Reader], se
     assert stages.readout("verdict") == "–"
     start = stages.readout("rotation_error")
     stages.button("next").click()
-    proposed = stages.changes("rotation_error", start)
-    assert float(proposed) < float(start)
+    proposal = stages.changes("rotation_error", start)
+    assert float(proposal) < float(start)
     before = stages.readout("stop")
     stages.button("next").click()
     stages.changes("stop", before)

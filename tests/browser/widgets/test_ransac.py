@@ -19,9 +19,9 @@ def test_trials_answer_before_python_is_up(reader: Callable[..., Reader], server
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").seen()
     figure.shows("trials", "0")
-    for made in ("1", "2"):
+    for count in ("1", "2"):
         figure.button("step").click()
-        figure.shows("trials", made)
+        figure.shows("trials", count)
     figure.button("back").click()
     figure.shows("trials", "1")
 

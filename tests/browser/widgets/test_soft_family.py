@@ -36,11 +36,11 @@ def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) 
     soft = Figure(page, "fig-soft").live()
     soft.set("width", "held")
     soft.settled()
-    where, many = soft.readout("rotation_error"), soft.readout("partners")
+    rotation, many = soft.readout("rotation_error"), soft.readout("partners")
     soft.set("sigma", "0.1")
     few = soft.changes("partners", many)
     assert float(few) < 1.5 < float(many)
-    assert soft.readout("rotation_error") == where
+    assert soft.readout("rotation_error") == rotation
     frame, native = soft.settled().frame(), Host().render("fig-soft", soft.record())
     assert frame["description"] == native["description"]
     assert soft.root.locator("svg.plot").first.evaluate("e => e.outerHTML.length") > 1000

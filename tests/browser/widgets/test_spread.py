@@ -26,13 +26,13 @@ def test_a_pulled_wall_is_the_slider_moved(reader: Callable[..., Reader], way: s
             room.page.keyboard.press(key)
     expect(slider).not_to_have_value(own)
     wall = room.settled().record()["controls"]["wall"]
-    pulled, frame = room.record(), room.frame()
-    assert pulled["log"] == []
+    record, frame = room.record(), room.frame()
+    assert record["log"] == []
     assert frame["handles"][0]["world"] == [wall, 0]
     expect(slider).to_have_value(f"{wall:g}")
     for value in (own, f"{wall:g}"):
         room.set("wall", value)
         expect(room.handle("wall")).to_have_attribute("aria-valuenow", value, timeout=LIVE)
     until(room.page, f"Ladder.figures.get({room.name!r}).shown.controls.wall === {wall}")
-    assert room.settled().record() == pulled
+    assert room.settled().record() == record
     assert room.frame() == frame

@@ -192,13 +192,13 @@ def test_the_manifest_pins_every_file_and_every_licence_has_its_text() -> None:
         for file in bundle.files:
             assert len(file.sha256) == 64
             assert file.size > 0
-    texts = {licence.title: licence for licence in licences(bundles)}
-    assert "Mozilla Public License" in texts["Pyodide, with CPython and its standard library"].text
-    assert "PYTHON SOFTWARE FOUNDATION LICENSE" in texts["Pyodide, with CPython and its standard library"].text
-    assert "NumPy Developers" in texts["NumPy"].text
-    assert "lapack_lite/LICENSE.txt" in texts["NumPy"].text
+    by_title = {licence.title: licence for licence in licences(bundles)}
+    assert "Mozilla Public License" in by_title["Pyodide, with CPython and its standard library"].text
+    assert "PYTHON SOFTWARE FOUNDATION LICENSE" in by_title["Pyodide, with CPython and its standard library"].text
+    assert "NumPy Developers" in by_title["NumPy"].text
+    assert "lapack_lite/LICENSE.txt" in by_title["NumPy"].text
     for font in ("Source Serif 4", "Source Sans 3", "STIX Two Math"):
-        assert "SIL OPEN FONT LICENSE" in texts[font].text.upper()
+        assert "SIL OPEN FONT LICENSE" in by_title[font].text.upper()
 
 
 def tarball(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
