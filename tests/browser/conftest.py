@@ -94,13 +94,13 @@ class Reader:
         self.foreign: list[str] = []
         self.expected: tuple[str, ...] = (BLOCKED, EARLY)
         self.beside: Collection[Page] = [*context.pages]  # pages that are not the reader's
-        self._heard: list[tuple[str, Callable[[Any], None]]] = [
+        self._listeners: list[tuple[str, Callable[[Any], None]]] = [
             ("request", self._request),
             ("console", self._console),
             ("weberror", self._error),
         ]
-        for event, hears in self._heard:
-            context.on(event, hears)  # type: ignore[call-overload]
+        for event, listener in self._listeners:
+            context.on(event, listener)  # type: ignore[call-overload]
 
     @property
     def context(self) -> BrowserContext:
@@ -148,8 +148,8 @@ class Reader:
 
     def leave(self) -> None:
         """Close the reader's pages, or its whole context."""
-        for event, hears in self._heard:
-            self._context.remove_listener(event, hears)
+        for event, listener in self._listeners:
+            self._context.remove_listener(event, listener)
         if self._media is None:
             self._context.close()
         for page in self._context.pages if self._media is not None else ():

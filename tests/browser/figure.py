@@ -77,12 +77,12 @@ class Figure:
         return int(self.root.get_attribute("data-frame") or 0)
 
     def record(self) -> dict[str, Any]:
-        return self._told("record")  # type: ignore[no-any-return]
+        return self._ask("record")  # type: ignore[no-any-return]
 
     def frame(self) -> dict[str, Any]:
-        return self._told("frame")  # type: ignore[no-any-return]
+        return self._ask("frame")  # type: ignore[no-any-return]
 
-    def _told(self, name: str) -> Any:
+    def _ask(self, name: str) -> Any:
         """A property of the figure's controller, once it is set up (the page is painted first)."""
         message = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
         return self.page.evaluate(message, [self.name, name])

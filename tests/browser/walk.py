@@ -152,7 +152,7 @@ class Walk:
     def __init__(self, reader: Reader, page: Page, seed: str) -> None:
         self.reader, self.page = reader, page
         self.random = Random(seed)
-        self.tried: list[str] = []
+        self.actions: list[str] = []
 
     def steps(self, count: int) -> None:
         """Take this many actions, sometimes two or four before anything is checked; then let everything come to rest.
@@ -178,13 +178,13 @@ class Walk:
         box = self.page.evaluate(FOUND, [part, index])
         if box is None:  # gone with the answer to the last action
             return
-        self.tried.append(f"{kind} {box['words']}")
+        self.actions.append(f"{kind} {box['words']}")
         if kind in DIRECT:
             DIRECT[kind](self)
         elif kind in KEYED:
             self.page.evaluate(FOCUS, [part, index])
             keys = [self.random.choice(KEYED[kind]) for _ in range(self.random.randint(1, 4))]
-            self.tried[-1] += f": {' '.join(keys)}"
+            self.actions[-1] += f": {' '.join(keys)}"
             for key in keys:
                 self.page.keyboard.press(key)
         else:
@@ -199,7 +199,7 @@ class Walk:
         assert not wrong, f"{wrong} after {self.told()}"
 
     def told(self) -> str:
-        return "".join(f"\n  {i + 1}. {action}" for i, action in enumerate(self.tried))
+        return "".join(f"\n  {i + 1}. {action}" for i, action in enumerate(self.actions))
 
     def pause(self) -> None:
         """Pause runs and stop jobs."""
@@ -224,12 +224,12 @@ class Walk:
         x, y = (box[low] + box[size] / 2 for low, size in SIDES)
         for _ in range(times):
             self.page.mouse.click(x, y)
-        self.tried[-1] += f" ×{times}" if times > 1 else ""
+        self.actions[-1] += f" ×{times}" if times > 1 else ""
 
     def tap(self, box: dict[str, Any]) -> None:
         """Click once somewhere in a part."""
         x, y = self.place(box)
-        self.tried[-1] += f" at {x - box['left']:.0f}, {y - box['top']:.0f} px"
+        self.actions[-1] += f" at {x - box['left']:.0f}, {y - box['top']:.0f} px"
         self.page.mouse.click(x, y)
 
     def drag(self, box: dict[str, Any]) -> None:
@@ -237,12 +237,12 @@ class Walk:
         x, y = (box[low] + box[size] / 2 for low, size in SIDES)
         distance, way = self.random.uniform(2, 200), self.random.uniform(0, 2 * math.pi)
         dx, dy = distance * math.cos(way), distance * math.sin(way)
-        self.tried[-1] += f" by {dx:.0f}, {dy:.0f} px"
+        self.actions[-1] += f" by {dx:.0f}, {dy:.0f} px"
         self.page.mouse.move(x, y)
         self.page.mouse.down()
         self.page.mouse.move(x + dx, y + dy, steps=self.random.randint(1, 4))
         if self.random.random() < 0.15:
-            self.tried[-1] += ", Escape"
+            self.actions[-1] += ", Escape"
             self.page.keyboard.press("Escape")
         self.page.mouse.up()
 
@@ -270,7 +270,7 @@ class Walk:
         links = self.page.evaluate("[...Ladder.figures.values()].map(figure => figure.link().split('#')[1])")
         self.page.evaluate("hash => { location.hash = hash; }", self.random.choice(links))
         if self.random.random() < 0.5:
-            self.tried[-1] += ", back"
+            self.actions[-1] += ", back"
             self.page.go_back()
 
     def leave(self) -> None:

@@ -14,22 +14,22 @@ class Log:
     """Everything read from a page, in order."""
 
     def __init__(self, html: str) -> None:
-        self.told: list[tuple[str, Tag | str]] = []
+        self.events: list[tuple[str, Tag | str]] = []
         read(html, self)
 
     def opened(self, tag: Tag) -> None:
-        self.told.append(("+", tag))
+        self.events.append(("+", tag))
 
     def closed(self, tag: Tag) -> None:
-        self.told.append(("-", tag))
+        self.events.append(("-", tag))
 
     def text(self, text: str) -> None:
-        self.told.append(("", text))
+        self.events.append(("", text))
 
 
 def short(html: str) -> list[str]:
     """Each as +tag, -tag, or the text."""
-    return [sign + (part if isinstance(part, str) else part.name) for sign, part in Log(html).told]
+    return [sign + (part if isinstance(part, str) else part.name) for sign, part in Log(html).events]
 
 
 def test_elements_and_text_in_order() -> None:
@@ -39,7 +39,7 @@ def test_elements_and_text_in_order() -> None:
 
 def test_a_start_tag_has_its_attributes_and_its_place() -> None:
     """Lines and columns count from 1; an attribute without a value is included."""
-    tags = [part for sign, part in Log('<p>\n  <input id="one" disabled></p>').told if isinstance(part, Tag)]
+    tags = [part for sign, part in Log('<p>\n  <input id="one" disabled></p>').events if isinstance(part, Tag)]
     around, tag, repeat, end = tags
     assert (tag.name, tag.line, tag.column) == ("input", 2, 3)
     assert tag.attributes == {"id": "one", "disabled": ""}
@@ -71,7 +71,7 @@ def test_scripts_and_styles_hold_text_alone() -> None:
 def test_whatever_is_written_each_element_closes_once_and_within_its_own(html: str) -> None:
     """In the reverse of the order in which they open."""
     around: list[Tag | str] = []
-    for sign, part in Log(html).told:
+    for sign, part in Log(html).events:
         if sign == "+":
             around.append(part)
         elif sign == "-":

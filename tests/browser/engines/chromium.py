@@ -30,11 +30,11 @@ class ChromiumWindow:
     def __init__(self, context: BrowserContext) -> None:
         self.context = context
         self.wrong: list[str] = []
-        context.on("console", self._heard)
+        context.on("console", self._on_console)
         context.on("weberror", lambda error: self.wrong.append(str(error.error)))
         self.page = context.new_page()
 
-    def _heard(self, message: ConsoleMessage) -> None:
+    def _on_console(self, message: ConsoleMessage) -> None:
         if message.type in ("error", "warning"):
             self.wrong.append(f"{message.text} ({message.location['url']})")
 

@@ -74,16 +74,16 @@ class Session:
 
     def __init__(self, url: str) -> None:
         self.socket = websocket.create_connection(url, timeout=2 * PATIENCE, suppress_origin=True)
-        self.asked = 0
+        self.number = 0
         self.events: list[dict[str, Any]] = []
         self.call("session.new", capabilities={})
         self.call("session.subscribe", events=HEARD)
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
         """A command's result. Raises RuntimeError with the browser's error."""
-        self.asked += 1
-        self.socket.send(json.dumps({"id": self.asked, "method": method, "params": params}))
-        while (message := json.loads(self.socket.recv())).get("id") != self.asked:
+        self.number += 1
+        self.socket.send(json.dumps({"id": self.number, "method": method, "params": params}))
+        while (message := json.loads(self.socket.recv())).get("id") != self.number:
             self.events.append(message)
         if message["type"] == "error":
             raise RuntimeError(f"{method}: {message['error']}: {message['message']}")

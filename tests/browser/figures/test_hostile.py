@@ -190,10 +190,10 @@ REACHES = """async (other) => {
 class Listener(BaseHTTPRequestHandler):
     """Another origin, which records its requests."""
 
-    asked: ClassVar[list[str]] = []
+    paths: ClassVar[list[str]] = []
 
     def do_GET(self) -> None:
-        self.asked.append(self.path)
+        self.paths.append(self.path)
         self.send_response(200)
         self.send_header("Access-Control-Allow-Origin", "*")
         self.send_header("Content-Type", "text/javascript")
@@ -209,7 +209,7 @@ def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer
     stranger = ThreadingHTTPServer(("127.0.0.1", 0), Listener)
     threading.Thread(target=stranger.serve_forever, daemon=True).start()
     server.bare = bare
-    Listener.asked.clear()
+    Listener.paths.clear()
     with browser.new_context() as context:
         page = context.new_page()
         page.goto(f"{server.origin}/kabsch.html")
@@ -218,5 +218,5 @@ def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer
         result = worker.evaluate(REACHES, f"http://127.0.0.1:{stranger.server_port}")
     stranger.shutdown()
     stranger.server_close()
-    assert (set(result.values()), Listener.asked) == ({"stopped"}, [])
+    assert (set(result.values()), Listener.paths) == ({"stopped"}, [])
     assert set(result) == {"fetch", "import", "evaluated", "request", "socket", "events"}

@@ -32,12 +32,12 @@ class Web:
 
     def __init__(self) -> None:
         self.files: dict[str, bytes] = {}
-        self.asked: list[str] = []
+        self.paths: list[str] = []
         web = self
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                web.asked.append(self.path)
+                web.paths.append(self.path)
                 data = web.files.get(self.path)
                 self.send_response(404 if data is None else 200)
                 self.end_headers()
@@ -85,7 +85,7 @@ def test_a_file_comes_once_and_then_from_the_cache(tmp_path: Path, web: Web) -> 
     for _ in range(2):
         result = gather(["thing"], cache=tmp_path / "c", progress=lambda *a: steps.append(a), manifest=pins)
         assert result["thing/a.txt"].read_bytes() == RIGHT
-    assert web.asked == ["/a.txt"]
+    assert web.paths == ["/a.txt"]
     assert steps[-1] == ("a.txt", len(RIGHT), len(RIGHT))
     (licence,) = licences(["thing"], cache=tmp_path / "c", manifest=pins)
     assert licence.text == RIGHT.decode()
@@ -96,7 +96,7 @@ def test_a_wrong_file_is_not_taken_and_the_next_source_is_asked(tmp_path: Path, 
     sources = f'[source.bad]\nurl = "{web.origin}bad/"\n[source.good]\nurl = "{web.origin}good/"'
     pins = manifest(tmp_path, sources, '["bad", "good"]')
     assert gather(["thing"], cache=tmp_path / "c", manifest=pins)["thing/a.txt"].read_bytes() == RIGHT
-    assert web.asked == ["/bad/a.txt", "/good/a.txt"]
+    assert web.paths == ["/bad/a.txt", "/good/a.txt"]
 
 
 def test_when_no_source_has_it_the_message_names_the_file_and_all_sources(tmp_path: Path, web: Web) -> None:

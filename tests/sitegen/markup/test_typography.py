@@ -53,7 +53,7 @@ class Straight:
     """Collects the straight apostrophes that a page shows or that screen readers speak, outside code and formulas."""
 
     def __init__(self) -> None:
-        self.found: list[str] = []
+        self.texts: list[str] = []
         self._around: list[str] = []
 
     def opened(self, tag: Tag) -> None:
@@ -70,7 +70,7 @@ class Straight:
 
     def _look(self, text: str) -> None:
         if apostrophes(text) != text:
-            self.found.append(" ".join(text.split()))
+            self.texts.append(" ".join(text.split()))
 
 
 def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
@@ -79,8 +79,8 @@ def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
     for path in site.glob("*.html"):
         page = Straight()
         read(path.read_text("utf-8"), page)
-        if page.found:
-            results[path.name] = page.found
+        if page.texts:
+            results[path.name] = page.texts
     assert results == {}
 
 
