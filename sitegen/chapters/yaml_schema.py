@@ -201,7 +201,7 @@ def _type_message(field: Field, name: Any, value: Any, document: Yaml, at: Path)
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
     """Parse a file that is a mapping of keys to `things`, and return it with its keys; invalid keys are problems.
-    A file that is no mapping counts as unread: the names that it may mean to define are not missed elsewhere."""
+    A file that is not a mapping counts as unread: the names that it may mean to define are not missed elsewhere."""
     document = read(source, path, problems)
     if document is None or document.data is None:
         return None, ()
