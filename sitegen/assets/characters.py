@@ -27,7 +27,7 @@ def characters(pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Pa
     pairs = [memory.answer(("letters", name), page, partial(of_page, page)) for name, page in pages.items()]
     pairs += memory.answer("letters of tapes", list(scripts), lambda: list(map(of_tape, scripts)))
     memo.keep()
-    text, signs = ("".join(sorted(set().union(*sets))) for sets in zip(*pairs, strict=True))
+    text, signs = ("".join(sorted(set().union(*strings))) for strings in zip(*pairs, strict=True))
     return text, signs
 
 

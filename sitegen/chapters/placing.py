@@ -92,7 +92,7 @@ def placed(
     if after is not None:
         final = parsed(widget, {**own, "log": [*own["log"], *presses(widget, after, at, problems)]})
     tape = [
-        parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", name] for name in log]})
+        parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", b] for b in log]})
         for changes, log in widget.tape
     ]
     led_to = [state for start in (record, *([final] if final else []), *tape) for state in ways(start)]

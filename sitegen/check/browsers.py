@@ -153,7 +153,9 @@ def found(name: str, browser_path: Path | None = None) -> Path:
     if not engine:
         raise BrowserMissing(f"unknown engine {name!r}; known: {', '.join(ENGINES)}")
     by_variable = [
-        (f"{name}={os.environ[name]}", Path(os.environ[name])) for name in engine.named if os.environ.get(name)
+        (f"{variable}={os.environ[variable]}", Path(os.environ[variable]))
+        for variable in engine.named
+        if os.environ.get(variable)
     ]
     mandatory = [(f"--browser-path {browser_path}", browser_path)] if browser_path else by_variable[:1]
     attempts: list[str] = []

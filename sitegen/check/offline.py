@@ -105,9 +105,9 @@ def answers(context: BrowserContext, address: str) -> tuple[int, str]:
 
 def ask(page: Page, name: str) -> None:
     """Reset a figure to its first state and wait until Python has drawn it."""
-    drawing = page.evaluate(
+    frame = page.evaluate(
         "name => { const figure = Ladder.figures.get(name), { frame = '' } = figure.root.dataset;"
         " figure.reset(); return frame; }",
         name,
     )
-    page.wait_for_selector(f'#{name}[data-state=live][data-frame]:not([data-frame="{drawing}"])')
+    page.wait_for_selector(f'#{name}[data-state=live][data-frame]:not([data-frame="{frame}"])')

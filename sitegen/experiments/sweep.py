@@ -34,9 +34,9 @@ Work = Iterator[tuple[Unit, dict[str, list[float]]]]
 
 
 def run(
-    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, scheduler: int | str
+    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, resources: int | str
 ) -> None:
-    """Run one sweep for the contestants of `methods` (all if empty) and put their results into its file. scheduler: see
+    """Run one sweep for the contestants of `methods` (all if empty) and put their results into its file. resources: see
     `workers`."""
     work: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
     store, keys = Store(cache, "sweep"), dict[str, str]()
@@ -50,7 +50,7 @@ def run(
     missing = [unit for unit in all_units if _key(unit) not in results]
     done = len(all_units) - len(missing)
     progress(f"sweeping {sweep.name}", done, len(all_units))
-    with workers(root, missing, scheduler) as answers:
+    with workers(root, missing, resources) as answers:
         for unit, runs in answers:
             data = json.dumps(runs, separators=(",", ":")).encode()
             store.put(keys[_key(unit)], data)
@@ -122,18 +122,18 @@ def _short(value: Any) -> str:
 
 
 @contextmanager
-def workers(root: Path, jobs: Sequence[Unit], scheduler: int | str) -> Iterator[Work]:
+def workers(root: Path, jobs: Sequence[Unit], resources: int | str) -> Iterator[Work]:
     """Run the units and yield their results in the order of completion; leaving the context cancels the rest.
 
-    scheduler: the number of processes, 0 for one per core, or the address of a Dask cluster.
+    resources: the number of processes, 0 for one per core, or the address of a Dask cluster.
     """
-    if isinstance(scheduler, str):
-        with _cluster(root, jobs, scheduler) as answers:
+    if isinstance(resources, str):
+        with _cluster(root, jobs, resources) as answers:
             yield answers
-    elif scheduler == 1 or len(jobs) < 2:
+    elif resources == 1 or len(jobs) < 2:
         yield ((unit, run_unit(unit)) for unit in jobs)
     else:
-        with _processes(jobs, scheduler) as answers:
+        with _processes(jobs, resources) as answers:
             yield answers
 
 

@@ -54,8 +54,8 @@ def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
 
 
 @lru_cache
-def _code_beside(path: Path) -> str:
-    mine = ("__init__.py", _figure_of(path))
+def _code_beside(file: Path) -> str:
+    mine = ("__init__.py", _figure_of(file))
     return code_hash(skip=lambda path: path.is_relative_to(FIGURES) and _figure_of(path) not in mine)
 
 

@@ -86,11 +86,11 @@ class Gallery:
         self._results: dict[str, bytes] = {}
         self._keys: dict[str, str] = {}
 
-    def lacks(self, plot: Placed) -> bool:
+    def lacks(self, placed: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
-        if not self._result_store.has(_result_key(plot.plot)):
+        if not self._result_store.has(_result_key(placed.plot)):
             return True
-        return not self._drawing_store.has(self._drawings_key(plot))
+        return not self._drawing_store.has(self._drawings_key(placed))
 
     def result(self, plot: Plot) -> Any:
         """The plot's result. Errors of its module propagate."""
@@ -110,17 +110,17 @@ class Gallery:
             self._results[plot.name] = self._result_store.get(_result_key(plot), make)
         return self._results[plot.name]
 
-    def _drawings_key(self, plot: Placed) -> str:
+    def _drawings_key(self, placed: Placed) -> str:
         """A hash of a plot's result, its module and the drawing code, on which its drawings depend."""
-        name = f"{plot.plot.name} {plot.dom_id}"
+        name = f"{placed.plot.name} {placed.dom_id}"
         if name not in self._keys:
             from sitegen.figures import matplotlib_svg
 
             source = Path(str(matplotlib_svg.__file__)).read_bytes()
             self._keys[name] = fingerprint(
                 [
-                    (f"{FORMAT} {version('matplotlib')} {plot.dom_id}", plot.plot.look.encode()),
-                    ("result", self._plain(plot.plot)),
+                    (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
+                    ("result", self._plain(placed.plot)),
                     ("drawing", source + matplotlib_svg.TOKENS.read_bytes()),
                 ]
             )

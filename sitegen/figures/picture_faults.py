@@ -42,12 +42,12 @@ class FigureFault(Exception):
         fault.record = record or fault.record
         return fault
 
-    def tell(self, problems: Problems, line: Place | None) -> None:
-        """Add it to the problems, once. line: where a chapter places the figure, None if none does."""
-        place = self.place or line or Place("widgets/figures")
+    def tell(self, problems: Problems, placement: Place | None) -> None:
+        """Add it to the problems, once. placement: where a chapter places the figure, None if none does."""
+        place = self.place or placement or Place("widgets/figures")
         presses = ",".join(entry[1] for entry in self.record.get("log", ()))
         state = f"preset {self.record.get('preset')}" + (f" press={presses}" if presses else "")
-        by = "not placed in any chapter" if line is None else f"placed at {line.path}:{line.line}"
+        by = "not placed in any chapter" if placement is None else f"placed at {placement.path}:{placement.line}"
         # A message that differs only in numbers has been reported for another state.
         earlier = [problem for problem in problems.found if (problem.path, problem.line) == (place.path, place.line)]
         messages = [NUMBER.sub("0", problem.message) for problem in earlier]

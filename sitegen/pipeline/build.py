@@ -170,7 +170,7 @@ def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, be
         return memory.told(("survey", chapter.source.path), (chapter, placeable), problems, look)
 
     surveys = [surveyed(chapter) for chapter in manuscript.written]
-    formulas = [formula for survey in surveys for formula in survey.formulas]
+    formulas = [formula for s in surveys for formula in s.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros are defined there
     mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, memory)
     templates = environment(context.root, cache)
@@ -247,7 +247,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         decks=[text.deck for text in texts if text.deck],
         references=manuscript.references,
         cited=cited,
-        context=render_context,
+        render_context=render_context,
         licences=memory.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
         notebooks=notebooks(surveys, plain, inputs, cache, memory),
         made=about.made(root, surveys, plain, media.started.size if media.started else 0),

@@ -48,7 +48,7 @@ class Content:
     decks: Sequence[Deck]
     references: Mapping[str, Reference]
     cited: Mapping[str, Sequence[Chapter]]
-    context: RenderContext
+    render_context: RenderContext
     licences: Sequence[fetch.Licence]
     notebooks: Mapping[str, bytes]
     made: about.Made
@@ -100,7 +100,7 @@ def _assets(
     assets = read_assets(
         context.root,
         pictures,
-        [fontset.css if fontset else "", content.context.mathematics.css],
+        [fontset.css if fontset else "", content.render_context.mathematics.css],
         fontset.files if fontset else {},
         fontset.preload if fontset else (),
         problems,
@@ -169,7 +169,7 @@ def _archive_files(root: Path, content: Content, files: Mapping[str, bytes]) -> 
 
 def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
     """The contents of each page, by the page's name."""
-    references, terms = content.references, content.context.terms
+    references, terms = content.references, content.render_context.terms
     insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
     insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
     insides += [writer.deck(deck, content.decks, references, terms) for deck in content.decks]
@@ -181,7 +181,7 @@ def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
         writer.glossary(terms),
         writer.about(content.made),
         writer.reference(),
-        *writer.checks(bodies, content.context.tests, content.context.results, content.sources),
+        *writer.checks(bodies, content.render_context.tests, content.render_context.results, content.sources),
         writer.licences(content.licences),
     ]
     return {inside.page.name: inside for inside in insides}

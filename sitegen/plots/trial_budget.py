@@ -124,10 +124,10 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     titled(formula, "Trials that the formula asks for", "inlier fraction w", "N before it is rounded up, log scale")
     share = np.linspace(0.2, 0.995, 160)
     for p in result.confidences:
-        budget = np.log1p(-p) / np.log1p(-(share**2))
-        visible = budget >= 1.0
-        formula.plot(share[visible], budget[visible], color=COLOURS["accent"])
-        label(formula, share[0], budget[0], f"p = {p:g}", "accent", dx=-5, ha="right")
+        budgets = np.log1p(-p) / np.log1p(-(share**2))
+        visible = budgets >= 1.0
+        formula.plot(share[visible], budgets[visible], color=COLOURS["accent"])
+        label(formula, share[0], budgets[0], f"p = {p:g}", "accent", dx=-5, ha="right")
     formula.set(yscale="log", ylim=(0.8, 300), xlim=(0.0, 1.0), xticks=[0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     formula.set_yticks([1, 10, 100], ["1", "10", "100"])
 

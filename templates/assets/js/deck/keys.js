@@ -54,7 +54,7 @@ const SCROLLS = { ArrowDown: 1, PageDown: 1, " ": 1, ArrowUp: -1, PageUp: -1, "S
 const TOGGLES = ["grid", "notes", "full"];
 
 /**
- * does: actions by name. goesOn: whether the slide has more to scroll to, downwards (1) or upwards (-1).
+ * steps: actions by name. goesOn: whether the slide has more to scroll to, downwards (1) or upwards (-1).
  * @param {Steps} steps
  * @param {(by: number) => boolean} goesOn
  */

@@ -85,7 +85,7 @@ export function createGhost(figure, overlay) {
   }
 
   /** @param {number} degrees */
-  const normal = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
+  const normalize = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
 
   /** Moves the centre, which stays in the panel. @param {Point} to */
   function move(to) {
@@ -125,7 +125,7 @@ export function createGhost(figure, overlay) {
     const [x, y] = pointOf(event);
     const [a, b] = centre();
     if (kind === "move") move([x - grip[0], y - grip[1]]);
-    else turn = normal((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
+    else turn = normalize((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
     show();
   }
 
@@ -143,7 +143,7 @@ export function createGhost(figure, overlay) {
     if (!kind || !arrow || compared || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const step = event.shiftKey ? 5 : 1;
-    if (kind === "turn") turn = normal(turn - 3 * step * (arrow[0] + arrow[1]));
+    if (kind === "turn") turn = normalize(turn - 3 * step * (arrow[0] + arrow[1]));
     else {
       const [a, b] = centre();
       move([a + 0.1 * step * arrow[0] * unit * fine, b - 0.1 * step * arrow[1] * unit * fine]);

@@ -43,7 +43,7 @@ function handleButton({ name, label, kind, radius }, panel, copy) {
 function slide(button, { value, slider: [low, high, current] }) {
   if (button.getAttribute("aria-valuetext") === value) return;
   const attributes = { "aria-valuetext": value, "aria-valuemin": low, "aria-valuemax": high, "aria-valuenow": current };
-  for (const [name, attribute] of Object.entries(attributes)) button.setAttribute(name, String(attribute));
+  for (const [name, content] of Object.entries(attributes)) button.setAttribute(name, String(content));
 }
 
 /**

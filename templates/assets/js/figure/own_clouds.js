@@ -11,8 +11,8 @@ import { runtime } from "../runtime/runtime.js";
 const LARGEST = 24_000_000;
 
 /** @typedef {{ name: string, data: Uint8Array }} Thing  a file; a drawing has no name */
-/** @typedef {Record<string, Thing>} Things  by place */
-/** @typedef {{ name: string, over: boolean }} Turn  the reading of a place's latest file; over: read or refused */
+/** @typedef {Record<string, Thing>} Things  by slot */
+/** @typedef {{ name: string, over: boolean }} Turn  the reading of a slot's latest file; over: read or refused */
 
 /**
  * @param {Figure} figure
@@ -25,7 +25,7 @@ export function addOwnClouds(figure, overlay) {
   /** @type {Map<string, string>} */
   const words = new Map(); // fingerprint → description
   /** @type {Map<string, Turn>} */
-  const turns = new Map(); // by place: results of earlier turns are ignored
+  const turns = new Map(); // by slot: results of earlier turns are ignored
 
   /** @param {string} slot */
   const statusOf = (slot) => box.querySelector(`[data-told="${slot}"]`);
@@ -87,9 +87,9 @@ export function addOwnClouds(figure, overlay) {
    * @param {Things} things
    */
   async function bring(things, alone = false, newTurns = begin(things, alone)) {
-    /** @param {[place: string, key?: string]} found */
+    /** @param {[slot: string, key?: string]} pair */
     const mine = ([slot]) => turns.get(slot) === newTurns[slot];
-    /** @type {[place: string, key: string][]} */
+    /** @type {[slot: string, key: string][]} */
     const pairs = [];
     runtime.start();
     for (const [slot, thing] of Object.entries(things)) {
@@ -119,9 +119,9 @@ export function addOwnClouds(figure, overlay) {
 
   /**
    * @param {File[]} files
-   * @param {string} [slot]
+   * @param {string} [preferred]  the slot to fill; by default the first free one
    */
-  async function open(files, slot) {
+  async function open(files, preferred) {
     if (files.length > slots.length) {
       figure.refuse(`${files.length} files at once: open ${slots.length}, the ${slots.join(" and the ")}.`);
       return;
@@ -130,7 +130,7 @@ export function addOwnClouds(figure, overlay) {
     const coming = (/** @type {string} */ slot) => turns.get(slot)?.over === false;
     const free = slots.find((slot) => !figure.record.given?.[slot] && !coming(slot)) ?? slots[0];
     /** @type {Record<string, File>} */
-    const chosen = second ? { [slots[0]]: first, [slots[1]]: second } : { [slot ?? free]: first };
+    const chosen = second ? { [slots[0]]: first, [slots[1]]: second } : { [preferred ?? free]: first };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
     if (large) {
       figure.refuse(`${called(large.name)}: ${megabytes(large.size)} MB exceed the limit of ${LARGEST / 1e6} MB.`);
@@ -144,7 +144,7 @@ export function addOwnClouds(figure, overlay) {
       try {
         things[slot] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
       } catch (error) {
-        const last = Object.entries(newTurns).some(([slot, turn]) => turns.get(slot) === turn);
+        const last = Object.entries(newTurns).some(([name, turn]) => turns.get(name) === turn);
         for (const turn of Object.values(newTurns)) turn.over = true;
         show();
         if (last) figure.refuse(`${called(file.name)} cannot be read: ${messageOf(error)}.`);
