@@ -223,7 +223,7 @@ def _file(
         text = "seconds,x_m,y_m,phi_rad\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
         return text.encode()
     maps = {
-        name: (np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))]), poses.t)
-        for name, poses in ways.items()
+        name: (np.concatenate([trajectory[k].apply(scans.cloud(k)) for k in range(len(scans))]), trajectory.t)
+        for name, trajectory in ways.items()
     }
     return drive_maps(maps, kind[1:])

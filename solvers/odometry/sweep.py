@@ -55,10 +55,10 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
     shift, turn = speeds(drive)
     out = []
     for k, cloud in enumerate(clouds):
-        delay = drive.delays[drive.heard(k, farthest)]
-        cos, sin = np.cos(turn[k] * delay), np.sin(turn[k] * delay)
+        delays = drive.delays[drive.heard(k, farthest)]
+        cos, sin = np.cos(turn[k] * delays), np.sin(turn[k] * delays)
         x, y = cloud.T
-        out.append(np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + shift[k] * delay[:, None])
+        out.append(np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + shift[k] * delays[:, None])
     return out
 
 

@@ -18,9 +18,9 @@ def held(poses: Pose, edges: Edges, nodes: int | Sequence[int]) -> BoolArray:
     n = graph(poses, edges)
     if not n:
         raise ValueError("poses: is empty; at least one node is needed")
-    fixed_nodes = fixed(nodes, n)
-    joined(edges, fixed_nodes)
-    return fixed_nodes
+    mask = fixed(nodes, n)
+    joined(edges, mask)
+    return mask
 
 
 def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
@@ -31,9 +31,9 @@ def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
     if rows.ndim != 1 or rows.dtype.kind not in "iu":
         raise ValueError(f"fixed: expected a node or a sequence of nodes, got {nodes!r}")
     within(rows.astype(np.int64), count, "fixed")
-    fixed_nodes = np.zeros(count, dtype=np.bool_)
-    fixed_nodes[rows] = True
-    return fixed_nodes
+    mask = np.zeros(count, dtype=np.bool_)
+    mask[rows] = True
+    return mask
 
 
 def joined(edges: Edges, fixed: BoolArray) -> None:

@@ -105,7 +105,7 @@ def start(controls: Controls, seed: int) -> State:
         c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0, density=c.density
     )
     fixed = {length: _fixed(scene, length) for length in lengths(c)}
-    return _new_run(c, scene, 0, room_start(c.turn, c.offset), fixed, still(scene))
+    return _new_state(c, scene, 0, room_start(c.turn, c.offset), fixed, still(scene))
 
 
 def lengths(c: Controls) -> tuple[float, ...]:
@@ -118,7 +118,7 @@ def _seed(scene: Scene, draws: int) -> int:
     return scene.seed + 1000 * draws
 
 
-def _new_run(
+def _new_state(
     c: Controls,
     scene: Scene,
     draws: int,
@@ -142,9 +142,9 @@ def act(state: State, action: Action) -> State:
     """Take one step, take all remaining steps, redraw the frequencies, or begin from another start."""
     c, scene, draws, initial = state.controls, state.scene, state.draws, state.began
     if action.kind == "drag":
-        return _new_run(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
+        return _new_state(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
     if action.name == "resample":
-        return _new_run(c, scene, draws + 1, initial, state.fixed, state.backdrop)
+        return _new_state(c, scene, draws + 1, initial, state.fixed, state.backdrop)
     state = _stepped(state)
     while action.name == "finish" and not state.batch.done:
         state = _stepped(state)

@@ -82,10 +82,10 @@ def start(controls: Controls, seed: int) -> State:
     poses = [TRUTH[0]]
     for k in range(LOOP):
         poses.append(poses[-1].compose(edges.relative[k]))
-    return _new_run(controls, Pose(np.stack([p.R for p in poses]), np.stack([p.t for p in poses])), edges)
+    return _new_state(controls, Pose(np.stack([p.R for p in poses]), np.stack([p.t for p in poses])), edges)
 
 
-def _new_run(controls: Controls, poses: Pose, edges: Edges) -> State:
+def _new_state(controls: Controls, poses: Pose, edges: Edges) -> State:
     run = begin(poses, edges, kernel=controls.kernel, robust=np.arange(len(edges)) >= LOOP)
     return State(controls, run, run)
 
@@ -103,11 +103,11 @@ def act(state: State, action: Action) -> State:
     if node:
         t = poses.t.copy()
         t[node] = to
-        return _new_run(state.controls, Pose(poses.R, t), edges)
+        return _new_state(state.controls, Pose(poses.R, t), edges)
     shifts = edges.relative.t.copy()
     shifts[LOOP] = poses[LOOP].inverse().apply(to[None])[0]
     relative = Pose(edges.relative.R, shifts)
-    return _new_run(state.controls, poses, Edges(edges.i, edges.j, relative, edges.information))
+    return _new_state(state.controls, poses, Edges(edges.i, edges.j, relative, edges.information))
 
 
 def _within(xy: Array, node: int) -> Array:

@@ -123,10 +123,10 @@ def _scans(ask: Ask, count: int) -> tuple[Redrawn, Pose]:
 def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
     """The draws from `first` up to `last`, exclusive, of `count` in all."""
     scans, start_poses = _scans(ask, count)
-    part = slice(first, last)
-    block = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
-    result = register(block.source, block.target, ask.method, start=start_poses[part], weights=block.weights, gate=GATE)
-    return Runs(block, start_poses[part], (ask.heading, ask.shift), ask.noise, result, {"gate": GATE})
+    rows = slice(first, last)
+    part = replace(scans, source=scans.source[rows], target=scans.target[rows], weights=scans.weights[rows])
+    result = register(part.source, part.target, ask.method, start=start_poses[rows], weights=part.weights, gate=GATE)
+    return Runs(part, start_poses[rows], (ask.heading, ask.shift), ask.noise, result, {"gate": GATE})
 
 
 @lru_cache(maxsize=64)

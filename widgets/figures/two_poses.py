@@ -129,16 +129,17 @@ def draw(state: State) -> Picture:
 
 def _note(state: State) -> str:
     pose, truth = state.pose, state.scans.truth
+    errors = _error_text(pose, truth)
     if state.by_hand is None:
-        return f"Aligned: {_errors(pose, truth)} from the truth." if _aligned(pose, truth) else ""
+        return f"Aligned: {errors} from the truth." if _aligned(pose, truth) else ""
     if state.shown == "icp":
         end = "stopped" if _aligned(pose, truth) else "stopped in the wrong place,"
-        return f"ICP began {_errors(state.by_hand, truth)} from the truth and {end} {_errors(pose, truth)} from it."
+        return f"ICP began {_error_text(state.by_hand, truth)} from the truth and {end} {errors} from it."
     subject = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
-    return f"The answer. {subject} {_errors(state.by_hand, truth)} from here."
+    return f"The answer. {subject} {_error_text(state.by_hand, truth)} from here."
 
 
-def _errors(pose: Pose, truth: Pose) -> str:
+def _error_text(pose: Pose, truth: Pose) -> str:
     return f"{number(float(np.degrees(rre(pose, truth))), 1)}° and {number(float(rte(pose, truth)))} u"
 
 

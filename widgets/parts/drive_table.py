@@ -43,9 +43,9 @@ class Table:
 
     def missed(self, way: Pose, count: int) -> tuple[Array, Array]:
         """How far `way` misses the loops among the first `count` scans: metres and degrees."""
-        rows = self.later < count
-        i, j = self.earlier[rows], self.later[rows]
-        gap = self.loops[rows].inverse().compose(way[i].inverse().compose(way[j]))
+        mask = self.later < count
+        i, j = self.earlier[mask], self.later[mask]
+        gap = self.loops[mask].inverse().compose(way[i].inverse().compose(way[j]))
         return np.linalg.norm(gap.t, axis=-1), np.degrees(np.abs(gap.angle))
 
 

@@ -10,10 +10,10 @@ LONG = 7 / 32  # of the window's width: the bar is the longest round length belo
 TICK = 4.0  # px, half the height of an end tick
 
 
-def round_length(target: float) -> float:
-    """The longest of 1, 2, 5, 10 … that is at most `target`, which is positive."""
-    power = 10.0 ** np.floor(np.log10(target))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= target * (1 + 1e-9)))
+def round_length(limit: float) -> float:
+    """The longest of 1, 2, 5, 10 … that is at most `limit`, which is positive."""
+    power = 10.0 ** np.floor(np.log10(limit))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= limit * (1 + 1e-9)))
 
 
 def scale_bar(view: View, unit: str, scale: float = 1.0) -> tuple[Mark, ...]:

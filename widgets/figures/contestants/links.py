@@ -62,12 +62,13 @@ def gicp(state: Any, i: int, view: View) -> Linked:
     x, q, used = _nearest(state, i)
     of_source, of_target = state.covariances
     R = state.pose.R[0]
-    source, target = R @ of_source[0, i] @ R.T, of_target[0, state.pairing.rows[0, i]]
+    source_covariance = R @ of_source[0, i] @ R.T
+    target_covariance = of_target[0, state.pairing.rows[0, i]]
     distance = float(np.sqrt((x - q) @ state.precision[0, i] @ (x - q)))
     return Linked(
         (
-            Ellipses(x, source, "source", sigmas=SIGMAS, filled=True),
-            Ellipses(q, target, "target", sigmas=SIGMAS, filled=True),
+            Ellipses(x, source_covariance, "source", sigmas=SIGMAS, filled=True),
+            Ellipses(q, target_covariance, "target", sigmas=SIGMAS, filled=True),
             Segments(x, q, "ink" if used else "outlier", dashed=not used),
         ),
         number(distance) if used else "none within the gate",

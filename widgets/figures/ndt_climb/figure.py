@@ -208,7 +208,7 @@ def _scores(state: State) -> dict[str, float]:
 def _readouts(state: State) -> tuple[Readout, ...]:
     """The readouts in rows of three: a reference, then the two runs."""
     truth, cells = state.scene.truth, state.one.now.maps[0]
-    score, poses = _scores(state), {name: run.pose for name, run in state.runs.items()}
+    scores, poses = _scores(state), {name: run.pose for name, run in state.runs.items()}
     stop = {name: f"{run.status.label}, {run.steps}" for name, run in state.runs.items()}
 
     def pair(name: str, label: str, values: dict[str, str], unit: str = "") -> list[Readout]:
@@ -216,7 +216,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
 
     return (
         Readout("score_truth", "Score at the truth", number(state.one.truth[0], 1), "", "truth"),
-        *pair("score", "score", {k: number(v, 1) for k, v in score.items()}),
+        *pair("score", "score", {k: number(v, 1) for k, v in scores.items()}),
         Readout("rotation_start", "Start: rotation error", number(_turn(state.placed, truth), 1), "°", "ghost"),
         *pair("rotation", "rotation error", {k: number(_turn(v, truth), 1) for k, v in poses.items()}, "°"),
         Readout("translation_start", "Start: translation error", number(_distance(state.placed, truth)), "u", "ghost"),

@@ -151,7 +151,7 @@ def draw(state: State) -> Picture:
     """The matches between the two views, the trials needed over the fraction of right pairs, and the words."""
     c, run = state.controls, state.run
     now = run.now
-    view = Shown(
+    content = Shown(
         state.scene,
         state.target,
         state.wrong,
@@ -163,7 +163,7 @@ def draw(state: State) -> Picture:
     )
     chart = budget_chart(float(c.confidence), 2, MOST, run.share if run.found else None)
     return Picture(
-        (match_panel(view), chart),
+        (match_panel(content), chart),
         _readouts(state, run),
         _description(state, run),
         (match_handle(state.target),),
@@ -187,18 +187,18 @@ def _readouts(state: State, run: Run) -> tuple[Readout, ...]:
     turn, shift = _errors(now.pose[0], state.scene.truth) if has_pose else ("–", "–")
     ghost_turn, ghost_shift = _errors(now.ghost[0], state.scene.truth)
 
-    def dash(value: str) -> str:
+    def or_dash(value: str) -> str:
         return value if has_pose else "–"
 
     return (
         Readout("trials", "Trials made", str(int(now.trials[0]))),
-        Readout("budget", "Budget N", dash(whole(float(now.budget[0])))),
+        Readout("budget", "Budget N", or_dash(whole(float(now.budget[0])))),
         Readout("trial_count", "This trial, within ε", str(int(now.last_count[0])) if _trying(state, run) else "–"),
-        Readout("count", "Best so far, within ε", dash(str(int(now.count[0]))), "of 40" if has_pose else "", "inlier"),
-        Readout("share", "Estimated right fraction w", dash(number(run.share, 3)), "", "inlier"),
-        Readout("capped_sum", "Capped sum of squares", dash(number(float(now.objective[0]), 3)), "u²" * has_pose),
-        Readout("admitted", "Wrong pairs counted", dash(str(int((inliers & wrong).sum()))), "", "outlier"),
-        Readout("lost", "Right pairs left out", dash(str(int((~inliers & ~wrong).sum()))), "", "truth"),
+        Readout("count", "Best so far, within ε", or_dash(str(int(now.count[0]))), "of 40" * has_pose, "inlier"),
+        Readout("share", "Estimated right fraction w", or_dash(number(run.share, 3)), "", "inlier"),
+        Readout("capped_sum", "Capped sum of squares", or_dash(number(float(now.objective[0]), 3)), "u²" * has_pose),
+        Readout("admitted", "Wrong pairs counted", or_dash(str(int((inliers & wrong).sum()))), "", "outlier"),
+        Readout("lost", "Right pairs left out", or_dash(str(int((~inliers & ~wrong).sum()))), "", "truth"),
         Readout("rotation_error", "Rotation error, consensus", turn, "°" * has_pose, "source"),
         Readout("translation_error", "Translation error, consensus", shift, "u" * has_pose, "source"),
         Readout("ghost_rotation", "Rotation error, all pairs", ghost_turn, "°", "ghost"),

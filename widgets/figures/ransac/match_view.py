@@ -50,13 +50,13 @@ class Shown:
     epsilon: float
 
 
-def match_panel(view: Shown) -> Panel:
+def match_panel(content: Shown) -> Panel:
     """Both views, a line per match, ε round every target point, the poses as outlines of the façade."""
-    scene, q = view.scene, view.target + RIGHT
+    scene, q = content.scene, content.target + RIGHT
     p = scene.source + LEFT
-    front, has_pose = scene.outline[0], view.pose is not None
-    faint = min(1.0, 0.3 / view.epsilon)  # wide rings overlap, and must not hide the façade
-    inliers, outliers = view.inliers & has_pose, ~view.inliers & has_pose
+    front, has_pose = scene.outline[0], content.pose is not None
+    faint = min(1.0, 0.3 / content.epsilon)  # wide rings overlap, and must not hide the façade
+    inliers, outliers = content.inliers & has_pose, ~content.inliers & has_pose
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
     if has_pose:
         marks += [
@@ -66,25 +66,28 @@ def match_panel(view: Shown) -> Panel:
     else:
         marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5)))
     marks += [
-        Points(q, "ghost", "ring", radius=view.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
+        Points(q, "ghost", "ring", radius=content.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
-        Path(view.ghost.apply(front) + RIGHT, "ghost", thick=True),
+        Path(content.ghost.apply(front) + RIGHT, "ghost", thick=True),
     ]
     marks += [
         Points(q[~outliers], "target", "square", radius=4.0),
         Points(q[outliers], "target", "ring", radius=4.0),
         Points(p, "source", radius=4.0),
     ]
-    if view.pose is not None:
+    if content.pose is not None:
         marks += [
-            Path(view.pose.apply(front) + RIGHT, "source", thick=True),
-            Points(view.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
+            Path(content.pose.apply(front) + RIGHT, "source", thick=True),
+            Points(content.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
         ]
-    if view.pose is not None and view.trial is None:  # a trial is judged by its count, a pose by its pairs
-        admissions, losses = inliers & view.wrong, outliers & ~view.wrong
-        marks += [Points(q[admissions], "outlier", "ring", radius=8.0), Points(q[losses], "truth", "ring", radius=8.0)]
-    if view.trial is not None:
-        sample, pose = view.trial
+    if content.pose is not None and content.trial is None:  # a trial is judged by its count, a pose by its pairs
+        wrong_inliers, right_outliers = inliers & content.wrong, outliers & ~content.wrong
+        marks += [
+            Points(q[wrong_inliers], "outlier", "ring", radius=8.0),
+            Points(q[right_outliers], "truth", "ring", radius=8.0),
+        ]
+    if content.trial is not None:
+        sample, pose = content.trial
         marks += [
             *(Path([p[i], q[i]], "accent", thick=True) for i in sample.tolist()),
             Path(pose.apply(front) + RIGHT, "accent", dashed=True, thick=True),

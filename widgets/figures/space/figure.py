@@ -173,18 +173,18 @@ def _description(state: State) -> str:
     n, m = len(run.scene.source), len(run.scene.target)
     if run.task in UNKNOWN:
         mug = "A mug with a handle" if c.handle else "A mug without a handle"
-        scene = (
+        subject = (
             f"{mug}, sampled twice, {n} and {m} points, noise of σ = {number(c.noise)} u, overlap"
             f" {number(c.overlap, 0)} %. A line joins each source point to the nearest target point."
         )
     else:
-        spread = "in a line up its wall" if run.task == "line" else "in no plane"
-        scene = (
-            f"Two outlines of one mug, and {n} places on it, {spread}, whose partners are known; the targets have noise"
+        layout = "in a line up its wall" if run.task == "line" else "in no plane"
+        subject = (
+            f"Two outlines of one mug, and {n} places on it, {layout}, whose partners are known; the targets have noise"
             f" of σ = {number(c.noise)} u."
         )
     words = [
-        scene,
+        subject,
         f"It is seen from {state.eye.words}.",
         f"After {amount(run.steps, 'step')} the residual is {number(run.residual, 3)} u RMS over"
         f" {run.used} pairs, and the moving mug is {number(run.rotation, 1)}° and {number(run.away)} u from its true"
