@@ -31,7 +31,7 @@ def main(words):
     except KeyboardInterrupt as stop:
         for number in stopping.SIGNALS:
             signal.signal(number, signal.SIG_IGN)
-        code, cause = stopping.told(stop)
+        code, cause = stopping.ending(stop)
         with contextlib.suppress(OSError):  # the terminal may be closed
             sys.stdout.flush()
             sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by " + cause + "\n")

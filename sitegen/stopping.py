@@ -41,7 +41,7 @@ def listen() -> None:
             signal.signal(number, once)
 
 
-def told(stop: KeyboardInterrupt) -> tuple[int, str]:
+def ending(stop: KeyboardInterrupt) -> tuple[int, str]:
     """The exit code of a command that was stopped, and by what."""
     number = stop.args[0] if isinstance(stop, Stopped) else signal.SIGINT
     return 128 + number, "Ctrl-C" if number == signal.SIGINT else number.name
@@ -56,7 +56,9 @@ def held() -> Iterator[None]:
         return
     came: list[tuple[int, FrameType | None]] = []
     handlers: dict[int, Any] = {
-        number: signal.signal(number, lambda number, frame: came.append((number, frame))) for number in SIGNALS
+        number: signal.signal(number, lambda number, frame: came.append((number, frame)))
+        for number in SIGNALS
+        if signal.getsignal(number) != signal.SIG_IGN  # or it would take the place of one that is heard
     }
     try:
         yield

@@ -1,4 +1,5 @@
-"""Ctrl-C as a terminal sends it, to every process of the group, while real processes, Node and threads are working."""
+"""Ctrl-C as a terminal sends it, to every process of the group, while real processes, Node and threads are working;
+and the signals of `kill` and of a terminal that closes."""
 
 from __future__ import annotations
 
@@ -12,6 +13,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+
+from sitegen.stopping import held
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 60.0  # seconds until a wait counts as failed
@@ -157,13 +160,13 @@ def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[s
 def test_a_terminated_command_cleans_up_as_well(checkout: Path, words: list[str], stage: str) -> None:
     """`kill` and `timeout` send SIGTERM to the one process; it takes all others with it."""
     (checkout / "content" / "page.md").write_text(stage, "utf-8")
-    with closing(Started(checkout, *words)) as started:
-        wait_for(started, stage)
-        started.process.terminate()
-        code, printed = started.end()
+    with closing(Started(checkout, *words)) as run:
+        wait_for(run, stage)
+        run.process.terminate()
+        code, output = run.end()
         ending = (143, "build.py: stopped by SIGTERM") if words[0] == "build" else ENDINGS["serve"]
-        assert (code, printed.strip()) == ending
-        assert [number for number in started.processes() if alive(number)] == []
+        assert (code, output.strip()) == ending
+        assert [number for number in run.processes() if alive(number)] == []
     assert [path.name for path in checkout.glob(".site*")] == []
     assert [path.name for path in checkout.glob("cache/**/.*")] == []
 
@@ -171,21 +174,39 @@ def test_a_terminated_command_cleans_up_as_well(checkout: Path, words: list[str]
 def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path) -> None:
     """SIGHUP comes to all processes of the group."""
     (checkout / "content" / "page.md").write_text("packing", "utf-8")
-    with closing(Started(checkout, "build")) as started:
-        wait_for(started, "packing")
-        os.killpg(started.process.pid, signal.SIGHUP)
-        assert started.end() == (129, "build.py: stopped by SIGHUP\n")
+    with closing(Started(checkout, "build")) as run:
+        wait_for(run, "packing")
+        os.killpg(run.process.pid, signal.SIGHUP)
+        assert run.end() == (129, "build.py: stopped by SIGHUP\n")
     assert [path.name for path in checkout.glob(".site*")] == []
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
     try:
-        with closing(Started(checkout, "build")) as started:
-            wait_for(started, "packing")
-            os.killpg(started.process.pid, signal.SIGHUP)
+        with closing(Started(checkout, "build")) as run:
+            wait_for(run, "packing")
+            os.killpg(run.process.pid, signal.SIGHUP)
             time.sleep(0.3)
-            assert started.process.poll() is None
-            assert started.interrupt(1) == (130, "build.py: stopped by Ctrl-C\n")
+            assert run.process.poll() is None
+            assert run.interrupt(1) == (130, "build.py: stopped by Ctrl-C\n")
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_an_ignored_signal_takes_no_other_s_place() -> None:
+    """When a terminal closes, SIGHUP, which a worker ignores, may come to it just before SIGTERM."""
+    calls: list[int] = []
+    before = {
+        signal.SIGHUP: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+        signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: calls.append(number)),
+    }
+    try:
+        with held():
+            signal.raise_signal(signal.SIGHUP)
+            signal.raise_signal(signal.SIGTERM)
+            assert calls == []
+        assert calls == [signal.SIGTERM]
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:

@@ -137,7 +137,7 @@ def _end(crew: dict[Connection, SpawnProcess]) -> None:
 
 def _work(pipe: Connection) -> None:
     """Make the pieces that arrive through the pipe, until it is closed."""
-    for number in SIGNALS:  # of those, SIGINT would otherwise be heard if unheard() could not block it
+    for number in SIGNALS:  # SIGHUP comes to the whole group; so does SIGINT, which unheard() cannot always block
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no partial file is left
     with suppress(EOFError, OSError):
