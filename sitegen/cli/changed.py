@@ -85,7 +85,7 @@ def differing(root: Path, commit: str) -> list[str]:
     """The files that differ from the commit, including new and deleted ones. Raises ValueError if git does not know the
     commit."""
     names = []
-    for words in (  # ls-files first: outside a repository that it may read, diff compares files and says so wrongly
+    for words in (  # ls-files first: where git may read no repository, diff would only tell how to compare two files
         ["ls-files", "--others", "--exclude-standard"],
         ["diff", "--name-only", "--no-renames", commit, "--"],
     ):

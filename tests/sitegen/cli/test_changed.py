@@ -58,6 +58,7 @@ def test_a_file_s_name_may_have_any_letters(tmp_path: Path) -> None:
 
 def test_why_git_cannot_compare_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a folder that git does not know, as in one of another user, or without git; not how to use `git diff`."""
+    monkeypatch.setenv("LC_ALL", "C")  # git speaks many languages
     with pytest.raises(ValueError, match=r"^git cannot compare with 'HEAD': fatal: not a git repository"):
         differing(tmp_path, "HEAD")
     monkeypatch.setenv("PATH", str(tmp_path))

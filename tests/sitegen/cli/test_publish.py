@@ -301,12 +301,12 @@ def test_publishing_goes_on_where_it_was_cut_short(
     site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Files written before the interruption are known to be ours."""
-    host, write = tmp_path / "host", publish.write
+    host, original = tmp_path / "host", publish.write
 
     def interrupt(path: Path, data: bytes) -> None:
         if path.name == "index.html":
             raise OSError("cut short")
-        write(path, data)
+        original(path, data)
 
     monkeypatch.setattr(publish, "write", interrupt)
     with pytest.raises(OSError, match="cut short"):
