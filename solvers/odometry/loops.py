@@ -4,9 +4,10 @@ A loop edge claims that two scans far apart in the drive see the same place. A w
 signs are checked: how much of the scan is explained, whether a motion is free, whether the reverse match agrees, and
 how far the match is from the chain's prediction. Loops that pass enter the graph under a robust kernel.
 
-The first two are those of `solvers.verify.evidence`, read from the match's last state instead of recomputed, and
-without the padding echoes. The third replaces `solvers.verify.halves`: two halves of one scan see the same things from
-the same place and share their errors, while the reverse match has other sources, other normals and another view.
+The first two are those of `solvers.verify.evidence`, read from the match's last state instead of recomputed, without
+the padding echoes, and less what the noise of the normals gives a motion. The third replaces `solvers.verify.halves`:
+two halves of one scan see the same things from the same place and share their errors, while the reverse match has other
+sources, other normals and another view.
 
 A scan is matched to a map of the scans around its partner, because matches of two single scans taken side by side may
 agree both ways and still be centimetres off.

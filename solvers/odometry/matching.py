@@ -57,10 +57,11 @@ class MatchOptions:
     least_share : float, default 0.3
         The fraction of echoes that must be explained.
     least_weakest : float, default 0.01
-        The least ratio of the smallest eigenvalue to the largest, less the margin: below it a motion is nearly free.
+        The least ratio of the smallest eigenvalue to the largest after `margin` has been taken off: below it a motion
+        is nearly free.
     margin : float, default 1.5
-        How many times what the noise of the normals gives on its own is taken off that ratio. Without it (0), matches
-        along bare walls are believed: at 1 to 3 cm of noise half of 2,100 simulated ones, and 7 with it.
+        How many times the part that the noise of the normals alone contributes is taken off that ratio. With 0, many
+        matches along bare walls are believed: of 2,100 simulated at 1 to 3 cm of noise half, and 7 with the default.
     max_steps : int, default 40
         The most steps.
 
@@ -220,7 +221,8 @@ class Matches:
     rms : ndarray of shape (b,)
         Of the distances along the normal over the weighted pairs, metres.
     weakest : ndarray of shape (b,)
-        Smallest over largest eigenvalue of the system, less the options' margin, at least 0; near 0 a motion is free.
+        Smallest over largest eigenvalue of the system, less the noise's part (see `MatchOptions.margin`) and at least
+        0; near 0 a motion is free.
     information : ndarray of shape (b, 3, 3)
         For (x, y, angle) in the source's coordinates, the inverse of a covariance in m², m rad and rad².
     status : ndarray of int8, shape (b,)
