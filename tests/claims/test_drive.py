@@ -131,7 +131,7 @@ def test_a_start_from_the_wheels_keeps_every_link(why):
     assert (gaps > 0.1).sum() == 3
 
 
-def misses(chain, loops, halves):
+def cross_misses(chain, loops, halves):
     """How far the loops left out of the graph are missed once the others are closed, for two choices of the edges."""
     shifts, turns = [], []
     for edges in halves:
@@ -156,7 +156,7 @@ def test_loops_between_the_edges_close_as_well():
     assert (loops().believed.sum(), len(loops().source)) == (55, 55)
     before = missed(chain().poses, loops())[0]
     assert 0.1 < np.median(before[1::2]) < 0.115
-    shifts, turns = misses(chain(), loops(), every_second(loops()))
+    shifts, turns = cross_misses(chain(), loops(), every_second(loops()))
     assert list(map(len, shifts)) == [27, 28]
     for shift, turn in zip(shifts, turns, strict=True):
         assert np.median(shift) < 0.004
@@ -167,7 +167,7 @@ def test_loops_between_the_edges_close_as_well():
 def test_loops_far_from_the_edges_close_less_well():
     """With just the first or the second half of the loops as edges, the rest are missed by up to 5.1 cm and 0.4°."""
     rows = np.flatnonzero(loops().believed)
-    shifts, turns = misses(chain(), loops(), (rows[:27], rows[27:]))
+    shifts, turns = cross_misses(chain(), loops(), (rows[:27], rows[27:]))
     assert max(shift.max() for shift in shifts) == pytest.approx(0.051, abs=0.002)
     assert 0.3 < max(turn.max() for turn in turns) < 0.4
 
@@ -181,7 +181,7 @@ def test_single_scans_from_aside_measure_a_loop_worse(why):
     5.5 cm and 0.37°; if they are matched to small maps, none is."""
     count, worst = {}, {}
     for name, result in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
-        shift, turn = map(np.concatenate, misses(chain(), result, every_second(result)))
+        shift, turn = map(np.concatenate, cross_misses(chain(), result, every_second(result)))
         count[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
         worst[name] = (float(shift.max()), float(turn.max()))
     why("what a loop is matched to", {name: f"{n} beyond 3 cm or 0.2°" for name, n in count.items()})
@@ -232,7 +232,7 @@ def test_loops_of_scans_as_recorded_disagree_more(why):
     misfits, outliers = {}, {}
     for name, c, result in (("straightened", chain(), loops()), ("as recorded", links, raw_loops)):
         misfits[name] = optimise(c.poses, edges_of(c, result)[0]).total / result.believed.sum()
-        shift, turn = map(np.concatenate, misses(c, result, every_second(result)))
+        shift, turn = map(np.concatenate, cross_misses(c, result, every_second(result)))
         outliers[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
     why("the scans", {name: f"χ² of {chi2:.1f} a loop" for name, chi2 in misfits.items()})
     assert 1.8 < misfits["as recorded"] / misfits["straightened"] < 2.1
@@ -276,8 +276,8 @@ def test_a_kernel_lets_go_of_the_wrong_loop(why):
     """One wrong loop beside 55 right ones moves a pose by 7 m; with Huber's kernel by a quarter of a metre, with
     Cauchy's by less than a centimetre."""
     errors = {kernel: with_wrong(kernel)[0] for kernel in ("none", "huber", "cauchy")}
-    words = {"none": "none", "huber": "Huber", "cauchy": "Cauchy"}
-    why("the kernel", {words[k]: f"a pose {v:.3f} m away" for k, v in errors.items()})
+    names = {"none": "none", "huber": "Huber", "cauchy": "Cauchy"}
+    why("the kernel", {names[k]: f"a pose {v:.3f} m away" for k, v in errors.items()})
     assert 6.5 < errors["none"] < 7.5
     assert 0.2 < errors["huber"] < 0.3
     assert errors["cauchy"] < 0.01

@@ -130,9 +130,9 @@ def test_pairs_on_a_flat_rim_ask_for_a_mirror_image(why):
 
 def ends(method, seeds=SEEDS, start=None, points=320, **options):
     """Rotation errors in degrees, one mug per seed, all from one start."""
-    first = mug_start() if start is None else start
+    start = mug_start() if start is None else start
     scenes = [mug(seed, points=points) for seed in seeds]
-    return np.array([error(register(s.source, s.target, method, start=first, **options)) for s in scenes])
+    return np.array([error(register(s.source, s.target, method, start=start, **options)) for s in scenes])
 
 
 def test_planes_end_nearer_than_points(why):

@@ -139,11 +139,11 @@ def test_halves_of_a_list_are_those_of_each(rooms):
     targets = [target[: 100 + k] for k in range(3)]
     rng = np.random.default_rng(8)
     weights = [rng.uniform(0.5, 1.0, n) for n in SIZES]
-    partial = [weights[0], None, weights[2]]
+    some_weights = [weights[0], None, weights[2]]
     for p, q, w in (
         (sources, target, None),
         (sources, targets, weights),
-        (sources, targets, partial),
+        (sources, targets, some_weights),
         (sources[0], targets, weights[0]),
         (np.stack([sources[0]] * 3), targets, None),
     ):

@@ -121,12 +121,11 @@ def test_a_width_without_a_square_weighs_without_a_warning(method, unit):
 )
 def test_a_weight_that_vanishes_is_zero_to_who_has_numpy_raise_errors_too(method, options):
     scene = room("noise")
-    clouds = scene.source[::3], scene.target[::3]
-    expected = register(*clouds, method, **options)
+    pair = scene.source[::3], scene.target[::3]
+    expected = register(*pair, method, **options)
     with np.errstate(all="raise"):
-        result = register(*clouds, method, **options)
+        result = register(*pair, method, **options)
     assert result.pose == expected.pose
-
 
 
 @pytest.mark.parametrize("method", [name for name in sorted(METHODS) if not METHODS[name].paired])

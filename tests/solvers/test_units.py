@@ -161,12 +161,13 @@ def test_the_kiss_threshold_is_of_the_origin_and_the_others_of_the_clouds():
     `icp` does; `icp` itself ends at the same pose wherever the origin is."""
     scene, start = room("outliers", seed=40), room_start(20.0, 0.5)
     shift = Pose(np.eye(2), (5e5, 5e6))
-    clouds = shift.apply(scene.source), shift.apply(scene.target)
-    first = shift @ start @ shift.inverse()
+    moved = shift.apply(scene.source), shift.apply(scene.target)
+    moved_start = shift @ start @ shift.inverse()
     poses = {}
     for method in ("icp", "kiss-threshold-icp"):
         pose = register(scene.source, scene.target, method, start=start).pose
-        poses[method] = pose.apply(scene.source), register(*clouds, method, start=first).pose.apply(clouds[0]) - shift.t
+        moved_pose = register(*moved, method, start=moved_start).pose
+        poses[method] = pose.apply(scene.source), moved_pose.apply(moved[0]) - shift.t
     assert np.abs(poses["icp"][1] - poses["icp"][0]).max() < 1e-6
     assert np.abs(poses["kiss-threshold-icp"][1] - poses["icp"][0]).max() < 1e-6
     assert np.abs(poses["kiss-threshold-icp"][0] - poses["icp"][0]).max() > 0.02

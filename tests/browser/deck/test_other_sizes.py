@@ -45,7 +45,7 @@ def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader],
 
 
 def test_a_tablet_shows_nine_panels_and_their_button(reader: Callable[..., Reader]) -> None:
-    """Upright, three panels stand in a row, and the main button is on the screen with all of them."""
+    """Upright, the main button is on the screen, below three rows of three panels."""
     page = page_of(reader, "slides-race.html#3", 768, 1024)
     bar, run = page.locator(".deck-bar").bounding_box(), page.locator(".primary").bounding_box()
     assert bar is not None

@@ -148,10 +148,10 @@ def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> N
         link = page.evaluate("Ladder.figures.get('fig-solve').link()")
     assert drawings[DECK] == drawings["kabsch.html"]
     assert readouts == ["rms", "rotation_error", "spread"]
-    chapter = visitor.open(link.rpartition("/")[2])
-    stands_at(chapter, 5)
-    expect(chapter.locator("#fig-solve [name=scene][value=noisy]")).to_be_checked()
-    assert "?s=" in chapter.url
+    second = visitor.open(link.rpartition("/")[2])
+    stands_at(second, 5)
+    expect(second.locator("#fig-solve [name=scene][value=noisy]")).to_be_checked()
+    assert "?s=" in second.url
 
 
 def test_a_finger_turns_the_slides(reader: Callable[..., Reader]) -> None:

@@ -34,8 +34,9 @@ def grow(folder: Path, count: int) -> Path:
     for path in (folder / "content").glob("*.md"):
         path.unlink()
     for i in range(count):
-        title, ask = (LONG + " and so on")[: TITLE - 3] + f" {i:02}", (ASKS + "the pointer, and the light")[:QUESTION]
-        front = f'title: "{title}"\nslug: c{i:02}\nrung: "{i}"\nquestion: "{ask}"\nsummary: S'
+        title = (LONG + " and so on")[: TITLE - 3] + f" {i:02}"
+        question = (ASKS + "the pointer, and the light")[:QUESTION]
+        front = f'title: "{title}"\nslug: c{i:02}\nrung: "{i}"\nquestion: "{question}"\nsummary: S'
         project.write(f"content/{i:02}-c{i:02}.md", f"---\n{front}\nslides:\n  - title: A\n    text: B\n---\n\nText.\n")
     project.write("content/references.yaml", "")
     ladder = "".join(f'  - {{rung: "{i}", title: "{LONG}"}}\n' for i in range(count))

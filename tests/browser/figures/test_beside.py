@@ -35,9 +35,9 @@ def test_a_chart_is_no_larger_than_its_picture(reader: Callable[..., Reader], pa
 @pytest.mark.parametrize("page", ["icp.html", "landscape.html", "ndt-map.html", "race.html", "search.html"])
 def test_a_tablet_shows_the_question_before_the_run(reader: Callable[..., Reader], page: str) -> None:
     """Upright or not, the sentence, the picture, its controls, its numbers and the question are seen together."""
-    opened = reader(reduced_motion="reduce").open(page)
+    tab = reader(reduced_motion="reduce").open(page)
     for width, height in [(768, 1024), (1024, 768)]:
-        assert low(opened, ("stage", "button", "controls", "readouts", "asked"), width, height, 100)[1] == []
+        assert low(tab, ("stage", "button", "controls", "readouts", "asked"), width, height, 100)[1] == []
 
 
 @pytest.mark.parametrize("width", [390, 768, 1024])

@@ -103,8 +103,8 @@ def test_a_picture_in_a_zoomed_window(reader: Callable[..., Reader], name: str, 
     panel = figure.root.locator(".figure-stage > .figure-panel").first.locator("svg")
     box = panel.bounding_box()
     assert box is not None
-    several = 2 if size[0] > 600 and name.startswith("mmd") else 1
-    column = (width(figure.root) - 32) / several
+    count = 2 if size[0] > 600 and name.startswith("mmd") else 1
+    column = (width(figure.root) - 32) / count
     assert box["width"] >= 0.9 * column or box["height"] >= 0.6 * size[1]
     assert box["height"] < size[1]
 

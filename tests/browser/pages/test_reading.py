@@ -32,8 +32,8 @@ def test_a_tablet_shows_lines_of_code_whole(reader: Callable[..., Reader], page:
     blocks = reader(1024, 768).open(page).locator(".text > pre")
     assert blocks.count()
     for block in blocks.all():
-        shown, whole, text = block.evaluate("e => [e.clientWidth, e.scrollWidth, e.previousElementSibling.clientWidth]")
-        assert shown >= max(whole, text)
+        width, whole, text = block.evaluate("e => [e.clientWidth, e.scrollWidth, e.previousElementSibling.clientWidth]")
+        assert width >= max(whole, text)
 
 
 def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -> None:

@@ -154,7 +154,9 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         page.evaluate("document.querySelectorAll('details.figure-rest').forEach(e => { e.open = true; })")
         page.evaluate(FRAMES)
         fields = page.evaluate(FIELDS)
-        yield from (f"{name} has the focus, of the panel {x:.2f} is seen" for name, x, _ in fields if x < 0.6)
+        for name, share, _ in fields:
+            if share < 0.6:
+                yield f"{name} has the focus, of the panel {share:.2f} is seen"
         yield from (f"{name} has the focus and is covered" for name, _, free in fields if not free)
         if len(fields) < 2 * page.locator("figure.figure").count():
             yield f"only {len(fields)} fields were found"

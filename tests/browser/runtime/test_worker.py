@@ -111,7 +111,7 @@ def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
     assert by_type["heap"][0]["bytes"] > 10_000_000
 
 
-def request(widget: str, number: int) -> dict[str, Any]:
+def question(widget: str, number: int) -> dict[str, Any]:
     request = json.dumps({"figure": "f", "record": preset(WIDGETS[widget]).plain()})
     return {"type": "frame", "id": number, "request": request}
 
@@ -120,7 +120,7 @@ def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served
     """A figure loads its own pack, and one with many scans theirs as well; the second answer loads nothing more."""
     names: list[str] = []
     served.page.on("request", lambda request: names.append(request.url.rpartition("/")[2]))
-    graph, kabsch = request("pose-loop", 1), request("kabsch", 2)
+    graph, kabsch = question("pose-loop", 1), question("kabsch", 2)
     messages = served.talk((graph, "frame"), (kabsch, "frame"), (graph, "frame"))
     frames = [m["frame"] for m in messages if m["type"] == "frame"]
     natively = [Host().frame(message["request"]) for message in (graph, kabsch, graph)]
@@ -150,7 +150,7 @@ def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Se
           };
           worker.postMessage(start);
         })""",
-        [start, [request("kabsch", 1), request("icp", 2), request("kabsch", 3)]],
+        [start, [question("kabsch", 1), question("icp", 2), question("kabsch", 3)]],
     )
     assert order == [1, 2, 3]
 
@@ -159,10 +159,10 @@ def test_a_pack_that_does_not_come_fails_its_figure_alone_and_is_asked_for_again
     path = served.file("/figure-kabsch.pack")
     data = path.read_bytes()
     path.write_bytes(data[:-9])
-    messages = served.talk((request("kabsch", 1), "error"), (request("icp", 2), "frame"))
+    messages = served.talk((question("kabsch", 1), "error"), (question("icp", 2), "frame"))
     assert "figure-kabsch.pack is not the file that was built" in messages[-2]["message"]
     path.unlink()
-    messages = served.talk((request("kabsch", 1), "error"), (request("kabsch", 2), "error"))
+    messages = served.talk((question("kabsch", 1), "error"), (question("kabsch", 2), "error"))
     assert "figure-kabsch.pack could not be loaded: the server answered 404" in messages[-1]["message"]
 
 

@@ -124,10 +124,10 @@ def test_the_tape_has_the_finest_level(reader: Callable[..., Reader]) -> None:
     """The page shows the full map before any script, and so does a press before Python is up."""
     figure = Figure(reader().open("ndt-score.html"), "fig-score")
     assert figure.frame()["detail"] == LEVELS[-1]
-    indices = figure.page.evaluate(
+    details = figure.page.evaluate(
         "[...document.querySelectorAll('script.figure-record')].map(s => JSON.parse(s.textContent).frame.detail)"
     )
-    assert indices == [LEVELS[-1]]
+    assert details == [LEVELS[-1]]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

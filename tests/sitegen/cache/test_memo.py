@@ -19,9 +19,9 @@ def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
     calls: list[str] = []
 
     def length(text: str, name: str = "length") -> int:
-        memo = Remembered(tmp_path, name)
-        result = memo.answer(text, lambda: calls.append(text) or len(text))
-        memo.keep()
+        answers = Remembered(tmp_path, name)
+        result = answers.answer(text, lambda: calls.append(text) or len(text))
+        answers.keep()
         return int(result)
 
     assert [length("abc"), length("abc"), length("abcd"), length("abc", "other")] == [3, 3, 4, 3]

@@ -157,15 +157,15 @@ def compile_here(script: Path, request: dict[str, dict[str, str]], *, timeout: f
 
 def test_a_store_gives_what_was_put_under_the_key_alone(tmp_path: Path) -> None:
     """It ignores an entry of another key or kind, even a whole one."""
-    store = Store(tmp_path, "gzip")
-    store.put("a", b"first")
-    assert (store.find("a"), store.has("a"), store.find("b"), store.has("b")) == (b"first", True, None, False)
+    entries = Store(tmp_path, "gzip")
+    entries.put("a", b"first")
+    assert (entries.find("a"), entries.has("a"), entries.find("b"), entries.has("b")) == (b"first", True, None, False)
     for path in (Store(tmp_path, "gzip").path("b"), Store(tmp_path, "brotli").path("a")):
         path.parent.mkdir(exist_ok=True)
-        shutil.copy(store.path("a"), path)
-    assert store.find("b") is None
+        shutil.copy(entries.path("a"), path)
+    assert entries.find("b") is None
     assert Store(tmp_path, "brotli").get("a", lambda: b"second") == b"second"
-    assert store.find("a") is store.find("a"), "what has not changed is read once"
+    assert entries.find("a") is entries.find("a"), "what has not changed is read once"
 
 
 def test_a_file_where_a_folder_belongs_gives_way(tmp_path: Path) -> None:

@@ -83,20 +83,20 @@ def test_every_file_that_is_named_is_there(text: str) -> None:
 
 def test_every_command_of_build_py_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     wrong = []
-    for words in commands(text, "python3 build.py"):
+    for arguments in commands(text, "python3 build.py"):
         try:
-            if words != ["…"]:
-                parse(words)
+            if arguments != ["…"]:
+                parse(arguments)
         except SystemExit:
-            wrong.append((words, capsys.readouterr().err))
+            wrong.append((arguments, capsys.readouterr().err))
     assert wrong == []
 
 
 def test_every_call_of_the_solvers_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    for words in commands(text, "python3 -m solvers"):
-        has_name = bool(words) and words[0] in PARSERS
-        if words and words != ["--help"]:
-            PARSERS[words[0] if has_name else "register"].parse_args(words[has_name:])
+    for arguments in commands(text, "python3 -m solvers"):
+        has_name = bool(arguments) and arguments[0] in PARSERS
+        if arguments and arguments != ["--help"]:
+            PARSERS[arguments[0] if has_name else "register"].parse_args(arguments[has_name:])
     assert "error" not in capsys.readouterr().err
 
 

@@ -51,7 +51,7 @@ def test_builds_that_end_together_both_succeed(project: Project, monkeypatch: py
     project.build()
     replace, other = os.replace, project.root / "other"
 
-    def replaced(source: Path, dest: Path) -> None:
+    def interfere(source: Path, dest: Path) -> None:
         if project.site in (source, dest) and not other.exists():
             if moment == "before the old site is moved":
                 replace(project.site, other)
@@ -60,7 +60,7 @@ def test_builds_that_end_together_both_succeed(project: Project, monkeypatch: py
                 shutil.copytree(source, dest)
         replace(source, dest)
 
-    monkeypatch.setattr("sitegen.pipeline.output.os.replace", replaced)
+    monkeypatch.setattr("sitegen.pipeline.output.os.replace", interfere)
     before = {path.name for path in project.root.iterdir()}
     project.build()
     assert other.is_dir()
@@ -68,11 +68,11 @@ def test_builds_that_end_together_both_succeed(project: Project, monkeypatch: py
     assert {path.name for path in project.root.iterdir()} == before | {"other"}
 
 
-@pytest.mark.parametrize(("there", "says"), [(True, "the previous site is kept"), (False, "there is no site yet")])
+@pytest.mark.parametrize(("exists", "message"), [(True, "the previous site is kept"), (False, "there is no site yet")])
 def test_a_failed_build_says_what_is_left(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], there: bool, says: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], exists: bool, message: str
 ) -> None:
-    if there:
+    if exists:
         (tmp_path / "index.html").touch()
     tell(Outcome(trouble="no disk"), tmp_path)
-    assert capsys.readouterr().err == f"no disk\nthe build failed: {says}\n"
+    assert capsys.readouterr().err == f"no disk\nthe build failed: {message}\n"

@@ -179,14 +179,14 @@ def test_a_mirrored_cloud_is_where_the_determinant_matters(d, rng):
     rotation instead, which must leave some error."""
     source = rng.standard_normal((9, d))
     target = source * np.r_[-1.0, np.ones(d - 1)]
-    free, proper = fit_rigid(source, target, proper=False), fit_rigid(source, target)
-    assert free.determinant == proper.determinant == -1
+    free, fit = fit_rigid(source, target, proper=False), fit_rigid(source, target)
+    assert free.determinant == fit.determinant == -1
     assert np.linalg.det(free.pose.R) == pytest.approx(-1.0)
     assert free.cost < 1e-26
-    assert np.linalg.det(proper.pose.R) == pytest.approx(1.0)
-    assert proper.cost > 1e-3
+    assert np.linalg.det(fit.pose.R) == pytest.approx(1.0)
+    assert fit.cost > 1e-3
     # The extra cost of flipping the smallest singular value's sign is 4 λ_d.
-    assert proper.cost - free.cost == pytest.approx(4.0 * proper.singular_values[-1], rel=1e-12)
+    assert fit.cost - free.cost == pytest.approx(4.0 * fit.singular_values[-1], rel=1e-12)
 
 
 def test_without_a_reflection_the_determinant_changes_nothing(rng, random_pose):

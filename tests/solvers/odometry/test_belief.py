@@ -30,8 +30,8 @@ def drive_along(
             along = np.where(np.cos(BEARINGS) > 0.0, ahead, behind) / np.abs(np.cos(BEARINGS))
         nearest = np.minimum(across, along) + noise * rng.standard_normal(len(BEARINGS))
         ranges.append(np.where(nearest < 12.0, nearest, np.inf))
-    went = step * (1.0 + slip * rng.standard_normal(count))
-    motion = Pose.from_angle(np.zeros(count), np.stack([went, np.zeros(count)], axis=1))
+    steps = step * (1.0 + slip * rng.standard_normal(count))
+    motion = Pose.from_angle(np.zeros(count), np.stack([steps, np.zeros(count)], axis=1))
     return Drive(np.arange(float(count)), motion, ranges, BEARINGS, Pose.identity())
 
 
@@ -60,12 +60,12 @@ def test_noise_does_not_hold_a_match_along_the_walls(chain, noise):
     assert not result.believed[1:].any()
     np.testing.assert_allclose(result.motion.t[1:], open_ended.motion.t[1:], atol=1e-12)
     closed = drive_along(0.2, 24, ends=(6.0, 10.0), noise=noise, slip=0.3)
-    found = chain(prepare(closed), closed.motion)
-    assert found.believed.all()
+    closed_result = chain(prepare(closed), closed.motion)
+    assert closed_result.believed.all()
     if chain is scan_to_scan:
-        unmargined = chain(prepare(open_ended), open_ended.motion, MatchOptions(margin=0.0))
-        assert unmargined.believed[1:].any()
-    assert np.abs(found.poses.t - 0.2 * np.arange(24.0)[:, None] * [1.0, 0.0]).max() < 0.1
+        without_margin = chain(prepare(open_ended), open_ended.motion, MatchOptions(margin=0.0))
+        assert without_margin.believed[1:].any()
+    assert np.abs(closed_result.poses.t - 0.2 * np.arange(24.0)[:, None] * [1.0, 0.0]).max() < 0.1
 
 
 @pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
@@ -127,18 +127,19 @@ def test_a_scan_is_no_candidate_of_itself():
 
 def test_a_loop_that_the_echoes_hardly_hold_is_not_believed():
     """Where seven of ten beams bring no echo, a scan slides along the walls of a map that fits it: a few such loops are
-    0.3 to 2 m off, and all other signs accept them. Their weakest motion tells; most right loops pass."""
-    off: dict[float, list[float]] = {0.0: [], 0.05: []}
+    0.3 to 2 m off, and all other signs accept them. Their weakest motion gives them away; most right loops
+    pass."""
+    errors: dict[float, list[float]] = {0.0: [], 0.05: []}
     for seed in (41, 43):
         drive, truth = simulated_drive(seed=seed)
         ranges = np.where(np.random.default_rng(seed).random(drive.ranges.shape) < 0.7, np.inf, drive.ranges)
         scans = prepare(replace(drive, ranges=ranges))
         chain = scan_to_scan(scans, drive.motion)
-        for least, errors in off.items():
+        for least, values in errors.items():
             loops = verified(scans, chain.poses, *candidates(chain.poses), LoopOptions(least_weakest=least))
-            true = truth[loops.target].inverse().compose(truth[loops.source])
-            gaps = np.linalg.norm(loops.pose.inverse().compose(true).t, axis=1)
-            errors += gaps[loops.believed].tolist()
-    assert max(off[0.0]) > 0.8
-    assert max(off[LoopOptions().least_weakest]) < 0.2
-    assert len(off[0.05]) > 0.8 * len(off[0.0])
+            relative = truth[loops.target].inverse().compose(truth[loops.source])
+            gaps = np.linalg.norm(loops.pose.inverse().compose(relative).t, axis=1)
+            values += gaps[loops.believed].tolist()
+    assert max(errors[0.0]) > 0.8
+    assert max(errors[LoopOptions().least_weakest]) < 0.2
+    assert len(errors[0.05]) > 0.8 * len(errors[0.0])

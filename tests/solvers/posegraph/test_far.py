@@ -16,7 +16,7 @@ def test_far_from_the_origin_a_graph_comes_to_rest_where_its_coordinates_let_it(
     round them another way."""
     _, start, edges, _ = noisy_streets()
     start = Pose(start.R, start.t - start.t[0])
-    there, here = optimise(Pose(start.R, start.t + far), edges), optimise(start, edges)
-    assert there.status == Status.CONVERGED
-    assert there.steps <= here.steps
-    assert np.abs(there.poses.t - far - here.poses.t).max() < 20.0 * np.spacing(far)
+    moved_result, result = optimise(Pose(start.R, start.t + far), edges), optimise(start, edges)
+    assert moved_result.status == Status.CONVERGED
+    assert moved_result.steps <= result.steps
+    assert np.abs(moved_result.poses.t - far - result.poses.t).max() < 20.0 * np.spacing(far)

@@ -235,8 +235,8 @@ def test_what_is_optimal_takes_no_step_and_what_may_take_none_says_so():
 def test_numbers_without_bounds_end_without_nan():
     """If the start's errors cannot be squared, the run is degenerate; far starts and steep information end finitely."""
     edges = Edges([0, 1, 2], [1, 2, 0], Pose.from_angle([1.0, 2.0, 3.0], np.full((3, 2), 1.0)), 1e80 * np.eye(3))
-    for distance, expected in ((1e140, {Status.DEGENERATE}), (1e6, set(Status) - {Status.RUNNING, Status.DEGENERATE})):
-        result = optimise(Pose.from_angle([0.0, 3.0, -2.0], [[0.0, 0.0], [distance, 0.0], [0.0, -distance]]), edges)
+    for size, expected in ((1e140, {Status.DEGENERATE}), (1e6, set(Status) - {Status.RUNNING, Status.DEGENERATE})):
+        result = optimise(Pose.from_angle([0.0, 3.0, -2.0], [[0.0, 0.0], [size, 0.0], [0.0, -size]]), edges)
         assert result.status in expected
         assert np.isfinite(result.poses.t).all()
         assert not np.isnan(result.chi2).any()

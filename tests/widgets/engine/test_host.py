@@ -139,8 +139,8 @@ def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch)
     def draw(state: int) -> Picture:
         own = [Points([[0.1 * state, 0.1 * k]], "source") for k in range(3)]
         group = Group("source", (cloud, own[2]))
-        marks: tuple[tuple[Mark, ...], ...] = ((cloud, own[0]), (cloud, own[1]), (group,))
-        return Picture(tuple(Panel(f"p{k}", "", view, marks[k]) for k in range(3)), (), "")
+        parts: tuple[tuple[Mark, ...], ...] = ((cloud, own[0]), (cloud, own[1]), (group,))
+        return Picture(tuple(Panel(f"p{k}", "", view, parts[k]) for k in range(3)), (), "")
 
     widget = replace(
         WIDGET,

@@ -108,16 +108,17 @@ def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any],
     host, names = Host(), figures(request)
     frames = [(name, frame) for name in names for frame in states(name, host)]
     scripts = list({frame["python"]: None for _, frame in frames})  # some states share a script
-    run = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", "-c", RUNNER, str(ROOT)],
         input=json.dumps(scripts),
         capture_output=True,
         text=True,
         encoding="utf-8",
     )
-    assert run.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{run.stderr}"
+    message = f"a script of {', '.join(names)} fails in an interpreter of its own:\n{process.stderr}"
+    assert process.returncode == 0, message
     result: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
-    outputs = dict(zip(scripts, json.loads(run.stdout), strict=True))
+    outputs = dict(zip(scripts, json.loads(process.stdout), strict=True))
     for name, frame in frames:
         result[name].append((frame, outputs[frame["python"]]))
     return result

@@ -81,11 +81,11 @@ def test_some_climb_leaves_the_map() -> None:
 def test_a_rotation_lowers_the_whole_map() -> None:
     """At 15°, climbs leave the rotation readout at 15, the truth's score is unchanged and out of reach, and the map's
     summit has moved."""
-    level, turn = outcome(CLIMB)[0], outcome(CLIMB, rotation=15.0)[0]
-    assert turn["turn"] == 15
-    assert turn["truth"] == level["truth"]
-    assert turn["score"] < 0.5 * turn["truth"]
-    assert turn["best"] > 0.3
+    level, at_15 = outcome(CLIMB)[0], outcome(CLIMB, rotation=15.0)[0]
+    assert at_15["turn"] == 15
+    assert at_15["truth"] == level["truth"]
+    assert at_15["score"] < 0.5 * at_15["truth"]
+    assert at_15["best"] > 0.3
     assert outcome(TRUTH, rotation=15.0)[0]["turn"] == 15
 
 

@@ -93,8 +93,8 @@ def test_given_clouds_are_thinned_sliced_and_told() -> None:
     assert readouts(frame)["points"] == f"{n} of 900 and {m} of 700"
     assert frame["note"] == f"Thinned: source {n} of 900, target {m} of 700 points."
     inside = [int(((p[:, 2] >= 0.6) & (p[:, 2] <= 1.8)).sum()) for p in (low, high)]
-    texts = readouts(host.render("f", record(report["key"], target, points=1000, height=40, thickness=40)))["points"]
-    counts = [int(part.split(" of ")[-1]) for part in texts.split(" and ")]
+    words = readouts(host.render("f", record(report["key"], target, points=1000, height=40, thickness=40)))["points"]
+    counts = [int(part.split(" of ")[-1]) for part in words.split(" and ")]
     assert counts == pytest.approx(inside, abs=3)
     frame = host.render("f", record(report["key"], target, height=90, thickness=10))
     assert frame["note"] == "No source point lies in this slice. Move or thicken it."

@@ -26,7 +26,6 @@ def test_the_smallest_share_of_all_has_constants(share):
     assert sharpness == pytest.approx(-2.0 * np.log1p(-0.5 / log_ratio), rel=1e-9)
 
 
-
 @pytest.mark.parametrize("share", SHARES)
 def test_the_gaussian_meets_the_mixtures_logarithm_at_three_places(share):
     """d₁ exp(−½ d₂ e) + d₃ equals −log(c₁ exp(−½ e) + c₂) at e = 0, at e = 1 and far away, and falls in between; −d₁

@@ -259,13 +259,14 @@ def test_wrong_options_are_named(option, value):
         register(np.eye(3)[:, :2], np.eye(3)[:, :2], "correlative", **{option: value})
 
 
-@pytest.mark.parametrize("gap", [1e3, 1e7])
-def test_a_stray_does_not_widen_the_field(gap):
+@pytest.mark.parametrize("distance", [1e3, 1e7])
+def test_a_stray_does_not_widen_the_field(distance):
     """A point far away in one cloud or in both leaves grid and answer unchanged; in the source, the score counts it as
     a point that hits nothing."""
     scene = room("noise")
     alone = register(scene.source, scene.target, "correlative")
-    source, target = np.vstack([[[-gap, 0.5 * gap]], scene.source]), np.vstack([scene.target, [[gap, -0.3 * gap]]])
+    source = np.vstack([[[-distance, 0.5 * distance]], scene.source])
+    target = np.vstack([scene.target, [[distance, -0.3 * distance]]])
     m = len(scene.source)
     for p, q in ((scene.source, target), (source, scene.target), (source, target)):
         result = register(p, q, "correlative")
@@ -274,4 +275,4 @@ def test_a_stray_does_not_widen_the_field(gap):
         assert result.detail("poses") == alone.detail("poses")
         assert result.detail("score") == pytest.approx(alone.detail("score") * m / len(p), rel=1e-12)
         # A start may put the stray on the target and the rest of the source far away.
-        assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (gap, -0.5 * gap)), p) == 0.0
+        assert result.states[0].lattice[0].score(Pose.from_angle(0.0, (distance, -0.5 * distance)), p) == 0.0
