@@ -18,7 +18,7 @@ from sitegen.check.browsers import FLAGS
 from sitegen.serve.static_files import StaticHandler, serving
 
 LOADS = 5
-CLICKS = 15  # cold loads for a first click: medians of five spread from 8 to 17 ms on one page
+CLICKS = 15  # cold loads for a first click: of five, the worst page's median was 8 to 17 ms from run to run
 MOVES = 300
 TURNS = 20
 RACES, STEPS, STOPS = 3, 40, 5

@@ -180,7 +180,7 @@ def icp_rows() -> list[Row]:
         result = register(source, target, method="icp", start=start, gate=1.0, tolerance=1e-4, rms_tolerance=0.0)
         steps.append(int(result.steps))
 
-    mine = fastest(ours, 1)
+    mine = fastest(ours)
     label, note = "ICP, 10⁵ points, nearest neighbours", f"ours {mine:.2f} s, {steps[-1]} steps"
     if small is None:
         return [Row(label, mine, "s", None, f"{note}; small_gicp is not installed: no comparison")]
@@ -195,7 +195,7 @@ def icp_rows() -> list[Row]:
         )  # fmt: skip
         iterations.append(int(alignment.iterations))
 
-    theirs_seconds = fastest(theirs, 1)
+    theirs_seconds = fastest(theirs)
     note += f"; small_gicp {theirs_seconds:.2f} s, {iterations[-1]} iterations; both with their trees"
     return [Row(f"{label}, times small_gicp's", mine / theirs_seconds, "", 1.8, note)]
 
