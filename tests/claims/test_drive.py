@@ -131,6 +131,24 @@ def test_a_start_from_the_wheels_keeps_every_link(why):
     assert (gaps > 0.1).sum() == 3
 
 
+def test_a_loop_has_to_pass_four_checks():
+    """Candidates lie within 3 m by the chain, 15 m of driving apart. Of the first six, all are accepted. None is if all
+    of a scan must be explained, if all directions must be held alike, if both matches must agree exactly, or if the
+    result must lie where the chain puts it; with 1.5 m, the default, all 55 lie within it."""
+    poses = chain().poses
+    rows = candidates(poses)
+    predicted = poses[rows[1]].inverse().compose(poses[rows[0]])
+    odometer = np.cumsum(np.r_[0.0, np.linalg.norm(chain().motion.t[1:], axis=1)])
+    assert np.linalg.norm(predicted.t, axis=1).max() <= 3.0
+    assert (odometer[rows[0]] - odometer[rows[1]]).min() >= 15.0
+    assert LoopOptions().farthest == 1.5
+    assert np.linalg.norm(loops().pose.t - predicted.t, axis=1).max() <= 1.5
+    six = [part[:6] for part in rows]
+    assert verified(scans(), poses, *six).believed.all()
+    for limit in ({"least_share": 1.0}, {"least_weakest": 1.0}, {"agree_shift": 1e-9}, {"farthest": 1e-9}):
+        assert not verified(scans(), poses, *six, LoopOptions(**limit)).believed.any(), limit
+
+
 def cross_misses(chain, loops, halves):
     """How far the loops left out of the graph are missed once the others are closed, for two choices of the edges."""
     shifts, turns = [], []
