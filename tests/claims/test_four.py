@@ -266,13 +266,16 @@ def test_mmd_keeps_96_numbers_however_many_points():
 
 
 def test_a_finer_filter_holds_more():
-    """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end, since a
-    smaller σ needs finer cells."""
+    """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end, when σ is
+    0.033 u, since a smaller σ needs finer cells. With four moments each, these are fewer numbers than the 150 · 150
+    terms of the exact sums at first, and more at the end."""
     first = begin_walk("filterreg", [fish()], [fish_start()]).state()
     last = walk_end("filterreg", [fish()])[0].state()
     assert len(first.filters[0].codes) < 1000
     assert len(last.filters[0].codes) > 10_000
     assert last.sigma[0] < 0.05 * first.sigma[0]
+    assert last.sigma[0] == pytest.approx(1 / 30, rel=0.02)
+    assert 4 * len(first.filters[0].codes) < 150 * 150 < 4 * len(last.filters[0].codes)
 
 
 def test_clutter_in_both_clouds_costs_the_flow_most(why):
