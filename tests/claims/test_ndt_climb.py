@@ -115,6 +115,38 @@ def test_coarse_to_fine_from_the_figures_start(draws, why):
     assert counts == [1, 25]
 
 
+def figure_run(cells, max_shift=0.5, max_turn=0.2, grids=4):
+    """The first figure's run from 25° and 1.4 u: the result, and its states after each step."""
+    scene, states = ndt_room(), []
+    result = register(
+        scene.source, scene.target, "ndt", start=Pose.from_angle(np.radians(25.0), 1.4 * DOWN_RIGHT), cells=cells,
+        grids=grids, max_shift=max_shift, max_turn=max_turn, max_steps=45, callback=lambda k, s: states.append(s),
+    )  # fmt: skip
+    return result, states
+
+
+def test_short_steps_lead_to_the_same_summit_from_coarse_cells_alone():
+    """Steps of at most 0.05 u and 0.04 rad: coarse to fine, more than half of those on the coarsest cells are as long
+    as that, and the run ends within 10⁻³ u and 0.01° of where it ends with longer ones. On cells of 0.8 u the ends lie
+    more than 0.1 u apart."""
+    for cells, same in ((FINE, True), (0.8, False)):
+        (usual, _), (short, states) = figure_run(cells), figure_run(cells, 0.05, 0.04)
+        gap = float(rte(usual.pose, short.pose))
+        assert gap < 1e-3 if same else gap > 0.1
+        if same:
+            assert np.degrees(rre(usual.pose, short.pose)) < 0.01
+            coarsest = [s.step[0] for s in states if s.level[0] == 0]
+            full = [max(np.hypot(*step[:2]) / 0.05, abs(step[2]) / 0.04) > 1.0 - 1e-9 for step in coarsest]
+            assert len(full) > 20
+            assert sum(full) > 0.5 * len(full)
+
+
+def test_one_grid_halves_more_steps_than_four_in_the_figures_draw():
+    """Coarse to fine from the figure's start: seven steps are halved with one grid, two with four."""
+    counts = [sum(int(s.halved[0] > 0) for s in figure_run(FINE, grids=grids)[1]) for grids in (1, 4)]
+    assert counts == [7, 2]
+
+
 def test_reach_around_the_truth(draws, why):
     """Of 96 starts 20° and 1 u off, sixteen around each of six draws, 2 arrive at one cell size, 93 coarse to fine."""
     counts = []
