@@ -7,6 +7,7 @@ from solvers import METHODS, Pose, Status, metrics, register
 from solvers.core.method import Problem
 from solvers.core.stepper import begin
 from solvers.methods.soft.annealed import SoftOptions, weights
+from solvers.methods.soft.cpd import CpdOptions, responsibilities
 from solvers.numerics import gaussians
 from solvers.scenes.rooms import room, room_start
 
@@ -68,11 +69,15 @@ def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
 
 
 def test_it_is_not_cpd():
-    """It normalises over the fixed points for each moving point; CPD, over the moving points for each fixed one."""
+    """It normalises over the fixed points for each moving point, whose shares sum to one at most, those of some fixed
+    point to more. CPD normalises over the moving points for each fixed one: there it is the other way round."""
     s = room("clean")
     w = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions()).state())
     assert np.all(w.sum(axis=1) <= 1.0)
     assert w.sum(axis=0).max() > 1.0
+    P = responsibilities(begin(METHODS["cpd-rigid"], problem(s.source, s.target), CpdOptions(sigma=0.5)).state())
+    assert P.sum(axis=0).max() <= 1.0 + 1e-12
+    assert P.sum(axis=1).max() > 1.0
     # Doubling the fixed points in place halves the odds of 'no partner'; CPD's clutter does not behave like that.
     target = np.concatenate([s.target, s.target])
     double = weights(begin(METHODS["soft-annealed"], problem(s.source, target), SoftOptions(first=0.2)).state())
