@@ -148,7 +148,7 @@ def test_noise_alone_moves_the_summit_of_the_map(why):
 
 def test_the_bias_comes_from_where_the_cells_stand(why):
     """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero with the default grid
-    and with the grid a quarter of a cell further right, but less than two with it a quarter of a cell further left."""
+    and, by as much, with the grid a quarter of a cell further right, but less than two with it as far to the left."""
     result, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
     for nudge in (0.0, 0.25, -0.25):
         ends = []
@@ -166,6 +166,7 @@ def test_the_bias_comes_from_where_the_cells_stand(why):
     )
     assert result[0.0][0] < -3.0 * result[0.0][1]
     assert result[0.25][0] < -3.0 * result[0.25][1]
+    assert abs(result[0.25][0] - result[0.0][0]) < result[0.0][1]
     assert abs(result[-0.25][0]) < 2.0 * result[-0.25][1]
 
 

@@ -218,11 +218,11 @@ def slides(method, **options):
 
 
 def test_on_a_noisy_wall_gicp_wanders():
-    """On one wall with noise of 0.1 u, in 25 draws, GICP slides along it by more than 0.6 u, in either direction; point
+    """On one wall with noise of 0.1 u, in 25 draws, GICP slides along it by 0.6 to 0.7 u, in either direction; point
     to plane with weak directions left alone stays within 0.03 u of its start along the wall."""
     drifts = slides("gicp")
-    assert drifts.min() < -0.6
-    assert drifts.max() > 0.6
+    assert -0.7 < drifts.min() < -0.6
+    assert 0.6 < drifts.max() < 0.7
     assert np.abs(slides("point-to-plane", free_below=0.05)).max() < 0.03
 
 

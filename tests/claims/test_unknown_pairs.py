@@ -263,7 +263,7 @@ def test_near_starts_arrive_and_far_ones_stop_elsewhere(why):
 
 def test_a_loose_tolerance_only_stops_sooner(why):
     """Stopping at an RMS change below 5 % instead of a millionth takes fewer steps in every draw, and leaves a larger
-    error on average."""
+    error on average; all 50 runs report that they converged."""
     clouds = rooms()
     (tight, _), (loose, _) = (runs(clouds, USUAL, rms_tolerance=t) for t in (1e-6, 0.05))
     errors = [np.degrees(metrics.rre(result.pose, Pose.identity())).mean() for result in (tight, loose)]
@@ -272,7 +272,7 @@ def test_a_loose_tolerance_only_stops_sooner(why):
         {"5 %": f"{errors[1]:.2f}° off on average", "a millionth": f"{errors[0]:.2f}° off"},
     )
     assert (loose.steps < tight.steps).all()
-    assert (loose.status == Status.CONVERGED).all()
+    assert (np.stack([tight.status, loose.status]) == Status.CONVERGED).all()
     assert errors[1] > errors[0]
 
 
