@@ -38,7 +38,7 @@ def test_there_are_nine_and_all_are_drawn() -> None:
     assert [r["label"] for r in picture["readouts"]] == [c.label for c in CONTESTANTS]
 
 
-@pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 28.0])
+@pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 27.0, 28.0])
 def test_icps_link_is_the_nearest_point(point: float) -> None:
     """Its length is the distance to the nearest target point; beyond the gate, the readout says there is none."""
     case = state(point=point)
@@ -48,7 +48,7 @@ def test_icps_link_is_the_nearest_point(point: float) -> None:
     (line,) = result.marks
     assert isinstance(line, Segments)
     assert np.linalg.norm(np.subtract(line.a, line.b)) == pytest.approx(distance)
-    assert (result.value == "none within the gate") == (distance > 2.6)
+    assert (result.value == "none within the gate") == (distance > 2.6) == (point == 27.0)
 
 
 def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
