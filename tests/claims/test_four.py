@@ -149,7 +149,7 @@ def test_clutter_is_sought_among_the_observations():
 def test_mmd_has_no_place_for_clutter(why):
     """With a fifth of the fixed cloud junk, MMD-Reg, even started at the truth, ends more than four times as far off as
     CPD and FilterReg, in the median of five draws; without junk it ends within 0.1°."""
-    junk = scenes("clutter", noise=0.0, clutter=(0.0, 0.2))
+    junk = junk_scenes()
     errors = {method: np.median(walk_end(method, junk, 0.0, (0.0, 0.0))[2]) for method in ("cpd", "filterreg", "mmd")}
     clean = walk_end("mmd", scenes(), 0.0, (0.0, 0.0))[2]
     why(
@@ -158,6 +158,42 @@ def test_mmd_has_no_place_for_clutter(why):
     )
     assert errors["mmd"] > 4.0 * max(errors["cpd"], errors["filterreg"])
     assert clean.max() < 0.1
+
+
+def junk_scenes():
+    """Five draws without noise, a fifth of the fixed cloud junk."""
+    return scenes("clutter", noise=0.0, clutter=(0.0, 0.2))
+
+
+def test_the_last_length_scale_lets_junk_move_mmd(why):
+    """The same five draws from the truth: after ℓ of 1.5, 0.8 and 0.5 u MMD-Reg ends more than 0.5° off in each; after
+    0.25, 0.12 and 0.06 u as well, less than 0.3°, and less than 0.1° in the median."""
+    usual, errors = (1.5, 0.8, 0.5), {}
+    assert FOUR["mmd"][1].lengths == usual
+    for lengths in (usual, (*usual, 0.25, 0.12, 0.06)):
+        options = {"lengths": lengths, "count": 48, "max_steps": 300}
+        ends = [register(s.source, s.target, "mmd", start=s.truth, seed=s.seed, **options).pose for s in junk_scenes()]
+        errors[lengths[-1]] = np.array([float(np.degrees(rre(end, fish().truth))) for end in ends])
+    why("the last ℓ", {f"{last:g} u": f"{np.median(error):.2f}° off in the median" for last, error in errors.items()})
+    assert errors[0.5] == pytest.approx(walk_end("mmd", junk_scenes(), 0.0, (0.0, 0.0))[2], abs=0.01)
+    assert errors[0.5].min() > 0.5
+    assert errors[0.06].max() < 0.3
+    assert np.median(errors[0.06]) < 0.1
+
+
+def test_cpd_needs_its_clutter_term_for_junk_in_the_fixed_cloud(why):
+    """The same five draws from the truth: with its clutter weight of 0.12 CPD ends within 0.2°, with none more than
+    0.8° off, at a σ above 0.4 u."""
+    source, target = (np.stack([getattr(scene, name) for scene in junk_scenes()]) for name in ("source", "target"))
+    errors, widths = {}, {}
+    for weight in (0.12, 0.0):
+        options = {"start": fish().truth, "clutter": weight, "volume": 36.0, "max_steps": 300}
+        result = register(source, target, "cpd-similarity", **options)
+        errors[weight], widths[weight] = np.degrees(rre(result.pose, fish().truth)), result.detail("sigma")
+    why("CPD's clutter weight", {f"{w:g}": f"{np.median(error):.2f}° off in the median" for w, error in errors.items()})
+    assert errors[0.12].max() < 0.2
+    assert errors[0.0].min() > 0.8
+    assert widths[0.0].min() > 0.4
 
 
 @pytest.mark.parametrize("name", ["clean", "noisy", "clutter"])
