@@ -229,10 +229,12 @@ def tilt(neighbours, noise=0.02):
 
 def test_normals_want_more_neighbours_and_not_too_many(why):
     """On the mug's wall with 0.02 u of noise, the median normal is 15° off with two neighbours, 4° with six, 2.5° with
-    16, and with 60 it gets worse again."""
+    16, and with 60 it gets worse again. Most of that last error is there without noise too: the wall bends."""
     results = {k: tilt(k) for k in (2, 6, 16, 60)}
     why("the number of neighbours", {str(k): f"{angle:.1f}°" for k, angle in results.items()})
     assert results[2] == pytest.approx(15.0, abs=1.0)
     assert results[6] == pytest.approx(4.3, abs=0.3)
     assert results[16] == pytest.approx(2.5, abs=0.2)
     assert results[60] > results[16] + 0.5
+    assert tilt(60, noise=0.0) > 0.8 * results[60]
+    assert tilt(16, noise=0.0) < 0.6 * tilt(60, noise=0.0)
