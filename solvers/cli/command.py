@@ -25,7 +25,7 @@ _NAMED = ", ".join(COMMANDS)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0; 1 if the output cannot be written, or its reader has gone;
-    2 if an argument or a file is wrong, or memory runs out; 3 if an answer should not be trusted.
+    2 if an argument or a file is wrong, or memory runs out; 3 if an answer should not be trusted; 130 after Ctrl-C.
     """
     argv = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -50,6 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:  # numpy's says how much was needed, Python's is empty
         print(f"{program()}: there is not enough memory{f': {error}' if str(error) else ''}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print(f"{program()}: stopped by Ctrl-C", file=sys.stderr)
+        return 130
     return code
 
 

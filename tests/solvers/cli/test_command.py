@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tracemalloc
@@ -244,6 +245,15 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
             check=False,
         )
     assert (process.returncode, process.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
+
+
+def test_ctrl_c_is_one_line_and_exit_code_130(files, capsys, monkeypatch):
+    def interrupted(*_, **__):
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("solvers.cli.register.register", interrupted)
+    answer = call(capsys, files / "a.csv", files / "b.xyz")
+    assert answer == (130, "", "python -m solvers: stopped by Ctrl-C\n")
 
 
 def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
