@@ -31,9 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
     try:
-        has_command = bool(argv) and argv[0] in COMMANDS
-        code = COMMANDS[argv[0]](argv[1:]) if has_command else register_files(_files(argv))
-        sys.stdout.flush()
+        return _run(argv)
     except BrokenPipeError:  # as with `| head` once it has its lines; the rest is silently discarded
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -53,7 +51,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print(f"{program()}: stopped by Ctrl-C", file=sys.stderr)
         return 130
+
+
+def _run(argv: list[str]) -> int:
+    """The command's exit code. What it printed, help included, is written by then, so that an error in it is raised
+    here.
+    """
+    has_command = bool(argv) and argv[0] in COMMANDS
+    try:
+        code = COMMANDS[argv[0]](argv[1:]) if has_command else register_files(_files(argv))
+    except SystemExit:  # argparse's, after help or about an argument
+        _flush()
+        raise
+    _flush()
     return code
+
+
+def _flush() -> None:
+    if sys.stdout is not None:  # closed by the caller, as by `>&-`: print writes nothing then
+        sys.stdout.flush()
 
 
 def _as_typed(message: str, argv: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -231,8 +232,11 @@ def test_a_reader_that_goes_away_is_no_fault(files):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="only Linux has a disk that is always full")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("words", [["a.csv", "b.xyz"], ["methods", "--json"]])
+@pytest.mark.parametrize(
+    ("words", "unbuffered"),
+    # argparse itself ignores an error where help is not buffered
+    [*itertools.product([["a.csv", "b.xyz"], ["methods", "--json"]], ["", "1"]), (["--help"], "")],
+)
 def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
     with open("/dev/full", "wb") as full:
         process = subprocess.run(
@@ -245,6 +249,21 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
             check=False,
         )
     assert (process.returncode, process.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a file descriptor is closed as POSIX shells do")
+def test_a_closed_output_is_no_error(files):
+    """As with `>&-` in a shell: Python then has no sys.stdout, and the exit code still says how the run ended."""
+    process = subprocess.run(
+        [sys.executable, "-m", "solvers", "a.csv", "b.xyz"],
+        cwd=files,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=lambda: os.close(1),
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert (process.returncode, process.stderr) == (0, "")
 
 
 def test_ctrl_c_is_one_line_and_exit_code_130(files, capsys, monkeypatch):
