@@ -113,9 +113,10 @@ def _spaced(line: str) -> bool:
 
 def _without_tail(fields: list[str], width: int = 1) -> list[str]:
     """The fields without empty ones at the end, cut to no fewer than `width`."""
-    while len(fields) > width and not fields[-1]:
-        fields = fields[:-1]
-    return fields
+    count = len(fields)
+    while count > width and not fields[count - 1]:
+        count -= 1
+    return fields[:count]  # cut once: a spreadsheet's row may end in thousands of separators
 
 
 def _resplit(fields: list[str], line: str, width: int) -> list[str]:

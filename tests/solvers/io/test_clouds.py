@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import struct
+import time
 from pathlib import Path
 
 import numpy as np
@@ -183,6 +184,13 @@ def test_separators_at_the_end_of_a_line_are_nothing(data):
     assert read(data).points.tolist() == [[1, 2], [3, 4]]
     with pytest.raises(ValueError, match="line 2: 3 fields found; expected 2"):
         read(b"1,2,\n3,4,5\n")
+
+
+def test_many_separators_at_the_end_of_a_line_take_time_in_proportion():
+    """Cut one by one they would take minutes, since each cut copied what was left."""
+    start = time.process_time()
+    assert read(b"1,2" + b"," * 300_000 + b"\n").points.tolist() == [[1.0, 2.0]]
+    assert time.process_time() - start < 10.0
 
 
 @pytest.mark.parametrize(
