@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, how help is wrapped, whole numbers, a progress bar, files to write, and JSON."""
+"""What the commands share: exit codes, how help is wrapped, whole numbers, a progress bar, files and JSON."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from solvers.io.text import check_size
 
 UNTRUSTED = 3
 """The exit code of an answer that should not be trusted; each command's help says when."""
@@ -40,6 +42,18 @@ def able_to_write(path: Path, kinds: Sequence[str]) -> None:
         raise ValueError(f"--out: {path}: no permission to write there")
     if kind in DRAWN and importlib.util.find_spec("matplotlib") is None:
         raise ValueError("--out: drawing needs matplotlib: pip install matplotlib")
+
+
+def bytes_of(path: Path, most: int) -> bytes:
+    """The bytes of a file. Raises ValueError, without reading to its end, if there are more than `most`, and OSError
+    if it cannot be read.
+    """
+    check_size(path.stat().st_size, most)
+    with path.open("rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:  # a device or a pipe, which does not say its size
+        raise ValueError(f"it has more than the limit of {most / 1e6:.0f} MB")
+    return data
 
 
 class Bar:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, printed, program, whole
+from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, bytes_of, printed, program, whole
 from solvers.cli.picture import drive_maps
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
@@ -189,8 +189,7 @@ def _included_drive(args: argparse.Namespace) -> Drive:
 
 def _drive_of(path: Path, args: argparse.Namespace) -> Drive:
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
+        data = bytes_of(path, MOST_BYTES)
         return read_drive(data, view=args.view, ahead=args.ahead, turns=args.turns, hertz=args.hertz)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None

@@ -15,7 +15,7 @@ import numpy as np
 from solvers import METHODS, Pose, Result, Status, __version__, verify
 from solvers.api import OTHER_NAMES, register
 from solvers.cli import arrays
-from solvers.cli.common import DRAWN, UNTRUSTED, Bar, Help, able_to_write, printed, program, whole
+from solvers.cli.common import DRAWN, UNTRUSTED, Bar, Help, able_to_write, bytes_of, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.amounts import amount
@@ -71,7 +71,7 @@ def parser() -> argparse.ArgumentParser:
 def _points(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[FloatArray, str]:
     """The points of a file and a line about them. Raises a ValueError that names the file."""
     try:
-        cloud = arrays.read(_bytes(path))
+        cloud = arrays.read(bytes_of(path, clouds.MOST_BYTES))
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
@@ -87,17 +87,6 @@ def _points(path: Path, args: argparse.Namespace, method: Method[Any]) -> tuple[
     notices = "".join(f"; {notice}" for notice in cloud.notices)
     n, d = cloud.points.shape
     return sample, f"{path}: {amount(n, 'point')} in {d}-D{thin}, {cloud.format}{notices}"
-
-
-def _bytes(path: Path) -> bytes:
-    """The bytes of a file; of one without end, such as a device, one byte more than the limit.
-    Raises ValueError with the size of one that is too large.
-    """
-    size, most = path.stat().st_size, clouds.MOST_BYTES
-    if size > most:
-        raise ValueError(f"{size / 1e6:.1f} MB are more than the limit of {most / 1e6:.0f} MB")
-    with path.open("rb") as file:
-        return file.read(most + 1)
 
 
 def _start(text: str, d: int) -> Pose:

@@ -15,7 +15,7 @@ from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 from solvers.core.validate import LARGEST
 from solvers.io import pcd, ply
-from solvers.io.text import delimited, file_bytes, lines_of
+from solvers.io.text import check_size, delimited, file_bytes, lines_of
 
 MOST_BYTES = 24_000_000
 MOST_POINTS = 1_000_000
@@ -84,8 +84,7 @@ def read(data: bytes) -> CloudText:
     'text separated by commas'
     """
     data = file_bytes(data)
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
+    check_size(len(data), MOST_BYTES)
     notices: list[str] = []
     if data.startswith((b"ply\n", b"ply\r", b"ply ")):
         points, how = ply.points(data, MOST_POINTS)

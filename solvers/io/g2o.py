@@ -27,7 +27,7 @@ from solvers.core.brief import brief
 from solvers.core.edges import Edges, graph, row_numbers, within
 from solvers.core.numbers import array
 from solvers.core.pose import Pose
-from solvers.io.text import file_bytes, is_number, lines_of, told
+from solvers.io.text import check_size, file_bytes, is_number, lines_of, told
 
 MOST_BYTES = 64_000_000
 _LARGEST_ID = 2**62
@@ -99,8 +99,7 @@ def read(data: bytes) -> GraphText:
            [2., 0.]])
     """
     data = file_bytes(data)
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
+    check_size(len(data), MOST_BYTES)
     rows: dict[int, int] = {}
     places: list[list[float]] = []
     ends: list[tuple[int, int]] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from itertools import islice
@@ -27,6 +28,13 @@ def file_bytes(data: object) -> bytes:
     if not isinstance(data, bytes | bytearray):
         raise ValueError(f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(data).__name__}")
     return bytes(data)
+
+
+def check_size(size: int, most: int) -> None:
+    """Raise ValueError if a file of `size` bytes is larger than `most`."""
+    if size > most:
+        megabytes = math.ceil(size / 1e5) / 10.0  # rounded up: a byte above 24 MB is not 24.0 MB
+        raise ValueError(f"{megabytes:.1f} MB are more than the limit of {most / 1e6:.0f} MB")
 
 
 def told(value: str) -> str:

@@ -23,7 +23,7 @@ from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated
-from solvers.io.text import file_bytes, is_number, lines_of, numbers, told
+from solvers.io.text import check_size, file_bytes, is_number, lines_of, numbers, told
 from solvers.scenes.drive import Drive, interlaced
 
 MOST_BYTES = 64_000_000
@@ -77,8 +77,7 @@ def read_drive(
     ([1.0, 2.0, inf], [0.1, 0.0])
     """
     data = file_bytes(data)
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
+    check_size(len(data), MOST_BYTES)
     if view is not None and not 0.0 < validate.number(view, "view") <= 360.0:
         raise ValueError(f"view: expected degrees above 0, up to 360, got {view!r}")
     validate.count(turns, "turns")

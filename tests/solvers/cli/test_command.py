@@ -170,8 +170,10 @@ def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
     try:
         code, _, err = call(capsys, files / "large.csv", files / "b.xyz")
         assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the limit of 24 MB\n")
+        code, _, err = call(capsys, "drive", files / "large.csv")
+        assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the limit of 64 MB\n")
         code, _, err = call(capsys, "/dev/zero", files / "b.xyz")
-        assert code == 2
+        assert (code, err.partition("zero: ")[2]) == (2, "it has more than the limit of 24 MB\n")
         assert tracemalloc.get_traced_memory()[1] < 3 * clouds.MOST_BYTES
     finally:
         tracemalloc.stop()
