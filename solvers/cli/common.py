@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.io.text import check_size
+from solvers.io.text import check_size, told
 
 UNTRUSTED = 3
 """The exit code of an answer that should not be trusted; each command's help says when."""
@@ -87,7 +87,10 @@ class Help(argparse.HelpFormatter):
 
 def whole(text: str) -> int:
     """Parse a whole number that fits into 64 bits."""
-    number = int(text)
+    try:
+        number = int(text)
+    except ValueError:  # argparse would show this function's name
+        raise argparse.ArgumentTypeError(f"{told(text)} is not a whole number") from None
     if not -(2**63) <= number < 2**63:
         raise argparse.ArgumentTypeError(f"a number of {len(text)} digits; expected 18 at most")
     return number

@@ -141,6 +141,15 @@ def test_the_benchmark_names_the_option_that_is_wrong(capsys, words, message):
     assert err.startswith(f"python -m solvers: {message}")
 
 
+@pytest.mark.parametrize(("value", "words"), [("x", "'x'"), ("1.5", "'1.5'"), ("9" * 5000, f"'{'9' * 39}…'")])
+def test_what_is_no_whole_number_is_told_and_shortened(capsys, value, words):
+    """5,000 digits are more than Python converts."""
+    with pytest.raises(SystemExit) as end:
+        main(["benchmark", "--seeds", value])
+    assert end.value.code == 2
+    assert capsys.readouterr().err.endswith(f"error: argument --seeds: {words} is not a whole number\n")
+
+
 @pytest.mark.parametrize("option", ["--version", "-V"])
 def test_the_version_is_the_package_s(capsys, option):
     with pytest.raises(SystemExit) as end:
