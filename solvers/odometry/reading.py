@@ -137,9 +137,10 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
         fields = lines[k].split()
         if fields[0] != "FLASER":
             continue
-        if len(fields) < 2 or not fields[1].isdecimal() or not 3 <= int(fields[1]) <= 100_000:
+        count = fields[1] if len(fields) > 1 and len(fields[1]) <= 6 else ""  # int() refuses 5,000 digits
+        if not count.isdecimal() or not 3 <= int(count) <= 100_000:
             raise ValueError(f"line {k + 1}: after FLASER the number of beams is expected, 3 or more")
-        n = int(fields[1])
+        n = int(count)
         if beams not in (-1, n):
             raise ValueError(f"line {k + 1}: {n} beams; the scan before has {beams}")
         beams = n

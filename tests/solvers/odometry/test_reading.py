@@ -98,6 +98,7 @@ def test_the_beams_of_a_table_span_the_field_of_view() -> None:
         (HEAD, "line 1: the drive ends after 0 scans; two"),
         (HEAD + "0,0,0,0,1,1,1\n", "line 2: the drive ends after 1 scan;"),
         (laser(count=2), "line 1: after FLASER the number of beams"),
+        ("FLASER " + "9" * 5000, "line 1: after FLASER the number of beams"),
         (laser() + laser("1 2 3 4", count=4), "line 2: 4 beams; the scan before has 3"),
         (laser() + "FLASER 3 1 2 3\n", "line 2: 5 fields found; expected 14"),
         (laser() + laser("1 two 3"), "line 2: 'two' is not a number"),
