@@ -19,10 +19,15 @@ _Values = TypeVar("_Values")
 
 
 def unmasked(values: _Values, name: str) -> _Values | AnyArray:
-    """`values`, a masked array without masked numbers as a plain one. Raises ValueError if any are masked: the mask
-    would be lost, and what it hides used."""
+    """`values`, a masked array without masked numbers as a plain one. Raises ValueError if any are masked, in a list of
+    arrays too: the mask would be lost, and what it hides used."""
     ma = sys.modules.get("numpy.ma")  # a caller with a masked array has imported it; the page's numpy lacks it
-    if ma is None or not isinstance(values, ma.MaskedArray):
+    if ma is None:
+        return values
+    if not isinstance(values, ma.MaskedArray):
+        for entry in values if isinstance(values, list | tuple) else ():
+            if isinstance(entry, ma.MaskedArray):
+                unmasked(entry, name)
         return values
     if ma.is_masked(values):
         masked = int(ma.getmaskarray(values).sum())
@@ -33,13 +38,16 @@ def unmasked(values: _Values, name: str) -> _Values | AnyArray:
 
 
 def array(values: ArrayLike, name: str) -> AnyArray:
-    """`values` as an array of any dtype; raises ValueError for masked numbers and for rows of unequal length."""
+    """`values` as an array of any dtype; raises ValueError for masked numbers, for rows of unequal length, and for an
+    object that refuses to be an array."""
     values = unmasked(values, name)
     try:
         return np.asarray(values)
     except ValueError:
         hint = "; pass clouds of unequal size one by one" if unequal(values) else ""
         raise ValueError(f"{name}: rows of unequal length do not make an array{hint}") from None
+    except (TypeError, RuntimeError) as error:  # the object's own, such as a tensor's on a graphics card
+        raise ValueError(f"{name}: {type(values).__name__} gives no array: {error}") from error
 
 
 def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:

@@ -105,13 +105,13 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
     return name
 
 
-def _reduced(method: Method[Any]) -> Any:
+def _recipe(method: Method[Any]) -> Any:
     """How a method is pickled: by its name if it is listed, since its functions may have none; else by its fields."""
     listed = isinstance(method.name, str) and METHODS.get(method.name) is method
     return (method_of, (method.name,)) if listed else method.__reduce_ex__(4)
 
 
-copyreg.pickle(Method, _reduced)
+copyreg.pickle(Method, _recipe)
 
 
 def rigid_method_of(name: object) -> Method[Any]:

@@ -1,0 +1,28 @@
+"""Arguments as arrays: what would lose a mask, or is no array, is refused by name."""
+
+import numpy as np
+import pytest
+
+from solvers import register
+from solvers.core.numbers import numbers
+
+
+@pytest.mark.parametrize("sequence", [list, tuple])
+def test_a_sequence_of_masked_rows_is_refused(sequence):
+    """numpy would make a plain array of them, with the numbers that the masks hide."""
+    rows = sequence([np.ma.array([1.0, 2.0], mask=[False, True]), np.ma.array([3.0, 4.0], mask=[True, False])])
+    with pytest.raises(ValueError, match=r"^source: a masked array hides 1 number; leave its row out"):
+        register(rows, np.eye(2), "icp")
+    assert numbers(sequence([np.ma.array([1.0, 2.0]), [3.0, 4.0]]), "source").tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+@pytest.mark.parametrize("kind", [TypeError, RuntimeError])
+def test_an_object_that_gives_no_array_is_refused_by_name(kind):
+    """Such as a tensor on a graphics card; its own words say what to do."""
+
+    class Tensor:
+        def __array__(self, dtype=None, copy=None):
+            raise kind("copy it to the host first")
+
+    with pytest.raises(ValueError, match=r"^target: Tensor gives no array: copy it to the host first$"):
+        register(np.eye(2), Tensor(), "icp")
