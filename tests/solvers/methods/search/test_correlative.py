@@ -182,6 +182,16 @@ def test_a_window_keeps_the_search_about_the_start():
     assert "nothing overlaps within 2 u of the start" in failure.reason
 
 
+@pytest.mark.parametrize("offset", [-0.7, 0.0, 0.7])
+def test_a_window_reaches_to_both_sides_of_the_start(offset):
+    """From starts 0.7 rad off, either way, the room is found in a window of 0.8 rad, and not in one of 0.5 rad."""
+    scene = room("clean", seed=40)
+    start = Pose.from_angle(offset).compose(scene.truth)
+    for turn, hits in ((0.8, True), (0.5, offset == 0.0)):
+        pose = register(scene.source, scene.target, "correlative", start=start, turn=turn).pose
+        assert (rre(pose, scene.truth) < np.radians(5.0)) == hits, turn
+
+
 @pytest.mark.parametrize(("unit", "shift"), [(0.5, 0.0), (2.0**40, 0.0), (2.0**-300, 0.0), (1.0, 4096.0)])
 def test_unit_and_origin_change_nothing(unit, shift):
     """In another unit, or with both clouds elsewhere, the grid, the best pose on it and its score are the same."""
