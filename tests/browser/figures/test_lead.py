@@ -109,6 +109,17 @@ def test_a_picture_in_a_zoomed_window(reader: Callable[..., Reader], name: str, 
     assert box["height"] < size[1]
 
 
+@pytest.mark.parametrize("name", ["icp fig-atlas", "icp fig-dial-nearest", "ndt-map fig-cells", "contestants fig-nine",
+                                  "landscape fig-mmd", "search fig-turns", "uncertainty fig-needle"])  # fmt: skip
+def test_on_a_phone_the_question_is_on_the_first_screen(reader: Callable[..., Reader], name: str) -> None:
+    """It comes before the numbers and charts, so that it is seen with the figure's sentence."""
+    page, figure_id = name.split()
+    figure = Figure(reader(width=390, height=844).open(f"{page}.html"), figure_id).seen()
+    top, bottom = figure.root.evaluate("""root => [root.querySelector('.figure-lead').getBoundingClientRect().top,
+      root.querySelector('.predict').getBoundingClientRect().bottom]""")
+    assert bottom - top <= 844
+
+
 def width(node: Any) -> float:
     box = node.bounding_box()
     assert box is not None
