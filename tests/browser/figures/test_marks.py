@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
+import pytest
+
+from sitegen.assets.swatches import contrast
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 
@@ -78,3 +82,21 @@ def test_marks_on_a_field_have_an_edge(reader: Callable[..., Reader]) -> None:
     assert len(marks) > 50
     for mark in marks:
         assert mark.evaluate("e => [e, e.parentElement].some(each => getComputedStyle(each).filter !== 'none')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_an_area_in_a_legend_has_an_outline_that_is_seen(reader: Callable[..., Reader], scheme: str) -> None:
+    """Its fill alone is as faint as in the picture: the outline has a contrast of 3 with the page, as WCAG asks."""
+    page = reader(color_scheme=scheme).open("search.html")
+    styles = page.locator("#fig-turns .key.area").evaluate_all("""keys => keys.map(e => getComputedStyle(e, '::before'))
+      .map(style => [style.borderTopWidth, style.opacity, style.borderTopColor])""")
+    paper = _hex(page.evaluate("getComputedStyle(document.documentElement).backgroundColor"))
+    assert len(styles) == 3
+    assert {(width, opacity) for width, opacity, _ in styles} == {("1px", "1")}
+    assert min(contrast(paper, _hex(colour)) for _, _, colour in styles) >= 3.0
+
+
+def _hex(colour: str) -> str:
+    """A computed rgb(…) as #rrggbb."""
+    red, green, blue = re.findall(r"\d+", colour)[:3]
+    return f"#{int(red):02x}{int(green):02x}{int(blue):02x}"
