@@ -318,7 +318,7 @@ WIDGET = Widget(
         Key("accent", "floor of an open heading; place still open", "area"),
         Key("accent", "end of an open arc", "line"),
         Key("ghost", "heading ruled out", "area"),
-        Key("weak", "heading or place ruled out by the last step", "area"),
+        Key("weak", "heading or place (dotted) ruled out by the last step", "area"),
         Key("target", "target", "square"),
         Key("truth", "walls, and the true heading", "line"),
     ),
