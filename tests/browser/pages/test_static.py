@@ -231,11 +231,15 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
     assert page.locator("main").inner_text().count("$") == 0
 
 
-def test_a_formula_that_scrolls_fades_where_more_of_it_follows(reader: Callable[..., Reader]) -> None:
-    """At the right until it is scrolled to its end, then at the left; one that fits does not fade."""
-    page = reader(width=320, height=640).open("uncertainty.html")
-    formulas = "[...document.querySelectorAll('.formula')]"
-    wide, fitting = (f"{formulas}.filter(e => e.scrollWidth {sign} e.clientWidth)" for sign in (">", "<="))
+@pytest.mark.parametrize(("selector", "path", "width"), [(".formula", "uncertainty.html", 320),
+                                                         ("pre", "docs-authoring.html", 1280)])  # fmt: skip
+def test_what_scrolls_fades_where_more_of_it_follows(
+    reader: Callable[..., Reader], selector: str, path: str, width: int
+) -> None:
+    """A formula, or code: at the right until it is scrolled to its end, then at the left; what fits does not fade."""
+    page = reader(width=width, height=640).open(path)
+    each = f"[...document.querySelectorAll('{selector}')]"
+    wide, fitting = (f"{each}.filter(e => e.scrollWidth {sign} e.clientWidth)" for sign in (">", "<="))
     fades = "(e => ['--before', '--beyond'].map(name => parseFloat(getComputedStyle(e).getPropertyValue(name)) > 0))"
     until(page, f"{fades}({wide}[0]).join() === 'false,true'")  # a scroll timeline is updated at each frame
     page.evaluate(f"{wide}[0].scrollLeft = 1e4")
