@@ -247,6 +247,16 @@ def test_what_scrolls_fades_where_more_of_it_follows(
     assert page.evaluate(f"{fitting}.map({fades}).flat().some(Boolean)") is False
 
 
+def test_code_does_not_lie_under_the_contents(reader: Callable[..., Reader]) -> None:
+    """In the margin of a page that has wide code beside its contents."""
+    page = reader(width=1280, height=900).open("docs-authoring.html")
+    code, contents = page.locator(".text > pre").first.bounding_box(), page.locator(".contents").bounding_box()
+    assert code is not None
+    assert contents is not None
+    assert code["y"] < contents["y"] + contents["height"]
+    assert code["x"] + code["width"] <= contents["x"]
+
+
 def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None:
     """A link to a figure leads to the figure with that number."""
     page = reader().open("kabsch.html")
