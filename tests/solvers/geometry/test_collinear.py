@@ -112,3 +112,13 @@ def test_what_the_fit_calls_collinear_has_its_poses(origin):
     assert "collinear" in result.reason
     poses = poses_about_line(line, line + 1.0, [0.0, 1.0])
     assert np.abs(poses.apply(line) - (line + 1.0)).max() < 1e-6 * max(origin, 1.0)
+
+
+@pytest.mark.parametrize("origin", [(5e10, 5e10, 5e10), (-5e10, -5e10, -5e10), (0.0, -5e10, 0.0)])
+def test_a_line_far_away_is_one_up_to_the_rounding_of_its_points(origin):
+    """On either side of the origin: there the points are known to 4e-6 u, and lie farther than 1e-7 off their line."""
+    line = np.linspace([0.0, 0.0, 0.0], [1.0, 0.7, 0.3], 10) + origin
+    poses = poses_about_line(line, line + 1.0, [0.0, 1.0])
+    assert np.abs(poses.apply(line) - (line + 1.0)).max() < 1e-15 * np.abs(origin).max()
+    with pytest.raises(ValueError, match="in a line"):
+        poses_about_line(line + np.outer(np.arange(10) % 2, [0.0, 0.0, 0.1]), line, 0.0)
