@@ -45,7 +45,7 @@ def still(
 def drawn(picture: Still, context: RenderContext) -> tuple[Sequence[Plain], str] | None:
     """The picture's panels and description, with its expectations checked; None if it cannot be drawn."""
     if picture.promise is not None:
-        hold(picture.promise, context.readouts, context.problems)
+        hold(picture.promise, context.readouts, context.problems, idle=True)
     for frame in context.frames(picture.figure, [picture.record]):
         names = picture.panels or (frame["panels"][0]["name"],)
         available = [panel["name"] for panel in frame["panels"]]

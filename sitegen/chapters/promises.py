@@ -32,6 +32,7 @@ PROMISING = re.compile(
     r"|refuse[sd]?|rises?|rose|risen)\b",
     re.IGNORECASE,
 )
+CHANGE = "expect what changes, or say NAME stays"
 HELD = ("promise", "claim", "readout")  # their texts are checked by the build or a test
 HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'
 TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # for plots' captions, since plots have no readouts
@@ -122,10 +123,24 @@ def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, sugge
         problems.add(at(offset), f"untested promise {word!r}: use {suggestion}")
 
 
-def hold(promise: Promise, readouts: Readouts, problems: Problems) -> None:
-    """Check a promise about a figure; each unmet expectation is a problem that states the actual value."""
-    for expectation, actual in _unmet(promise.figure, promise.record, promise.expected, readouts, problems):
+def hold(promise: Promise, readouts: Readouts, problems: Problems, *, idle: bool = False) -> None:
+    """Check a promise about a figure; each unmet expectation is a problem that states the actual value. So is a promise
+    that the figure keeps as it opens, unless it may be idle, as a picture's may."""
+    unmet = list(_unmet(promise.figure, promise.record, promise.expected, readouts, problems))
+    for expectation, actual in unmet:
         problems.add(expectation.place, f"promised {expectation.text}, but {actual}")
+    if not (idle or unmet) and _kept_at_first(promise, readouts):
+        words = "; ".join(expectation.text for expectation in promise.expected)
+        problems.add(promise.expected[0].place, f"promised {words}, but so the figure opens: {CHANGE}")
+
+
+def _kept_at_first(promise: Promise, readouts: Readouts) -> bool:
+    """Whether a promise about another state of the figure holds when it opens, without any "stays" that says so."""
+    opening = promise.figure.record.plain()
+    texts = readouts(promise.figure, opening) if promise.expected and promise.record != opening else {}
+    return bool(texts) and all(
+        e.name in texts and not e.goes and _holds(e, "", texts[e.name]) for e in promise.expected
+    )
 
 
 def holds(

@@ -41,7 +41,7 @@ def faults(desk: Project, body: str) -> list[tuple[str, str]]:
 )
 def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
     """In a caption, in the chapter's text, on a button and on a slide."""
-    own = f'{{noise=0.25 press=go*2 expect="{expected}"}}'
+    own = f'{{noise=0.25 press=go*2 expect="{expected}; presses > 1"}}'
     with_id = own.replace("{", "{demo ")
     slide = f"slides:\n  - title: S\n    figure: demo\n    text: 'A :promise[slide]{own}.'\n"
     desk.chapter(
@@ -83,6 +83,29 @@ def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, messag
     for at, words in results:
         assert at.startswith(expected.partition("¦")[2] or '"')
         assert words.startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("text", "idle"),
+    [
+        (':promise[A]{demo press=go expect="¦presses < 2; noise is 0.50"}', True),
+        ('::try[A]{demo then=go expect="¦noise < 1"}', True),
+        (':promise[A]{demo press=go expect="presses > 0; noise < 1"}', False),
+        (':promise[A]{demo press=go expect="noise < 1; noise stays"}', False),
+        (':promise[A]{demo expect="noise < 1"}', False),  # about the figure as it opens
+        ('::picture[A bird.]{toy press=go expect="noise < 1"}', False),  # about a state, which a reader only looks at
+    ],
+)
+def test_what_holds_before_the_reader_does_anything_is_no_promise(desk: Project, text: str, idle: bool) -> None:
+    body = f"\n::figure[C]{{toy id=demo noise=0.5}}\n\n{text.replace('¦', '')}\n"
+    if not idle:
+        desk.chapter(body)
+        desk.build()
+        return
+    ((at, words),) = faults(desk, body)
+    expected, quote, _ = (start := text.partition("¦")[2]).partition('"')
+    assert (at, quote) == (start, '"')
+    assert words == f"promised {expected}, but so the figure opens: expect what changes, or say NAME stays"
 
 
 def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> None:
@@ -145,10 +168,11 @@ def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project)
     ],
 )
 def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bool) -> None:
-    """Numbers as the site prints them, and words."""
+    """Numbers as the site prints them, and words. Before a press it says nothing, unless it is to stay."""
 
-    def draw(state: object) -> object:
-        return replace(TOY.draw(state), readouts=(Readout("x", "X", value),))
+    def draw(state: State) -> Picture:
+        text = value if state.presses or expected == "x stays" else "–"
+        return replace(TOY.draw(state), readouts=(Readout("x", "X", text),))
 
     desk.widgets["toy"] = replace(TOY, draw=draw)  # type: ignore[arg-type]
     desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
@@ -177,7 +201,7 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
 def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: list[str]) -> None:
     """In a caption and on a button, unless the button itself expects something; paragraphs are not checked."""
     desk.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where.\n  chapter: second\n")
-    button = '::try[It falls.]{demo loud=true expect="noise < 1"}'
+    button = '::try[It falls.]{demo loud=true expect="noise stays"}'
     desk.chapter(f"\nIt falls and breaks.\n\n::figure[{text}]{{toy id=demo}}\n\n{button}\n")
     if not words:
         desk.build()
@@ -202,7 +226,7 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
     text: |
       {promise}, and ¦breaks.
 
-      ::try[It rises.]{{demo loud=true expect="noise < 1"}}
+      ::try[It rises.]{{demo loud=true expect="noise stays"}}
     notes: It ¦recovers.
 """
     front = f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'
