@@ -15,6 +15,9 @@ from solvers.core.arrays import FloatArray
 BLOCK = 20_000  # lines at a time: the split text takes many times the memory of the numbers in it
 COMMENTS = ("#", "//", "%")
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "spaces"}
+COMPRESSED = {
+    "gzip": b"\x1f\x8b", "zip": b"PK\x03\x04", "bzip2": b"BZh", "xz": b"\xfd7zXZ", "zstd": b"\x28\xb5\x2f\xfd",
+}  # fmt: skip
 AXIS = re.compile(r"([xyz])(?:[ _]?[\[(]?(?:u|m|mm|cm|km|in|ft|px|metres?|meters?)[\])]?)?", re.IGNORECASE)
 
 
@@ -24,9 +27,14 @@ def lines_of(text: str) -> list[str]:
 
 
 def file_bytes(data: object) -> bytes:
-    """`data` as bytes; raises ValueError for text, since a file's name would be read as its contents."""
+    """`data` as bytes; raises ValueError for text, since a file's name would be read as its contents, and for a
+    compressed file.
+    """
     if not isinstance(data, bytes | bytearray):
         raise ValueError(f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(data).__name__}")
+    for name, head in COMPRESSED.items():
+        if data.startswith(head):
+            raise ValueError(f"the file is compressed ({name}); decompress it first")
     return bytes(data)
 
 
