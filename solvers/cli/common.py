@@ -45,12 +45,17 @@ def able_to_write(path: Path, kinds: Sequence[str]) -> None:
 
 
 def bytes_of(path: Path, most: int) -> bytes:
-    """The bytes of a file. Raises ValueError, without reading to its end, if there are more than `most`, and OSError
-    if it cannot be read.
+    """The bytes of a file, or for `-` of standard input. Raises ValueError, without reading to its end, if there are
+    more than `most`, and OSError if it cannot be read.
     """
-    check_size(path.stat().st_size, most)
-    with path.open("rb") as file:
-        data = file.read(most + 1)
+    if str(path) == "-":
+        if sys.stdin is None:  # closed by the caller, as by `<&-`
+            raise OSError("standard input is closed")
+        data = sys.stdin.buffer.read(most + 1)
+    else:
+        check_size(path.stat().st_size, most)
+        with path.open("rb") as file:
+            data = file.read(most + 1)
     if len(data) > most:  # a device or a pipe, which does not say its size
         raise ValueError(f"it has more than the limit of {most / 1e6:.0f} MB")
     return data

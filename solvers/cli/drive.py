@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     )
     cli.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
-        " lines; 'telecom-loop' is the drive included in the package"
+        " lines; - is standard input, 'telecom-loop' the drive included in the package"
     )  # fmt: skip
     cli.add_argument("--to", choices=("scan", "map"), default="scan", help="what each scan is matched to (scan)")
     cli.add_argument("--gate", type=float, default=0.5, help="largest pair distance, metres (0.5)")

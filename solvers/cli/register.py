@@ -40,7 +40,8 @@ def parser() -> argparse.ArgumentParser:
         " 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )
-    cli.add_argument("source", type=Path, metavar="SOURCE", help="the cloud to move: CSV, XYZ, PLY, PCD, NPY, NPZ")
+    kinds = "CSV, XYZ, PLY, PCD, NPY, NPZ, or - for standard input"
+    cli.add_argument("source", type=Path, metavar="SOURCE", help=f"the cloud to move: {kinds}")
     cli.add_argument("target", type=Path, metavar="TARGET", help="the fixed cloud")
     cli.add_argument("--method", default="icp", help="one of the methods listed below (icp)")
     cli.add_argument(
