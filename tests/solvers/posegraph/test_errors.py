@@ -92,6 +92,15 @@ def test_a_weight_is_the_slope_of_its_loss(kernel):
     np.testing.assert_allclose(weights(kernel, x, 2.0), slope, atol=1e-6)
 
 
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_loss_is_the_sum_of_its_weights(kernel):
+    """Integrated from no error on: it starts at zero and has no step, at the threshold of 2 σ neither."""
+    x = np.linspace(0.0, 25.0, 100_001)
+    w = weights(kernel, x, 2.0)
+    total = np.append(0.0, np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(x)))
+    np.testing.assert_allclose(loss(kernel, x, 2.0), total, atol=1e-6)
+
+
 @pytest.mark.parametrize("kernel", KERNELS[1:])
 def test_small_errors_count_in_full_and_infinite_ones_for_nothing(kernel):
     assert weights(kernel, np.array([0.0]), 2.0) == 1.0
