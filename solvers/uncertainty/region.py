@@ -185,7 +185,7 @@ class Covariance:
         along = np.abs(self.along(pose))
         size = np.abs(self.centre).sum(axis=-1) + np.abs(self.mean.t).sum(axis=-1) + self.radius
         # Along a direction without spread, a distance of zero up to rounding counts as zero.
-        rest = (along == 0.0) | ((self.deviations == 0.0) & (along <= 64.0 * _EPS * np.asarray(size)[..., None]))
+        rest = (self.deviations == 0.0) & (along <= 64.0 * _EPS * np.asarray(size)[..., None])
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(rest, 0.0, along / self.deviations)
         square: FloatArray = np.square(ratio).sum(axis=-1)

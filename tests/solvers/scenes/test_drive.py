@@ -43,6 +43,13 @@ def test_what_is_packed_is_unpacked(rows: list[list[int]]) -> None:
     assert (unpacked(data[4 + 16 * n :], n, k) == table).all()
 
 
+def test_times_are_packed_in_milliseconds_and_motions_in_millionths() -> None:
+    """After the numbers of scans and beams, rounded; so the recorded drive's come back."""
+    data = packed(np.array([0.0, 1.2344]), np.array([[0.0] * 3, [0.5, -2e-6, 3.1415926]]), np.full((2, 3), 70))
+    assert np.frombuffer(data[:4], "<u2").tolist() == [2, 3]
+    assert np.frombuffer(data[4:36], "<i4").tolist() == [0, 0, 0, 0, 1234, 500_000, -2, 3_141_593]
+
+
 def test_a_file_of_another_length_is_refused() -> None:
     data = packed(np.zeros(2), np.zeros((2, 3)), np.full((2, 3), 70))
     with pytest.raises(ValueError, match="5 beams, and 2 scans of 3 need 6"):

@@ -232,6 +232,20 @@ def test_a_large_noise_hides_no_wrong_one_beside_it():
             covariance(result, "censi", source_noise=noise)
 
 
+def test_rounding_makes_no_covariance_a_wrong_one():
+    """Up to 1e-9 of its largest entry: in the symmetry, and below zero."""
+    scene = room("clean")
+    result = register(scene.source, scene.target, "point-to-plane", gate=0.5)
+    for off, fits in ((1e-10, True), (1e-8, False)):
+        for matrix in ([[1.0, off], [0.0, 1.0]], [[1.0, 0.0], [0.0, -off]]):
+            noise = np.tile(matrix, (len(scene.source), 1, 1))
+            if fits:
+                assert np.isfinite(covariance(result, "censi", source_noise=noise).matrix).all()
+                continue
+            with pytest.raises(ValueError, match=r"^source_noise: a covariance is not symmetric and positive"):
+                covariance(result, "censi", source_noise=noise)
+
+
 def test_the_noisier_the_normals_the_less_the_hessian_holds():
     """Of 100 draws of each room, started at the truth: with σ = 0.02 u, more than 90 of its regions and of Censi's hold
     the truth; with 0.11 u, fewer than 50 of its own do, but more than 85 of Censi's."""

@@ -43,6 +43,13 @@ def test_modes_are_what_chains_of_near_poses_connect():
     assert len(spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=100.0).modes) == 1
 
 
+@pytest.mark.parametrize(("apart", "count"), [(0.99, 2), (1.01, 1)])
+def test_two_turns_are_as_far_apart_as_they_take_a_point_at_the_radius(apart, count):
+    """A turn by 60° takes it as far as the radius."""
+    poses = Pose.from_angle([0.0, np.pi / 3.0])
+    assert len(spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=2.0 * apart).modes) == count
+
+
 def test_two_modes_half_a_turn_apart_are_told_and_nothing_is_nan():
     """The covariance of all poses is as wide as half a turn; those of the modes are not."""
     poses = Pose.from_angle(np.concatenate([np.linspace(-0.02, 0.02, 10), np.pi + np.linspace(-0.02, 0.02, 10)]))

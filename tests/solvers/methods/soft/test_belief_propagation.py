@@ -259,7 +259,7 @@ def test_wrong_options_are_named(wrong):
 
 
 def test_wrong_scores_are_named():
-    for wrong in (np.zeros(3), -np.ones((2, 2)), np.full((2, 2), np.nan), np.zeros((0, 2))):
+    for wrong in (np.zeros(3), -np.ones((2, 2)), np.array([[1.0, -1e-9]]), np.full((2, 2), np.nan), np.zeros((0, 2))):
         with pytest.raises(ValueError, match="scores"):
             bp_marginals(wrong)
     with pytest.raises(ValueError, match="16 columns"):
