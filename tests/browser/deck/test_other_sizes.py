@@ -64,10 +64,12 @@ def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[...
     assert page.locator("[id='3']").evaluate("slide => slide.offsetHeight") > 1000
 
     def press(key: str) -> float:
-        """How far the column has moved, in px, once the browser's smooth scroll has ended."""
+        """How far the column has moved, in px, once the browser's smooth scroll has ended. The end of an earlier scroll
+        may be told only now; it has moved nothing."""
         before = page.evaluate("""() => {
-          window.ended = new Promise(end => addEventListener("scrollend", end, { once: true }));
-          return scrollY;
+          const before = scrollY;
+          window.ended = new Promise((end) => addEventListener("scrollend", () => scrollY !== before && end()));
+          return before;
         }""")
         page.keyboard.press(key)
         return float(page.evaluate("window.ended.then(() => scrollY)") - before)
