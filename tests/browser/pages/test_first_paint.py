@@ -58,15 +58,27 @@ def observations(page: Page) -> dict[str, Any]:
     return page.evaluate("came")  # type: ignore[no-any-return]
 
 
+def painted_first(page: Page) -> bool:
+    """Whether the page was painted before its figures came alive."""
+    alive = observations(page)["at"]
+    painted = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+    return bool(painted < alive)
+
+
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
 def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
+    """On a busy machine a frame may be presented late; figures that do not wait for it come alive first every time."""
     page = watch(reader(), path)
     facts = observations(page)
     assert (facts["before"], facts["atOnce"], facts["atFrame"]) == (0, 0, 0)
-    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < facts["at"]
     assert facts["alive"] == page.locator("figure.figure:has(> script.figure-record)").count() > 0
     assert facts["without"] > 20
     assert facts["left"] == 0
+    loads = 1
+    while not painted_first(page):
+        assert loads < 3
+        page.reload()
+        loads += 1
 
 
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
