@@ -163,6 +163,15 @@ def test_no_overlap_is_said():
     assert failure.steps == 0
 
 
+def test_a_point_beyond_all_kernels_is_passed_over():
+    """It counts for nothing, and the others end where they end without it."""
+    scene = room("clean")
+    far = np.vstack([scene.source, [1e4, 1e4]])
+    usual, beside = (register(source, scene.target, "gmmreg") for source in (scene.source, far))
+    assert usual.status is beside.status is Status.CONVERGED
+    assert np.allclose(beside.matrix, usual.matrix, rtol=0.0, atol=1e-6)
+
+
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
     """A single point, or equal ones, in either cloud: degenerate with a reason, once the translation is found; the rest
