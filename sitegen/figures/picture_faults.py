@@ -121,24 +121,30 @@ def _watch(widget: Widget) -> Widget:
 def watched_job(widget: Widget, job: Job) -> Job:
     """Wrap a job so that its errors and its faulty results raise FigureFault."""
 
-    def work(controls: Any, seed: int) -> Iterator[Progress]:
+    def work(controls: Any, seed: int, part: str) -> Iterator[Progress]:
         try:
-            for progress in job.work(controls, seed):
-                messages = tuple(f"job {job.name}: {message}" for message in _result(progress.result))
-                if messages:
-                    raise FigureFault(widget.name, def_line(job.work), messages)
-                yield progress
+            yield from job.work(controls, seed, part)
         except Exception as error:
             raise FigureFault.of(widget, f"job {job.name}", error) from error
 
-    return replace(job, work=work)
+    def result(controls: Any, outcomes: Mapping[str, Any]) -> Result:
+        try:
+            drawn = job.result(controls, outcomes)
+        except Exception as error:
+            raise FigureFault.of(widget, f"job {job.name}", error) from error
+        messages = tuple(f"job {job.name}: {message}" for message in _result(drawn))
+        if messages:
+            raise FigureFault(widget.name, def_line(job.result), messages)
+        return drawn
+
+    return replace(job, work=work, result=result)
 
 
-def _result(result: Result | None) -> Iterator[str]:
-    for row in result.rows if result else ():
+def _result(result: Result) -> Iterator[str]:
+    for row in result.rows:
         if row.role not in ROLES:
             yield f"row {row.name!r}: unknown role {row.role!r}{hint(row.role, ROLES)}"
-    for panel in result.panels if result else ():
+    for panel in result.panels:
         yield from _marks(panel.marks, f"panel {panel.name!r}")
 
 

@@ -1,4 +1,5 @@
-// The page's one worker: Python with numpy, the solvers and the widgets. Strings and numbers in, strings and numbers out.
+// The page's worker: Python with numpy, the solvers and the widgets. Strings and numbers in, strings and numbers out. While
+// a job runs, a second one like it takes some of the job's parts.
 //
 // page → worker                                            worker → page
 //   { type: "start", runtime, files, again?, known?,         { type: "progress", loaded, total }    bytes

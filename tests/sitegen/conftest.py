@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
@@ -157,13 +157,18 @@ def draw(state: State) -> Picture:
     return Picture((Panel("main", "A point & more", view, marks),), readouts, words)
 
 
-def count(controls: Controls, seed: int) -> Iterator[Progress]:
-    """A job of two pieces, whose times differ from run to run."""
+def count(controls: Controls, seed: int, part: str) -> Iterator[Progress]:
+    """A job of one part in two pieces, whose times differ from run to run."""
     yield Progress(0.5, "half")
+    yield Progress(1.0, "done", [seed, perf_counter()])
+
+
+def counted(controls: Controls, outcomes: Mapping[str, Any]) -> Result:
+    seed, time = outcomes["all"]
     columns = (Column("noise", "Noise & <more>", "u", 2), Column("time", "Time", "ms", timed=True))
-    rows = (Row("one", "One </script>", (controls.noise, perf_counter()), "truth", dashed=True),)
+    rows = (Row("one", "One </script>", (controls.noise, time), "truth", dashed=True),)
     panel = Panel("dots", "Dots", View(0.0, 1.0, 0.0, 1.0), (Points([[controls.noise, 0.5]], "truth"),))
-    yield Progress(1.0, "done", Result(f"On seed {seed}.", "Row", columns, rows, (panel,), "print(1)"))
+    return Result(f"On seed {seed}.", "Row", columns, rows, (panel,), "print(1)")
 
 
 TOY = Widget(
@@ -177,7 +182,7 @@ TOY = Widget(
     buttons=(Button("go", "Go", primary=True), Button("back", "Back", "back"), Button("new", "New", "reseed")),
     legend=(Key("source", "a point"),),
     tape=(({}, ("go", "go", "go")), ({"scene": "noisy"}, ("go",))),
-    jobs=(Job("count", "Count & tell", count),),
+    jobs=(Job("count", "Count & tell", lambda controls: ("all",), count, counted),),
 )
 
 

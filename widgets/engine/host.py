@@ -24,7 +24,7 @@ from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
 from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
 from widgets.engine.contract import Action, Animation, Pieces, Record, Trace, Widget, motions, parsed
 from widgets.engine.controls import clip, nearest, specs, values
-from widgets.engine.jobs import Running
+from widgets.engine.jobs import Job, Running, plain
 from widgets.engine.registry import WIDGETS
 from widgets.engine.script import headed
 
@@ -144,11 +144,12 @@ class Host:
         return self._drawn(figure, widget, record, self._replay(figure, widget, record).states, detail)
 
     def job(self, request: str) -> str:
-        """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
+        """Part of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
 
-        do: "begin", which also does the first slice, "go on" or "stop". The answer gives the fraction done from 0 to 1,
-        its progress in words, whether it is done, and the new result, null without one (widgets.engine.jobs); the
-        answer to "stop" is null. Raises ValueError for an invalid record, an unknown job, and one that is not running.
+        do: "parts" → their names; "begin", with the "part", which also does its first slice, or "go on" → the fraction
+        done of it from 0 to 1, in words, whether it is done, and its outcome; "stop" → null; "result", with "outcomes"
+        by part → the result (widgets.engine.jobs). Raises ValueError for an invalid record, an unknown job or part, and
+        a job that is not running.
         """
         query = _read(request)
         widget, record = self._asked(query["record"])
@@ -156,13 +157,19 @@ class Host:
         name, do, figure = query.get("job"), query.get("do"), query["figure"]
         if not isinstance(name, str) or name not in jobs:
             raise ValueError(f"job: {widget.name} has no {clip(name)}{nearest(name, jobs)}")
-        if do == "stop":
-            self._running.stop(figure, jobs[name])
-            return "null"
-        if do == "begin":
-            self._running.begin(figure, jobs[name], record.controls, record.seed)
-        answer = self._running.slice(figure, jobs[name])
+        answer = self._job(query, figure, jobs[name], record, do)
         return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
+
+    def _job(self, query: Mapping[str, Any], figure: str, job: Job, record: Record, do: object) -> Any:
+        if do == "parts":
+            return job.parts(record.controls)
+        if do == "result":
+            return plain(job.result(record.controls, query["outcomes"]), f"{figure}-{job.name}")
+        if do == "stop":
+            return self._running.stop(figure, job)
+        if do == "begin":
+            self._running.begin(figure, job, record.controls, record.seed, query.get("part"))
+        return self._running.slice(figure, job)
 
     def give(self, request: str, data: bytes) -> str:
         """Read and store what a reader supplied, JSON in and out: {"widget": name, "name": of the file} → its

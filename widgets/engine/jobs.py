@@ -1,19 +1,22 @@
 """Long work that a figure offers beside its frames: done in slices, so that the page stays responsive, with a table as
 its result.
 
-A job is a generator that yields after every small piece of work. The page requests slice after slice; other requests
-are answered in between, and to stop a job the page need only stop asking. Only plain data is exchanged with the page.
+A job has parts that do not depend on each other, so that the page can run them in two workers at once. A part is a
+generator that yields after every small piece of work. The page requests slice after slice; other requests are answered
+in between, and to stop a job the page need only stop asking. The outcomes of any number of parts, from either worker,
+make a result. Only plain data is exchanged with the page.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 from widgets.drawing.picture import Panel, Role, number
 from widgets.drawing.svg import panel_svg
+from widgets.engine.controls import clip, nearest
 from widgets.engine.script import headed
 
 SLICE = 0.04  # seconds: a piece is not begun if it would end later than this, should it last as long as the one before
@@ -62,40 +65,52 @@ class Result:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a job has come: as a fraction from 0 to 1 and in words; and the result so far, if there is a new one."""
+    """How far a part of a job has come: as a fraction from 0 to 1 and in words; at 1 also its outcome."""
 
-    part: float
+    fraction: float
     words: str
-    result: Result | None = None
+    outcome: Any = None
 
 
 @dataclass(frozen=True)
 class Job:
-    """A job that a figure offers. label: that of its button. work: takes the control values and the seed; the last
-    Progress that it yields has part 1."""
+    """A job that a figure offers. label: that of its button.
+
+    parts: takes the control values; the names of the parts, the longest last.
+    work: takes the control values, the seed and a part's name; the last Progress that it yields has fraction 1 and an
+    outcome that JSON can carry.
+    result: takes the control values and the outcomes so far by part, in any order, at least one.
+    """
 
     name: str
     label: str
-    work: Callable[[Any, int], Iterator[Progress]]
+    parts: Callable[[Any], Sequence[str]]
+    work: Callable[[Any, int, str], Iterator[Progress]]
+    result: Callable[[Any, Mapping[str, Any]], Result]
 
 
 @dataclass
 class Running:
-    """The running jobs by figure and name; beginning one that is already running restarts it."""
+    """The running parts by figure and job, one of each; beginning another drops the one before."""
 
     now: Callable[[], float] = perf_counter
     works: dict[tuple[str, str], Iterator[Progress]] = field(default_factory=dict)
 
-    def begin(self, figure: str, job: Job, controls: Any, seed: int) -> None:
-        """Begin a job without doing any work yet."""
-        self.works[figure, job.name] = job.work(controls, seed)
+    def begin(self, figure: str, job: Job, controls: Any, seed: int, part: object) -> None:
+        """Begin a part of a job without doing any work yet.
+
+        Raises ValueError if the job has no such part.
+        """
+        if part not in (names := job.parts(controls)):
+            raise ValueError(f"part: {job.name} has no {clip(part)}{nearest(part, names)}")
+        self.works[figure, job.name] = job.work(controls, seed, str(part))
 
     def stop(self, figure: str, job: Job) -> None:
-        """Drop the job if it is running."""
+        """Drop the job's part if one is running."""
         self.works.pop((figure, job.name), None)
 
     def slice(self, figure: str, job: Job) -> dict[str, Any]:
-        """Work on a job for about `SLICE` seconds or until it has a result; return its progress as plain data.
+        """Work on a job's part for about `SLICE` seconds or to its end; return its progress as plain data.
 
         Raises ValueError if the job is not running.
         """
@@ -103,24 +118,21 @@ class Running:
         if key not in self.works:
             raise ValueError(f"job: {job.name} is not under way")
         start = before = self.now()
-        result = None
         while True:
             try:
                 progress = next(self.works[key])
             except BaseException:
                 self.works.pop(key)  # a job that failed cannot go on
                 raise
-            result = progress.result or result
             after = self.now()
-            # After a result something else begins, and the last piece says nothing about how long that takes.
-            if progress.part >= 1 or progress.result or 2 * after - before - start > SLICE:
+            if progress.fraction >= 1 or 2 * after - before - start > SLICE:
                 break
             before = after
-        done = progress.part >= 1
+        done = progress.fraction >= 1
         if done:
             self.works.pop(key)
-        payload = None if result is None else plain(result, f"{figure}-{job.name}")
-        return {"part": round(progress.part, 4), "words": progress.words, "done": done, "result": payload}
+        fraction = round(progress.fraction, 4)
+        return {"fraction": fraction, "words": progress.words, "done": done, "outcome": progress.outcome}
 
 
 def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
@@ -169,14 +181,21 @@ def _cell(text: str) -> str:
 
 
 def finished(job: Job, controls: Any, seed: int, prefix: str) -> Mapping[str, Any]:
-    """Run a job to its end; return its result as plain data without the values that depend on the machine, for the page
-    to show before scripts run.
+    """Run all parts of a job; return its result as plain data without the values that depend on the machine, for the
+    page to show before scripts run.
 
-    Raises ValueError if it ends without a result.
+    Raises ValueError if a part ends without an outcome.
     """
-    result = None
-    for progress in job.work(controls, seed):
-        result = progress.result or result
-    if result is None:
-        raise ValueError(f"job: {job.name} ended without a result")
-    return plain(result, prefix, timed=False)
+    outcomes = {part: outcome(job, controls, seed, part) for part in job.parts(controls)}
+    return plain(job.result(controls, outcomes), prefix, timed=False)
+
+
+def outcome(job: Job, controls: Any, seed: int, part: str) -> Any:
+    """Run a part of a job to its end.
+
+    Raises ValueError if it ends without an outcome.
+    """
+    *_, last = job.work(controls, seed, part)
+    if last.outcome is None:
+        raise ValueError(f"job: {part} of {job.name} ended without an outcome")
+    return last.outcome

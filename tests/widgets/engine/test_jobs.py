@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -29,13 +29,19 @@ def result_of(n: int) -> Result:
     return Result("On this.", "Solver", COLUMNS, rows, (PANEL,), "print(1)\n")
 
 
-def counting(controls: Any, seed: int) -> Iterator[Progress]:
-    """Ten pieces, with a row after every fifth."""
+def counting(controls: Any, seed: int, part: str) -> Iterator[Progress]:
+    """Ten pieces."""
     for k in range(1, 11):
-        yield Progress(k / 10, f"piece {k}", result_of(k // 5) if k % 5 == 0 else None)
+        yield Progress(k / 10, f"{part}, piece {k}", {"of": part, "pieces": k} if k == 10 else None)
 
 
-JOB = Job("count", "Count", counting)
+def counted(controls: Any, outcomes: Mapping[str, Any]) -> Result:
+    """A row per part."""
+    assert all(outcome == {"of": part, "pieces": 10} for part, outcome in outcomes.items())
+    return result_of(len(outcomes))
+
+
+JOB = Job("count", "Count", lambda controls: ("first", "last"), counting, counted)
 CONTROLS = preset(WIDGET).controls
 
 
@@ -51,33 +57,34 @@ class Clock:
 
 
 def all_slices(running: Running, job: Job = JOB) -> list[dict[str, Any]]:
-    running.begin("f", job, CONTROLS, 40)
+    running.begin("f", job, CONTROLS, 40, "last")
     slices = [running.slice("f", job)]
     while not slices[-1]["done"]:
         slices.append(running.slice("f", job))
     return slices
 
 
-@pytest.mark.parametrize(("piece", "slices"), [(1e-6, 2), (0.9 * SLICE / 2, 6), (0.6 * SLICE, 10), (3 * SLICE, 10)])
+@pytest.mark.parametrize(("piece", "slices"), [(1e-6, 1), (0.9 * SLICE / 2, 5), (0.6 * SLICE, 10), (3 * SLICE, 10)])
 def test_a_slice_begins_no_piece_that_would_make_it_long(piece: float, slices: int) -> None:
-    """Short pieces share a slice, up to a result; two that together exceed a slice do not, nor does a long one."""
+    """Short pieces share a slice; two that together exceed a slice do not, nor does a long one."""
     assert len(all_slices(Running(Clock(piece)))) == slices
 
 
 @pytest.mark.parametrize("piece", [1e-6, 0.6 * SLICE])
-def test_the_result_does_not_depend_on_the_slices(piece: float) -> None:
-    """Whatever the clock says, the last result is the same, and the fraction done grows to one."""
+def test_the_outcome_does_not_depend_on_the_slices(piece: float) -> None:
+    """Whatever the clock says, the last slice has the outcome, and the fraction done grows to one."""
     slices = all_slices(Running(Clock(piece)))
-    assert [s["result"] for s in slices if s["result"]][-1] == plain(result_of(2), "f-count")
-    parts = [s["part"] for s in slices]
-    assert parts == sorted(parts)
-    assert parts[-1] == 1
+    outcomes = [s["outcome"] for s in slices]
+    assert outcomes == [None] * (len(slices) - 1) + [{"of": "last", "pieces": 10}]
+    fractions = [s["fraction"] for s in slices]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
     assert [s["done"] for s in slices] == [False] * (len(slices) - 1) + [True]
 
 
 def test_what_was_stopped_or_done_does_not_go_on() -> None:
     running = Running(Clock(SLICE))
-    running.begin("f", JOB, CONTROLS, 40)
+    running.begin("f", JOB, CONTROLS, 40, "first")
     running.slice("f", JOB)
     running.stop("f", JOB)
     with pytest.raises(ValueError, match="not under way"):
@@ -90,20 +97,20 @@ def test_what_was_stopped_or_done_does_not_go_on() -> None:
 
 def test_another_begin_begins_anew() -> None:
     running = Running(Clock(SLICE))
-    running.begin("f", JOB, CONTROLS, 40)
-    assert running.slice("f", JOB)["words"] == "piece 1"
-    assert running.slice("f", JOB)["words"] == "piece 2"
-    running.begin("f", JOB, CONTROLS, 40)
-    assert running.slice("f", JOB)["words"] == "piece 1"
+    running.begin("f", JOB, CONTROLS, 40, "first")
+    assert running.slice("f", JOB)["words"] == "first, piece 1"
+    assert running.slice("f", JOB)["words"] == "first, piece 2"
+    running.begin("f", JOB, CONTROLS, 40, "last")
+    assert running.slice("f", JOB)["words"] == "last, piece 1"
 
 
-def test_a_job_that_fails_is_over() -> None:
-    def work(controls: Any, seed: int) -> Iterator[Progress]:
+def test_a_part_that_fails_is_over() -> None:
+    def work(controls: Any, seed: int, part: str) -> Iterator[Progress]:
         yield Progress(0.5, "half")
         raise RuntimeError("broken")
 
-    running, job = Running(Clock(SLICE)), Job("b", "B", work)
-    running.begin("f", job, CONTROLS, 40)
+    running, job = Running(Clock(SLICE)), replace(JOB, work=work)
+    running.begin("f", job, CONTROLS, 40, "first")
     running.slice("f", job)
     with pytest.raises(RuntimeError, match="broken"):
         running.slice("f", job)
@@ -122,8 +129,9 @@ def test_what_a_machine_takes_is_left_out_of_a_build() -> None:
     }
     assert [row["mark"] for row in live["rows"]] == ["by-means", "by-means dashed"]
     assert build["panels"][0]["svg"].startswith("<svg")
-    with pytest.raises(ValueError, match="without a result"):
-        finished(Job("n", "N", lambda controls, seed: iter([Progress(1, "done")])), CONTROLS, 40, "f")
+    silent = replace(JOB, work=lambda controls, seed, part: iter([Progress(1, "done")]))
+    with pytest.raises(ValueError, match="first of count ended without an outcome"):
+        finished(silent, CONTROLS, 40, "f")
 
 
 def test_csv_is_read_back_in_full() -> None:
@@ -136,7 +144,7 @@ def test_csv_is_read_back_in_full() -> None:
 
 
 def test_the_host_runs_jobs_of_its_widgets() -> None:
-    """Begin, continue and stop, as JSON; an unknown job or an invalid record is named."""
+    """Parts, begin, continue, stop and result, as JSON; an unknown job or part or an invalid record is named."""
     host = Host({"kabsch": replace(WIDGET, jobs=(JOB,))})
     record = preset(WIDGET).plain()
 
@@ -145,11 +153,22 @@ def test_the_host_runs_jobs_of_its_widgets() -> None:
             host.job(json.dumps({"figure": "f", "record": record, "job": "count", "do": "begin", **changes}))
         )
 
-    assert ask()["part"] > 0
+    assert ask(do="parts") == ["first", "last"]
+    last = ask(part="last")
+    while not last["done"]:
+        last = ask(do="go on")
+    assert last["outcome"] == {"of": "last", "pieces": 10}
+    table = ask(do="result", outcomes={"last": last["outcome"]})
+    assert table == json.loads(json.dumps(plain(result_of(1), "f-count")))
+    ask(part="first")
     assert ask(do="stop") is None
     with pytest.raises(ValueError, match="not under way"):
         ask(do="go on")
     with pytest.raises(ValueError, match="did you mean 'count'"):
         ask(job="cuont")
+    with pytest.raises(ValueError, match="did you mean 'first'"):
+        ask(part="frist")
+    with pytest.raises(ValueError, match="count has no None"):
+        ask()
     with pytest.raises(ValueError, match="seed"):
         ask(record={**record, "seed": -1})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -20,8 +19,8 @@ from solvers.studies.race import Controls as Race
 from widgets.drawing.svg import panel_svg
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.engine.jobs import Progress
-from widgets.figures.race.benchmark import work
+from widgets.engine.jobs import Result, outcome
+from widgets.figures.race.benchmark import BENCHMARK, parts, result, work
 from widgets.figures.race.field import ENTRIES, field
 from widgets.figures.race.figure import WIDGET, Controls, State, act, draw, start
 from widgets.figures.race.panels import CHART, HEIGHT, LINE, apart, course, picked
@@ -258,40 +257,54 @@ def test_whatever_is_done_is_drawn(log: list[Any], controls: dict[str, Any]) -> 
 # The benchmark
 
 
+def run_of(controls: Controls) -> dict[str, Any]:
+    """The outcomes, the last contestant's first, as a second worker brings them."""
+    return {part: outcome(BENCHMARK, controls, 40, part) for part in reversed(parts(controls))}
+
+
 @pytest.fixture(scope="module")
-def run() -> list[Progress]:
-    return list(work(Controls(), 40))
+def run() -> dict[str, Any]:
+    return run_of(Controls())
 
 
-def test_the_table_is_the_solvers_benchmark(run: list[Progress]) -> None:
+def test_the_table_is_the_solvers_benchmark(run: dict[str, Any]) -> None:
     """Contestant by contestant, the same medians and counts as `solvers.benchmark` at the same settings."""
-    result = run[-1].result
-    assert result is not None
     expected = benchmark(Race(noise=0.11, outliers=0.2))
-    for row, line in zip(result.rows, expected, strict=True):
+    for row, line in zip(result(Controls(), run).rows, expected, strict=True):
         assert row.label == line.contestant.label
         assert row.values[:5] == (line.median_rre, line.median_rte, line.turned, line.close, line.median_steps)
         assert row.values[5] is not None
         assert row.values[5] > 0
 
 
-def test_the_benchmark_tells_how_far_it_is(run: list[Progress]) -> None:
-    """The fraction done grows from zero to one, and a row appears as soon as its contestant is done."""
-    parts = [progress.part for progress in run]
-    assert parts == sorted(parts)
-    assert parts[0] == 0
-    assert parts[-1] == 1
-    results = [progress.result for progress in run if progress.result]
-    assert [len(result.rows) for result in results] == list(range(1, 10))
+def test_the_benchmark_tells_how_far_it_is() -> None:
+    """The fraction done of each contestant grows from zero to one."""
+    for part in ("icp", "hypothesis-mixture"):
+        fractions = [progress.fraction for progress in work(Controls(), 40, part)]
+        assert fractions == sorted(fractions)
+        assert fractions[0] == 0
+        assert fractions[-1] == 1
+        assert len(fractions) > 10
 
 
-def test_every_seed_is_a_dot(run: list[Progress]) -> None:
+def test_outcomes_come_in_any_order_and_cross_to_the_page_unchanged(run: dict[str, Any]) -> None:
+    """Any outcomes make a table with their rows in the contestants' order; as JSON they make the very same result."""
+
+    def made(outcomes: dict[str, Any]) -> Result:
+        return result(Controls(), outcomes)
+
+    names = parts(Controls())
+    some = {part: run[part] for part in ("ndt", "icp", "mmd")}
+    assert [row.name for row in made(some).rows] == [name for name in names if name in some]
+    assert [row.name for row in made(run).rows] == list(names)
+    there, back = made(run), made(json.loads(json.dumps(run)))
+    assert there.rows == back.rows
+    assert [panel_svg(panel, "f") for panel in there.panels] == [panel_svg(panel, "f") for panel in back.panels]
+
+
+def test_every_seed_is_a_dot(run: dict[str, Any]) -> None:
     """Each strip has 25 dots, and a bar at the median."""
-    from widgets.drawing.svg import panel_svg
-
-    result = run[-1].result
-    assert result is not None
-    for panel in result.panels:
+    for panel in result(Controls(), run).panels:
         svg = panel_svg(panel, "f")
         strips = re.findall(r'class="dot s by-[a-z]+ w4" d="([^"]*)"', svg)
         assert [d.count("h1") for d in strips] == [len(SEEDS)] * 9
@@ -303,19 +316,13 @@ def test_every_seed_is_a_dot(run: list[Progress]) -> None:
 def test_the_python_that_is_offered_finds_the_same(ninth: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The script runs with the solvers alone and prints the table's numbers."""
     controls = Controls(setting="clean", noise=0.02, outliers=0.0, turn=20.0, ninth=ninth)
-    last = _last(work(controls, 40))
-    assert last.result is not None
-    exec(compile(last.result.python, "snippet", "exec"), {})
+    table = result(controls, run_of(controls))
+    exec(compile(table.python, "snippet", "exec"), {})
     output = capsys.readouterr().out.splitlines()[1:10]
-    for row, line in zip(last.result.rows, output, strict=True):
+    for row, line in zip(table.rows, output, strict=True):
         assert line.startswith(row.label)
         assert f"{row.values[0]:.2f}°" in line
         assert contestants([row.name])[0].label == row.label
-
-
-def _last(progress: Iterator[Progress]) -> Progress:
-    *_, last = progress
-    return last
 
 
 def test_nothing_runs_before_the_first_step() -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from time import perf_counter
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -43,44 +43,50 @@ class Settings(Protocol):
     def race(self) -> racing.Controls: ...
 
 
-def work(controls: Settings, seed: int) -> Iterator[Progress]:
-    """Run each contestant on all seeds in one batch, step by step. The seeds are the benchmark's own, not `seed`."""
-    race = controls.race()
-    problem, truth = race_problem(race)
-    entries, lines = field(controls.ninth), list[Line]()
-    for entry in entries:
-        METHODS[entry.contestant.method]  # imported now, so that a file that a page cannot load fails before any run
-    for k, entry in enumerate(entries):
-        label, seconds, steps = entry.contestant.label, 0.0, 0
+def parts(controls: Settings) -> tuple[str, ...]:
+    """The contestants' methods."""
+    methods = tuple(entry.contestant.method for entry in field(controls.ninth))
+    for method in methods:
+        METHODS[method]  # imported now, so that a file that a page cannot load fails before any run
+    return methods
+
+
+def work(controls: Settings, seed: int, part: str) -> Iterator[Progress]:
+    """Run a contestant on all seeds in one batch, step by step. The seeds are the benchmark's own, not `seed`."""
+    problem, truth = race_problem(controls.race())
+    (contestant,) = (one.contestant for one in field(controls.ninth) if one.contestant.method == part)
+    seconds, steps = 0.0, 0
+    start = perf_counter()
+    batch = contestant.begin(problem)
+    seconds += perf_counter() - start
+    while not batch.done:
+        # The share of runs that have stopped is the best available measure of progress.
+        yield Progress(1 - batch.rows.size / batch.steps.size, f"{contestant.label}, step {steps}")
         start = perf_counter()
-        batch = entry.contestant.begin(problem)
+        batch = advance(batch)
         seconds += perf_counter() - start
-        while not batch.done:
-            # The share of runs that have stopped is the best available measure of progress.
-            share = 1 - batch.rows.size / batch.steps.size
-            yield Progress((k + share) / len(entries), f"{label}, step {steps}")
-            start = perf_counter()
-            batch = advance(batch)
-            seconds += perf_counter() - start
-            steps += 1
-        lines.append(line(entry.contestant, batch, truth, seconds))
-        table = result(controls, race, entries[: k + 1], lines)
-        yield Progress((k + 1) / len(entries), label, table)
+        steps += 1
+    yield Progress(1.0, contestant.label, outcome(line(contestant, batch, truth, seconds)))
 
 
-def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], lines: Sequence[Line]) -> Result:
+def outcome(x: Line) -> dict[str, list[float]]:
+    """What the table and the strips show of a contestant, as plain data."""
+    values = [x.median_rre, x.median_rte, x.turned, x.close, x.median_steps, 1e3 * x.seconds]
+    return {"values": values, "rre": x.rre.tolist(), "rte": x.rte.tolist()}
+
+
+def result(controls: Settings, outcomes: Mapping[str, Any]) -> Result:
     """The table and the strips of all runs so far."""
+    race = controls.race()
+    entries = [one for one in field(controls.ninth) if one.contestant.method in outcomes]
+    known = [outcomes[one.contestant.method] for one in entries]
     rows = tuple(
-        Row(
-            one.contestant.method, one.contestant.label,
-            (x.median_rre, x.median_rte, x.turned, x.close, x.median_steps, 1e3 * x.seconds),
-            one.role, one.dashed, one.dotted,
-        )
-        for one, x in zip(entries, lines, strict=True)
-    )  # fmt: skip
+        Row(one.contestant.method, one.contestant.label, tuple(x["values"]), one.role, one.dashed, one.dotted)
+        for one, x in zip(entries, known, strict=True)
+    )
     panels = (
-        strips("rre", ("Rotation", "°"), entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES),
-        strips("rte", ("Translation", "\u00a0u"), entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE),
+        strips("rre", ("Rotation", "°"), entries, [x["rre"] for x in known], (0.001, 180.0), CLOSE_DEGREES),
+        strips("rte", ("Translation", "\u00a0u"), entries, [x["rte"] for x in known], (0.001, 10.0), CLOSE_DISTANCE),
     )
     return Result(caption(race), "Solver", COLUMNS, rows, panels, python(race, controls.ninth))
 
@@ -97,7 +103,7 @@ def caption(race: racing.Controls) -> str:
 
 def strips(
     name: str, quantity: tuple[str, str], entries: Sequence[Entry],
-    errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]], span: tuple[float, float], close: float,
+    errors: Sequence[Sequence[float]], span: tuple[float, float], close: float,
 ) -> Panel:  # fmt: skip
     """A strip per solver with a dot per seed, on a logarithmic axis; a bar at the median, a line at the threshold.
 
@@ -143,4 +149,4 @@ def python(race: racing.Controls, ninth: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-BENCHMARK = Job("benchmark", f"Run on {len(SEEDS)} seeds", work)
+BENCHMARK = Job("benchmark", f"Run on {len(SEEDS)} seeds", parts, work, result)

@@ -185,11 +185,19 @@ export interface JobResult {
   csv: string;
   python: string;
 }
+export interface JobQuestion {
+  figure: string;
+  record: FigureRecord;
+  name: string;
+  does: "parts" | "begin" | "go on" | "stop" | "result";
+  part?: string;
+  outcomes?: Record<string, unknown>;
+}
 export interface Slice {
-  part: number;
+  fraction: number;
   words: string;
   done: boolean;
-  result: JobResult | null;
+  outcome: unknown;
 }
 
 export interface RuntimeFile {

@@ -1,11 +1,14 @@
 // Jobs: long computations that a figure offers. They run slice by slice, so that everything else comes first, and Stop
 // only has to stop asking. The result is a sortable table with drawings; one run can be kept to compare with the next.
-/** @import { Column, FigureRecord, JobResult, Row, Slice } from "../base/types.js" */
+/** @import { Column, FigureRecord, JobResult, Row } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
 import { around, copy, fileName, find, findButton, make, messageOf, on, save, text } from "../base/dom.js";
 import { withUnit } from "../base/format.js";
 import { runtime } from "../runtime/runtime.js";
+import { helper, runParts } from "./parts.js";
+
+const TELL_EVERY = 200; // ms; the page's painting takes a core's time from the two workers
 
 /** @typedef {{ by: number | null, falls: boolean }} Order  by a column; -1: by label; null: as given */
 
@@ -156,19 +159,11 @@ function job(figure, box) {
     tell(message);
   }
 
-  /** @param {Slice} slice */
-  function hear({ part, words: message, result }) {
-    bar.value = part;
-    tell(message, false);
-    if (!result) return;
-    if (run) run.rows = true;
-    current = result;
-    show();
-  }
-
   async function work() {
     if (runtime.state === "file") return tell("A page opened from disk has no Python to run this.");
-    const mine = (run = { record: figure.record, rows: false });
+    /** @type {{ record: FigureRecord, rows: boolean }} */
+    const mine = { record: figure.record, rows: false };
+    run = mine;
     begin.disabled = true;
     stop.disabled = false;
     stop.focus({ preventScroll: true });
@@ -178,13 +173,26 @@ function job(figure, box) {
     if (runtime.state === "failed") runtime.restart();
     else runtime.start();
     const began = performance.now();
+    let due = began;
     try {
-      for (let phase = /** @type {"begin" | "go on"} */ ("begin"); run === mine; phase = "go on") {
-        const slice = await runtime.job({ figure: figure.id, record: mine.record, name, does: phase });
-        if (run !== mine) return;
-        hear(slice);
-        if (slice.done) return end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
-      }
+      await runParts(
+        { figure: figure.id, record: mine.record, name },
+        {
+          going: () => run === mine,
+          hear(fraction, message) {
+            if (performance.now() < due) return;
+            due = performance.now() + TELL_EVERY;
+            bar.value = fraction;
+            tell(message, false);
+          },
+          show(result) {
+            mine.rows = true;
+            current = result;
+            show();
+          },
+        },
+      );
+      if (run === mine) end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
     } catch (error) {
       const stopped = error instanceof Error && "stopped" in error;
       if (run === mine) end(stopped ? "Python stopped before the run was finished." : `${messageOf(error)}.`);
@@ -245,6 +253,7 @@ function job(figure, box) {
 
   find(box, ".job-head").hidden = false; // before `show` replaces the placeholder
   on(box, "click", press);
+  for (const intent of ["pointerover", "focusin"]) on(begin, intent, helper);
   on(box, "focusin", reveal);
   show();
 }

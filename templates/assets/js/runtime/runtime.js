@@ -1,10 +1,10 @@
-// The page's side of its one worker: starts it, asks it one question at a time, notices when it fails or falls silent.
-/** @import { FigureRecord, Frame, Progress, RuntimeFile, RuntimeState, Slice } from "../base/types.js" */
+// The page's side of its worker: starts it, asks it one question at a time, notices when it fails or falls silent.
+/** @import { FigureRecord, Frame, JobQuestion, Progress, RuntimeState } from "../base/types.js" */
 
 import { messageOf } from "../base/dom.js";
 import { emitter } from "../base/emitter.js";
 import { limits } from "../base/limits.js";
-import { store } from "../base/store.js";
+import { addresses, files, launch, noteEngine, scriptName } from "./launch.js";
 
 /**
  * A question to the worker. finer: it only refines the picture that is shown. replay: it continues a replay. given: the
@@ -21,18 +21,12 @@ import { store } from "../base/store.js";
 /** @type {ReturnType<typeof emitter<{ change: [], lack: [] }>>} lack: a file that Python needs later did not load */
 const { on, emit } = emitter();
 const page = document.documentElement;
-const { runtime: folder = "", runtimeFiles, runtimeBytes, worker: script = "" } = document.body.dataset;
-/** @type {RuntimeFile[]} */
-const files = JSON.parse(runtimeFiles || "[]");
-const ENGINE = "ladder-engine"; // storage key: the hash of the engine that last started in this browser
-const engine = files.find(({ name }) => name.endsWith(".wasm"))?.sha256;
 const LATE = 2000; // ms; a timer later than this means that the page was suspended
 
 const MOST_BROUGHT = 16;
 
 /** @type {Worker | null} */
 let worker = null;
-let launcher = ""; // the worker's blob URL
 let last = 0; // id of the latest question
 /** @type {Question | null} */
 let current = null; // the question that the worker is answering
@@ -53,7 +47,7 @@ let workerFiles = new Set();
 export const runtime = {
   /** file: the page was opened from disk, where browsers allow no worker */
   state: /** @type {RuntimeState} */ (""),
-  total: Number(runtimeBytes) || files.reduce((sum, { size }) => sum + size, 0),
+  total: Number(document.body.dataset.runtimeBytes) || files.reduce((sum, { size }) => sum + size, 0),
   loaded: 0,
   stage: "",
   message: "",
@@ -72,7 +66,7 @@ export const runtime = {
   heap,
   kill: () => worker?.terminate(),
   get urls() {
-    return [script, ...files.map(({ name }) => folder + name)].map((url) => new URL(url, document.baseURI).href);
+    return addresses();
   },
 };
 
@@ -85,15 +79,6 @@ function become(state, message = "") {
 }
 
 /**
- * A blob URL that imports the worker's script: a worker made from a blob inherits its page's content security policy,
- * whereas one made from a file has only the policy in the file's headers, and some hosts send none.
- */
-function launch() {
-  const code = `import ${JSON.stringify(new URL(script, document.baseURI).href)};`;
-  return URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-}
-
-/**
  * Starts the worker once; after a failure only `restart` starts it again.
  * @param {boolean} careful
  */
@@ -102,7 +87,7 @@ function begin(careful) {
   runtime.loaded = 0;
   runtime.stage = "";
   try {
-    worker = new Worker((launcher ||= launch()), { type: "module" });
+    worker = launch(careful);
   } catch (error) {
     become("failed", `Python could not start: ${messageOf(error)}`);
     return;
@@ -110,13 +95,10 @@ function begin(careful) {
   worker.onmessage = ({ data }) => heard[data.type]?.(data);
   worker.onerror = (event) => {
     event.preventDefault();
-    const missing = `${script.split("/").at(-1)} could not be loaded`;
+    const missing = `${scriptName} could not be loaded`;
     die(event.message ? `Python stopped: ${event.message}` : missing);
   };
   worker.onmessageerror = () => die("Python sent an unreadable message");
-  const isKnown = store.get(ENGINE) === engine;
-  const address = new URL(folder, document.baseURI).href;
-  worker.postMessage({ type: "start", runtime: address, files, again: careful, known: isKnown });
   become("loading");
   wait();
 }
@@ -178,7 +160,7 @@ const heard = {
   ready() {
     clearTimeout(patience);
     runtime.stopped = false;
-    store.set(ENGINE, engine);
+    noteEngine();
     become("live");
     next();
   },
@@ -331,14 +313,14 @@ function frame({ figure, record, detail, finer = false, going = always }) {
 }
 
 /**
- * A slice of a job: `does` is "begin", "go on" or "stop". A reader's own actions come first, so that a job run slice by
- * slice never makes a reader wait for longer than one slice. Rejects as `frame` does.
- * @param {{ figure: string, record: FigureRecord, name: string, does: "begin" | "go on" | "stop" }} wanted
- * @returns {Promise<Slice>}
+ * Asks about a job, as the host's `job` answers. A reader's own actions come first, so that a job run slice by slice
+ * never makes a reader wait for longer than one slice. Rejects as `frame` does.
+ * @param {JobQuestion} wanted
+ * @returns {Promise<any>}
  */
-function job({ figure, record, name, does: phase }) {
+function job({ figure, record, name, does: phase, part, outcomes }) {
   return new Promise((resolve, reject) => {
-    const request = JSON.stringify({ figure, record, job: name, do: phase });
+    const request = JSON.stringify({ figure, record, job: name, do: phase, part, outcomes });
     queue.push({ type: "job", id: ++last, figure, request, going: always, resolve, reject });
     next();
   });
