@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from solvers.studies.benchmark import benchmark
-from solvers.studies.race import Controls
+from solvers.studies.race import CONTESTANTS, Controls
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure
 
@@ -161,6 +161,84 @@ def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Re
     race.live()
     race.page.wait_for_function("() => asked.includes('stop')", timeout=LIVE)
     assert race.page.evaluate("asked") == ["parts", "stop"]
+
+
+# Notes which worker is asked to begin which part. The page's second worker may be "deaf", which hears of none, or
+# "mortal", which dies of the first.
+WATCHED = """
+  globalThis.begun = [[], []];
+  globalThis.second = "sound";
+  const workers = [];
+  const post = Worker.prototype.postMessage;
+  Worker.prototype.postMessage = function (data, ...more) {
+    if (!workers.includes(this)) workers.push(this);
+    const which = workers.indexOf(this);
+    if (data.type === "job") {
+      const { do: does, part } = JSON.parse(data.request);
+      if (does === "begin") begun[which ? 1 : 0].push(part);
+      if (which === 1 && second === "mortal") this.dispatchEvent(new ErrorEvent("error", { cancelable: true }));
+      if (which === 1 && second !== "sound") return;
+    }
+    return post.call(this, data, ...more);
+  };
+"""
+
+
+@pytest.fixture
+def watched(reader: Callable[..., Reader]) -> Callable[[str], Figure]:
+    """The race of a page whose workers are watched, and in which a script has run first."""
+
+    def race(script: str = "") -> Figure:
+        visitor = reader(alone=True, reduced_motion="reduce")
+        visitor.context.add_init_script(WATCHED + script)
+        return Figure(visitor.open("race.html"), "fig-race").live()
+
+    return race
+
+
+CORES = "Object.defineProperty(navigator, 'hardwareConcurrency', { value: %d });"
+NINE = [contestant.method for contestant in CONTESTANTS]
+
+
+def run(race: Figure) -> tuple[list[str], list[str]]:
+    """Run the benchmark to its end; what the page's worker began, and what the second or its successor."""
+    job(race).locator('[data-do="begin"]').click()
+    expect(job(race).locator(".job-words")).to_contain_text("Done in", timeout=LONG)
+    assert [row[0] for row in rows(race)] == [contestant.label for contestant in CONTESTANTS]
+    first, second = race.page.evaluate("begun")
+    return first, second
+
+
+def test_two_workers_share_the_parts(watched: Callable[[str], Figure]) -> None:
+    """The page's worker takes them from the first on, the second from the last on; it stays for the next run."""
+    race = watched(CORES % 2)
+    for _ in range(2):
+        first, second = run(race)
+        assert second
+        assert second == NINE[::-1][: len(second)]
+        assert first[: len(NINE) - len(second)] == NINE[: len(NINE) - len(second)]
+        race.page.evaluate("begun = [[], []]")
+
+
+def test_one_core_has_one_worker(watched: Callable[[str], Figure]) -> None:
+    assert run(watched(CORES % 1)) == (NINE, [])
+
+
+def test_a_second_worker_that_hangs_is_not_waited_for(watched: Callable[[str], Figure]) -> None:
+    """The page's worker does what the second one had begun, in this run and the next."""
+    race = watched(CORES % 2 + "second = 'deaf';")
+    for _ in range(2):
+        assert run(race) == (NINE, NINE[-1:])
+        race.page.evaluate("begun = [[], []]")
+
+
+def test_a_second_worker_that_dies_is_replaced_at_the_next_run(watched: Callable[[str], Figure]) -> None:
+    race = watched(CORES % 2 + "second = 'mortal';")
+    assert run(race) == (NINE, NINE[-1:])
+    race.page.evaluate("begun = [[], []]")
+    first, second = run(race)
+    assert len(second) > 1
+    assert first[: len(NINE) - len(second)] == NINE[: len(NINE) - len(second)]
 
 
 def test_every_panel_takes_the_start(race: Figure) -> None:
