@@ -111,7 +111,9 @@ def test_the_tape_answers_before_python_is_up(reading: Reading, server: SiteServ
 # asked for at once, would take longer than an answer may.
 FINEST = """async ([record, details]) => {
   let frame;
-  for (let detail = 0; detail < details; detail++) frame = await Ladder.runtime.frame({ figure: "fig-x", record, detail });
+  for (let detail = 0; detail < details; detail++) {
+    frame = await Ladder.runtime.frame({ figure: "fig-x", record, detail });
+  }
   return frame;
 }"""
 
