@@ -245,7 +245,7 @@ def heat(bench: Bench) -> list[Row]:
 
 
 def nine(bench: Bench) -> list[Row]:
-    """The race: repeated steps of all nine, a drag of their start, and the 25-seed benchmark in slices."""
+    """The race: repeated steps of all nine, a drag of their start, and the 25-seed benchmark, by its button."""
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
@@ -275,7 +275,7 @@ def nine(bench: Bench) -> list[Row]:
             f"{len(drags)} inputs, median {number_ms(median(drags))}; {missed} of {frames} frames missed",
         ),
         Row(
-            "25-seed benchmark in slices on the page", total, "ms", 2500,
+            "25-seed benchmark by the page's button", total, "ms", 2500,
             f"{len(slices)} answers of the page's worker, longest {number_ms(max(slices))}; the methods' times, in two"
             f" workers, sum to {number_ms(solving)}",
         ),

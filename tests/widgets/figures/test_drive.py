@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from time import perf_counter
-
 import numpy as np
 import pytest
 
@@ -139,21 +137,16 @@ def test_the_map_has_a_bar_of_ten_metres() -> None:
 
 @pytest.mark.native
 def test_the_whole_map_is_light_enough_to_play() -> None:
-    """The last frame is below 80 kB of markup, and each step adds less than 12 kB; the median step is drawn and
-    rendered in under 25 ms."""
+    """The last frame is below 80 kB of markup, and each step adds less than 12 kB."""
     state = start(preset(WIDGET, "closed").controls, 40)
     before: set[str] = set()
-    took = []
     while not draw(state).disabled:
         state = act(state, STEP)
-        t0 = perf_counter()
         panel = draw(state).panels[0]
         markup = [mark_svg(mark, panel.view, "") for mark in panel.marks]
-        took.append(perf_counter() - t0)
         assert sum(len(text) for text in markup if text not in before) < 12_000
         before = set(markup)
     assert sum(map(len, before)) < 80_000
-    assert np.median(took) < 0.025
 
 
 def test_the_scans_drawn_lie_apart() -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import lru_cache
 from time import perf_counter
 from typing import Any, Protocol
 
 import numpy as np
 
+from solvers.core.method import Problem
+from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
 from solvers.core.stepper import advance
 from solvers.studies import race as racing
@@ -53,7 +56,7 @@ def parts(controls: Settings) -> tuple[str, ...]:
 
 def work(controls: Settings, seed: int, part: str) -> Iterator[Progress]:
     """Run a contestant on all seeds in one batch, step by step. The seeds are the benchmark's own, not `seed`."""
-    problem, truth = race_problem(controls.race())
+    problem, truth = problems(controls.race())
     (contestant,) = (one.contestant for one in field(controls.ninth) if one.contestant.method == part)
     seconds, steps = 0.0, 0
     start = perf_counter()
@@ -67,6 +70,12 @@ def work(controls: Settings, seed: int, part: str) -> Iterator[Progress]:
         seconds += perf_counter() - start
         steps += 1
     yield Progress(1.0, contestant.label, outcome(line(contestant, batch, truth, seconds)))
+
+
+@lru_cache(maxsize=1)
+def problems(race: racing.Controls) -> tuple[Problem, Pose]:
+    """The benchmark's problems and true poses, which the parts of a job share."""
+    return race_problem(race)
 
 
 def outcome(x: Line) -> dict[str, list[float]]:
