@@ -6,7 +6,8 @@
 import { around, copy, fileName, find, findButton, make, messageOf, on, save, text } from "../base/dom.js";
 import { withUnit } from "../base/format.js";
 import { runtime } from "../runtime/runtime.js";
-import { helper, runParts } from "./parts.js";
+import { secondWorker } from "../runtime/second.js";
+import { runParts } from "./parts.js";
 
 const TELL_EVERY = 200; // ms; the page's painting takes a core's time from the two workers
 
@@ -253,7 +254,7 @@ function job(figure, box) {
 
   find(box, ".job-head").hidden = false; // before `show` replaces the placeholder
   on(box, "click", press);
-  for (const intent of ["pointerover", "focusin"]) on(begin, intent, helper);
+  for (const intent of ["pointerover", "focusin"]) on(begin, intent, secondWorker);
   on(box, "focusin", reveal);
   show();
 }

@@ -5,20 +5,6 @@
 
 import { runtime } from "../runtime/runtime.js";
 import { secondWorker } from "../runtime/second.js";
-import { frugal } from "../runtime/start.js";
-
-/** @type {ReturnType<typeof secondWorker> | null} */
-let second = null; // stays for the next run
-
-/**
- * The second worker, launched unless there is one. Null before the page's own is up, which must not be slowed down, and
- * on a device with one core, where it would only take that one's time.
- */
-export function helper() {
-  if (second?.ended) second = null;
-  if (runtime.state === "live" && navigator.hardwareConcurrency > 1 && !frugal) second ??= secondWorker();
-  return second;
-}
 
 /**
  * Runs a job to its end, unless `going` returns false. `show` is called with each new result, the last one of all parts,
@@ -53,11 +39,11 @@ export async function runParts({ figure, record, name }, { going, hear, show }) 
   }
 
   async function help() {
-    const other = helper();
-    await other?.up;
-    for (let part = other && left.pop(); part && going(); part = left.pop()) {
+    const second = secondWorker();
+    await second?.up;
+    for (let part = second && left.pop(); part && going(); part = left.pop()) {
       for (let does = "begin"; going() && !isDone(part); does = "go on") {
-        note(1, part, /** @type {Slice} */ (await other?.job({ figure, record, job: name, do: does, part })));
+        note(1, part, /** @type {Slice} */ (await second?.job({ figure, record, job: name, do: does, part })));
       }
     }
   }

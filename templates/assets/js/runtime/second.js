@@ -3,26 +3,38 @@
 /** @import { Slice } from "../base/types.js" */
 
 import { launch } from "./launch.js";
+import { runtime } from "./runtime.js";
+import { frugal } from "./start.js";
 
-/** Launches it. It ends when it fails; then its promises reject. */
+/** @type {ReturnType<typeof begin> | null} */
+let second = null; // stays for the next job
+
+/**
+ * The second worker, launched unless there is one. Null before the page's own is up, which must not be slowed down, and
+ * on a device with one core, where it would only take that one's time.
+ */
 export function secondWorker() {
+  if (runtime.state === "live" && navigator.hardwareConcurrency > 1 && !frugal) second ??= begin();
+  return second;
+}
+
+/** Launches it. When it fails its promises reject, and the next job gets another. */
+function begin() {
   const worker = launch(false);
   /** @type {Map<number, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
   const waiting = new Map();
   let last = 0;
 
   function end() {
-    self.ended = true;
+    second = null;
     worker.terminate();
-    for (const { reject } of waiting.values()) reject(new Error("The second worker has ended"));
-    waiting.clear();
+    for (const { reject } of waiting.values()) reject(new Error("Python stopped"));
   }
 
-  /** @type {(id: number, post?: () => void) => Promise<any>} */
-  const answerTo = (id, post = () => {}) =>
+  /** @type {(id: number) => Promise<any>} */
+  const answer = (id) =>
     new Promise((resolve, reject) => {
       waiting.set(id, { resolve, reject });
-      post();
     });
 
   worker.onmessage = ({ data: { type, id = 0, slice = "null" } }) => {
@@ -37,13 +49,15 @@ export function secondWorker() {
   };
   worker.onmessageerror = end;
 
-  const self = {
-    ended: false,
+  const up = answer(0);
+  up.catch(() => {}); // nobody may be waiting
+  return {
     /** resolves when Python is up */
-    up: answerTo(0),
+    up,
     /** @type {(request: object) => Promise<Slice>} */
-    job: (request) => answerTo(++last, () => worker.postMessage({ type: "job", id: last, request: JSON.stringify(request) })),
+    job(request) {
+      worker.postMessage({ type: "job", id: ++last, request: JSON.stringify(request) });
+      return answer(last);
+    },
   };
-  self.up.catch(() => {}); // nobody may be waiting
-  return self;
 }
