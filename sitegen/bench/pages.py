@@ -307,7 +307,7 @@ def playing_map(bench: Bench) -> list[Row]:
 
 
 # Runs the page's own job by its button, after once to warm up: how long each answer of the page's worker took, how long
-# the run, and the sum of the methods' times. Every run launches the second worker anew.
+# the run, and the sum of the methods' times. The second worker, launched by the first run, stays for the second.
 _JOB = """async () => {
   const box = document.querySelector('#fig-race section.job[data-job=benchmark]');
   const job = Ladder.runtime.job;

@@ -19,7 +19,7 @@ from solvers.studies.race import Controls as Race
 from widgets.drawing.svg import panel_svg
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.engine.jobs import Result, outcome
+from widgets.engine.jobs import Result, outcome, plain
 from widgets.figures.race.benchmark import BENCHMARK, parts, result, work
 from widgets.figures.race.field import ENTRIES, field
 from widgets.figures.race.figure import WIDGET, Controls, State, act, draw, start
@@ -288,7 +288,8 @@ def test_the_benchmark_tells_how_far_it_is() -> None:
 
 
 def test_outcomes_come_in_any_order_and_cross_to_the_page_unchanged(run: dict[str, Any]) -> None:
-    """Any outcomes make a table with their rows in the contestants' order; as JSON they make the very same result."""
+    """Any outcomes make a table with their rows in the contestants' order; by way of JavaScript, which writes 29.0 as
+    29, they make the very same result."""
 
     def made(outcomes: dict[str, Any]) -> Result:
         return result(Controls(), outcomes)
@@ -297,9 +298,13 @@ def test_outcomes_come_in_any_order_and_cross_to_the_page_unchanged(run: dict[st
     some = {part: run[part] for part in ("ndt", "icp", "mmd")}
     assert [row.name for row in made(some).rows] == [name for name in names if name in some]
     assert [row.name for row in made(run).rows] == list(names)
-    there, back = made(run), made(json.loads(json.dumps(run)))
-    assert there.rows == back.rows
-    assert [panel_svg(panel, "f") for panel in there.panels] == [panel_svg(panel, "f") for panel in back.panels]
+
+    def crossed(text: str) -> float:
+        return int(float(text)) if float(text).is_integer() else float(text)
+
+    back = json.loads(json.dumps(run), parse_float=crossed)
+    assert str(back["icp"]["values"]) != str(run["icp"]["values"])
+    assert plain(made(run), "f") == plain(made(back), "f")
 
 
 def test_every_seed_is_a_dot(run: dict[str, Any]) -> None:

@@ -84,13 +84,18 @@ def outcome(x: Line) -> dict[str, list[float]]:
     return {"values": values, "rre": x.rre.tolist(), "rte": x.rte.tolist()}
 
 
+def numbers(rre: float, rte: float, turned: int, close: int, steps: float, time: float) -> tuple[float, ...]:
+    """A row's values with the types that they had before they crossed the page, where 29.0 became 29."""
+    return float(rre), float(rte), turned, close, float(steps), float(time)
+
+
 def result(controls: Settings, outcomes: Mapping[str, Any]) -> Result:
     """The table and the strips of all runs so far."""
     race = controls.race()
     entries = [one for one in field(controls.ninth) if one.contestant.method in outcomes]
     known = [outcomes[one.contestant.method] for one in entries]
     rows = tuple(
-        Row(one.contestant.method, one.contestant.label, tuple(x["values"]), one.role, one.dashed, one.dotted)
+        Row(one.contestant.method, one.contestant.label, numbers(*x["values"]), one.role, one.dashed, one.dotted)
         for one, x in zip(entries, known, strict=True)
     )
     panels = (

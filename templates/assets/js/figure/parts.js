@@ -22,7 +22,7 @@ export async function runParts({ figure, record, name }, { going, hear, show }) 
   const outcomes = {};
   /** @type {Record<string, number>} */
   const fractions = {};
-  const words = ["", ""]; // of the page's worker and of the second
+  let words = ""; // of the page's worker: two workers' would change the height of a phone's page
   let drawn = 0; // how many outcomes the last result has
 
   /** @param {string} part */
@@ -32,10 +32,10 @@ export async function runParts({ figure, record, name }, { going, hear, show }) 
   function note(lane, part, slice) {
     if (!going() || isDone(part)) return;
     fractions[part] = Math.max(fractions[part] ?? 0, slice.fraction);
-    words[lane] = slice.words;
+    if (lane === 0) words = slice.words;
     if (slice.done) outcomes[part] = slice.outcome;
     const sum = Object.values(fractions).reduce((total, fraction) => total + fraction, 0);
-    hear(sum / parts.length, words.filter(Boolean).join("; "));
+    hear(sum / parts.length, words);
   }
 
   async function help() {
@@ -68,6 +68,7 @@ export async function runParts({ figure, record, name }, { going, hear, show }) 
     }
   }
 
-  help().catch(() => {}).finally(() => (words[1] = ""));
+  help().catch(() => {});
   await work();
+  runtime.job({ figure, record, name, does: "stop" }).catch(() => {}); // it may be at a part that the second one ended
 }

@@ -270,7 +270,8 @@ function keep(key, thing) {
 
 /** @param {Question} question */
 function listen(question) {
-  const limit = question.type === "give" ? limits.reading : question.replay ? limits.replay : limits.frame;
+  const isLong = question.replay || question.type === "job"; // a piece of either may take seconds
+  const limit = question.type === "give" ? limits.reading : isLong ? limits.replay : limits.frame;
   const seconds = Math.round(limit / 1000);
   lasting(limit, () => listen(question), () => die(`Python has not answered for ${seconds} s`));
 }
