@@ -14,6 +14,9 @@ from pathlib import Path
 
 from solvers.core.registry import METHODS
 
+DATA = (".int8", ".scans", ".f4")
+"""Files of numbers beside the code that reads them: trained networks, recorded scans, solved poses."""
+
 IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w., ]+))", re.MULTILINE)
 
 TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t].*)?\n)*", re.MULTILINE)

@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from sitegen.cache.code_hash import DATA
 from sitegen.cache.files import content, digest, fingerprint, write
 from sitegen.cache.memo import Remembered
 from sitegen.cache.memory import Memory
@@ -109,8 +110,8 @@ def anchor(test_id: str) -> str:
 
 
 def tested_code(root: Path) -> dict[str, str]:
-    """The hash of each tested package's sources."""
-    paths = {name: (root / name).rglob("*.py") for name in TESTED}
+    """The hash of each tested package's sources and data."""
+    paths = {name: [p for p in (root / name).rglob("*") if p.suffix in (".py", *DATA)] for name in TESTED}
     return {name: fingerprint((p.relative_to(root).as_posix(), content(p)) for p in paths[name]) for name in TESTED}
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import solvers
 import widgets
 import widgets.figures
+from sitegen.cache.code_hash import DATA
 from sitegen.cache.files import content, fingerprint, short_hash
 from sitegen.cache.store import Store
 from sitegen.figures.model import FIGURES, Figure
@@ -30,6 +31,7 @@ from widgets.engine.host import Host
 from widgets.engine.jobs import finished
 from widgets.engine.registry import WIDGETS
 
+READ = (".py", *DATA)
 TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of the code that makes the cached tapes
 SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of the code that checks the pictures first
 
@@ -37,11 +39,12 @@ SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of
 def code_hash(
     packages: Sequence[ModuleType] = (solvers, widgets), skip: Callable[[Path], bool] = lambda path: False
 ) -> str:
-    """The hash of the code that makes frames and values: the packages' sources as imported, and numpy's version."""
+    """The hash of the code that makes frames and values: the packages' sources and data as imported, and numpy's
+    version."""
     files = [("numpy", np.__version__.encode())]
     for package in packages:
         root = Path(package.__path__[0]).parent
-        paths = [path for path in (root / package.__name__).rglob("*.py") if not skip(path)]
+        paths = [path for path in (root / package.__name__).rglob("*") if path.suffix in READ and not skip(path)]
         files += [(path.relative_to(root).as_posix(), content(path)) for path in paths]
     return fingerprint(files)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import sitegen.plots
-from sitegen.cache.code_hash import closure, code_text, imports, method_modules, reached
+from sitegen.cache.code_hash import DATA, closure, code_text, imports, method_modules, reached
 from sitegen.cache.files import fingerprint
 from sitegen.figures.gallery import SIZES, Gallery, Placed, Plot
 from sitegen.figures.parts import FOLDER as KEPT
@@ -24,7 +24,6 @@ from solvers.core.registry import METHODS
 FOLDER = Path(sitegen.plots.__path__[0])
 ROOT = FOLDER.parents[1]
 OWN = ("compute", "part", "whole", "draw", "words", "table")
-DATA = (".int8", ".scans")  # trained networks and recorded scans, in folders beside the code that reads them
 COMPUTING = ("compute", "part", "whole", "PARTS")
 
 

@@ -16,6 +16,7 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from sitegen.cache.code_hash import DATA
 from sitegen.cache.files import content, fingerprint
 from sitegen.cache.store import Store
 
@@ -47,7 +48,7 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
         for path in (root / package).rglob("*")
-        if path.suffix in (".py", ".int8", ".scans", ".f4") or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
+        if path.suffix in (".py", *DATA) or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
     }
     return dict(sorted(files.items()))
 

@@ -28,6 +28,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     2 if an argument or a file is wrong, or memory runs out; 3 if an answer should not be trusted; 130 after Ctrl-C.
     """
     argv = list(sys.argv[1:] if arguments is None else arguments)
+    if sys.stderr is None:  # closed by the caller, as by `2>&-`: print would write to stdout instead
+        sys.stderr = io.StringIO()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
     try:

@@ -166,7 +166,7 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` is not
+        If the poses are not rigid motions of the plane, of shape (n,), or are none, if `edges` is not
         Edges, if an edge or `fixed` names a node that does not exist, or if `ids` are not n
         different integers from 0 to 2⁶² − 1.
 
@@ -181,6 +181,8 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     VERTEX_SE2 0 0.0 0.0 0.0
     """
     n = graph(poses, edges)
+    if not n:
+        raise ValueError("poses: is empty; at least one node is needed")
     names = np.arange(n) if ids is None else row_numbers(ids, "ids")
     if len(names) != n or len(np.unique(names)) != n or (names >= _LARGEST_ID).any():
         raise ValueError(f"ids: expected {n} different non-negative integers below 2**62")
@@ -213,8 +215,10 @@ def _numbers(fields: Sequence[str], line: int) -> list[float]:
     values = []
     for field in fields:
         value = float(field) if is_number(field) else np.nan
-        if not abs(value) <= validate.LARGEST:
+        if not np.isfinite(value):
             raise ValueError(f"line {line}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
+        if abs(value) > validate.LARGEST:
+            raise ValueError(f"line {line}: {told(field)}: expected no number beyond {validate.LARGEST:g}")
         values.append(value)
     return values
 

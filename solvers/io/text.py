@@ -74,6 +74,7 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
         raise ValueError("line 1: no line with numbers was found; expected x and y, or x, y and z, on every line")
+    head = rows[0] + 1
     first = _bare(lines[rows[0]]).rstrip()  # a tab at the end separates nothing
     separator = next((mark for mark in SEPARATORS if mark and mark in first), None)
     if separator == "\t" and _spaced(first):
@@ -99,11 +100,11 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
         rows = rows[1:]
     if width < 2:
         raise ValueError(
-            f"line {rows[0] + 1 if rows else 1}: {told(first)} is one column; expected at least x and y, separated by"
+            f"line {head}: {told(first)} is one column; expected at least x and y, separated by"
             " commas, semicolons, tabs or spaces"
         )
     if not rows:
-        raise ValueError("line 2: no line follows the columns' names; expected numbers")
+        raise ValueError(f"line {head + 1}: no line follows the columns' names; expected numbers")
     if width > len(columns):
         notices.append(f"columns other than {'xyz'[: len(columns)]} were left out")
     return numbers(lines, rows, columns, width, separator), SEPARATORS[separator], notices

@@ -199,8 +199,9 @@ def verified(
     Raises
     ------
     ValueError
-        If an argument is not of the type given above, if `later` and `earlier` differ in length, if a scan's number is
-        not an integer or names no scan, or if the poses are not as many rigid motions of the plane as there are scans.
+        If an argument is not of the type given above, if `later` and `earlier` differ in length or name one scan
+        twice, if a scan's number is not an integer or names no scan, or if the poses are not as many rigid motions of
+        the plane as there are scans.
 
     Examples
     --------
@@ -218,6 +219,8 @@ def verified(
     later, earlier = scan_numbers(scans, later, "later"), scan_numbers(scans, earlier, "earlier")
     if len(later) != len(earlier):
         raise ValueError(f"later, earlier: expected one of each per candidate, got {len(later)} and {len(earlier)}")
+    if (later == earlier).any():
+        raise ValueError("later, earlier: a candidate joins a scan to itself")
     parts = []
     for k in range(len(later)):
         parts.append(_verified(scans, poses, later[k : k + 1], earlier[k : k + 1], options, matching))

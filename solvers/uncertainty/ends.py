@@ -20,6 +20,7 @@ from solvers.core.numbers import finite, numbers, unequal
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
 from solvers.core.registry import rigid_method_of
+from solvers.core.result import Result
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
 from solvers.uncertainty.region import Covariance
@@ -194,7 +195,7 @@ def monte_carlo(
         raise ValueError(
             f"source, target: expected two or more draws of either, in one row, got the shape {result.pose.batch}"
         )
-    middle, radius = _middle(p, weights)
+    middle, radius = _middle(result)
     return spread_of(result.pose, centre=middle, radius=radius, apart=apart)
 
 
@@ -271,7 +272,7 @@ def from_starts(
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
     starts = concatenated([stacked([start.mean]), poses])
     result = register(p, q, method, start=starts, weights=weights, **options)
-    middle, radius = _middle(p, weights)
+    middle, radius = _middle(result)
     end = result.pose[0]
     centre = end.apply(middle[None])[0]
     along = _twists(result.pose[1:], end, centre, radius)
@@ -286,16 +287,12 @@ def from_starts(
     return from_scaled(matrix, end, centre, np.asarray(radius), "target", "starts", free)
 
 
-def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
-    """The centre and RMS radius of the first cloud's points with a weight."""
-    first = points.reshape(-1, *points.shape[-2:])[0]
-    if isinstance(weights, list | tuple) and (weights[0] is None or np.ndim(weights[0])):
-        weights = weights[0]
-    if weights is not None:
-        w = np.asarray(weights, dtype=np.float64)
-        first = first[w.reshape(-1, w.shape[-1])[0] > 0.0]
-        if not len(first):
-            raise ValueError("weights: no source point has one")
+def _middle(result: Result) -> tuple[FloatArray, float]:
+    """The centre and RMS radius of the first problem's source points with a weight; of pairs, those that are paired."""
+    problem = result.states[0].problem
+    first = problem.source[0][problem.weights[0] > 0.0]
+    if not len(first):
+        raise ValueError("weights: no source point has one")
     middle = first.mean(axis=0)
     return middle, float(np.sqrt(np.square(first - middle).sum(axis=1).mean())) or 1.0
 

@@ -253,21 +253,6 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(files, words, unbuffered):
     assert (process.returncode, process.stderr) == (1, "python -m solvers: standard output: No space left on device\n")
 
 
-@pytest.mark.skipif(os.name == "nt", reason="a file descriptor is closed as POSIX shells do")
-def test_a_closed_output_is_no_error(files):
-    """As with `>&-` in a shell: Python then has no sys.stdout, and the exit code still says how the run ended."""
-    process = subprocess.run(
-        [sys.executable, "-m", "solvers", "a.csv", "b.xyz"],
-        cwd=files,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        preexec_fn=lambda: os.close(1),
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
-    assert (process.returncode, process.stderr) == (0, "")
-
-
 def test_ctrl_c_is_one_line_and_exit_code_130(files, capsys, monkeypatch):
     def interrupted(*_, **__):
         signal.raise_signal(signal.SIGINT)

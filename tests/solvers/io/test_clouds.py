@@ -120,6 +120,8 @@ def survives(data):
     [
         (b"", 1, "no line with numbers"),
         (b"x,y\n", 2, "no line follows"),
+        (b"# a\n# b\n\nx,y\n", 5, "no line follows"),
+        (b"# a\n# b\nOFF\n1 2\n", 3, "'OFF' is one column"),
         (b"x,y\n1,2\n\n3,four\n", 4, "'four' is not a number"),
         (b"# a\n1 2 3\n4 5\n", 3, "2 fields found; expected 3, separated by spaces"),
         (b"1,5;2,5\n", 1, "decimal point"),

@@ -74,6 +74,7 @@ def test_order_comments_and_ends_of_lines_do_not_matter():
         ("VERTEX_SE2 0 0 0 0\n" * 2, "line 2: node 0 is defined twice"),
         ("VERTEX_SE2 0 0 zero 0\n", "line 1: 'zero' is not a number"),
         ("VERTEX_SE2 0 0 nan 0\n", "line 1: 'nan' is not a number"),
+        ("VERTEX_SE2 0 0 1e300 0\n", "line 1: '1e300': expected no number beyond 1e+150"),
         ("VERTEX_SE2 -1 0 0 0\n", "line 1: '-1' is not a node"),
         ("VERTEX_SE2 99999999999999999999 0 0 0\n", "line 1: '99999999999999999999' is not a node"),
         ("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n", "line 1: 'VERTEX_SE3:QUAT' is not read"),
@@ -108,6 +109,7 @@ def test_what_cannot_be_written_is_refused():
     for words, call in (
         ("edges.j: entry 0 names node 1", lambda: write(poses[:1], edges)),
         ("fixed: entry 0 names node 2", lambda: write(poses, edges, fixed=[2])),
+        ("poses: is empty", lambda: write(Pose.identity(batch=(0,)), edges[:0])),
         ("ids: expected 2 different non-negative integers", lambda: write(poses, edges, ids=[1, 1])),
         ("ids: expected 2 different non-negative integers below 2**62", lambda: write(poses, edges, ids=[1, 2**62])),
         ("ids: expected integers of shape (k,)", lambda: write(poses, edges, ids=[1.0, 2.0])),

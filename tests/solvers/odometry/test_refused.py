@@ -97,6 +97,7 @@ def test_what_is_of_another_kind_is_refused() -> None:
         (message, lambda: verified(drive, poses, [50], [10])),
         ("motion: expected a Pose, got Drive; pass drive.motion", lambda: scan_to_scan(scans, drive)),
         (reason, lambda: verified(scans, chain, [50], [10])),
+        ("later, earlier: a candidate joins a scan to itself", lambda: verified(scans, poses, [50, 7], [10, 7])),
         (reason, lambda: keyframes(chain)),
         (reason, lambda: candidates(chain)),
         (reason, lambda: missed(chain, loops)),

@@ -207,6 +207,21 @@ def test_a_point_without_weight_moves_no_centre():
     assert second.whole.radius == pytest.approx(float(first.whole.radius))
 
 
+@pytest.mark.parametrize("count", [10, 30])
+def test_the_centre_of_pairs_is_that_of_the_paired_points(count):
+    """Weights are then those of the pairs, not of the source's rows."""
+    rng = np.random.default_rng(4)
+    source = rng.standard_normal((30, 2))
+    pairs, weights = np.repeat(np.arange(29, 29 - count, -1)[:, None], 2, axis=1), np.ones(count)
+    weights[: count // 2] = 0.0
+    weighed = source[pairs[count // 2 :, 0]].mean(axis=0)
+    target = source + 0.01 * rng.standard_normal((5, 30, 2))
+    spread = monte_carlo(source, target, "kabsch", pairs=pairs, weights=weights).whole
+    np.testing.assert_allclose(spread.centre, spread.mean.apply(weighed[None])[0], atol=1e-12)
+    ends = from_starts(source, target[0], "kabsch", start=START, pairs=pairs, weights=weights)
+    np.testing.assert_allclose(ends.centre, ends.mean.apply(weighed[None])[0], atol=1e-12)
+
+
 def test_a_spread_takes_two_draws_and_the_message_says_of_what():
     scene = hall()
     for source, start in ((scene.source, None), (scene.source[None], None), (scene.source, Pose.identity(2, (2, 2)))):

@@ -66,6 +66,19 @@ def test_the_wrong_loop_bends_what_no_kernel_holds() -> None:
     assert texts(at_the_end(poses="closed"))["bent"] == "0.00"
 
 
+def test_readout_and_description_tell_one_shift_by_the_wrong_loop() -> None:
+    """That of the scans drawn, not of those to come."""
+    state = start(preset(WIDGET, "closed", {"wrong": True}).controls, 40)
+    told = set[str]()
+    for _ in range(12):
+        picture = draw(state)
+        shift = readouts(picture)["bent"]
+        assert f"moves a pose by at most {shift} m" in picture.description
+        told.add(shift)
+        state = act(state, STEP)
+    assert len(told) > 3
+
+
 def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
     """Only among closed poses, and only once both of its scans have been made."""
 

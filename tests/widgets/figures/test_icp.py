@@ -257,8 +257,11 @@ def test_no_pair_left_is_said() -> None:
     """If the gate rejects every pair, no RMS is shown, and the run stops at once with the reason."""
     state = run(name="overlap", turn=0.0, offset=1.2, scene="clean", overlap=30.0)
     assert texts(state)["used"] == "0 of 132"
-    assert texts(state)["rms"] == "–"
-    assert "no pair with weight lies within the gate" in draw(state).note
+    picture = draw(state)
+    assert next((r.value, r.unit) for r in picture.readouts if r.name == "rms") == ("–", "")
+    (chart,) = (panel for panel in picture.panels if panel.name == "rms")
+    assert not any(len(mark.xy) for mark in chart.marks if isinstance(mark, Points))
+    assert "no pair with weight lies within the gate" in picture.note
 
 
 def test_a_drag_begins_anew() -> None:

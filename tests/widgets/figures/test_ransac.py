@@ -175,6 +175,21 @@ def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float)
     assert after.wrong[PULLED]
 
 
+def test_a_partner_put_back_is_right_again() -> None:
+    """Dragged to where it was measured, in the four decimals of a handle, it is one that was never touched."""
+    x, y = np.round(run().target[PULLED] + RIGHT, 4).tolist()
+    log = [["drag", "partner", x + 0.1, y], ["drag", "partner", x, y], ["press", "finish"]]
+    assert frame(*log)["panels"] == frame(["press", "finish"])["panels"]
+    assert frame(*log)["description"] == frame(["press", "finish"])["description"]
+
+
+def test_a_partner_pulled_by_hand_is_told_apart_from_wrong_ones() -> None:
+    pulled = frame(["drag", "partner", 6.9, -2.8], scene="repeated", outliers=0.0)["description"]
+    assert "no partner is wrong" in pulled
+    assert "One partner has been pulled away by hand." in pulled
+    assert "partners are wrong, all one window to the side" in frame(scene="repeated")["description"]
+
+
 def test_a_far_partner_does_not_move_the_consensus() -> None:
     """Pulled beyond ε in any direction it is left out, and the consensus pose is the same to the last digit shown."""
     places = [(-4.0, 0.0), (2.0, -2.5), (6.9, -2.8)]

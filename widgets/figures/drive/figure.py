@@ -190,7 +190,7 @@ def draw(state: State) -> Picture:
     return Picture(
         (Panel("main", label, VIEW, marks(state)),),
         readouts,
-        _description(state, shift),
+        _description(state, shift, bend),
         note=note,
         disabled=frozenset({"step", "run", "finish"} if n == SCANS else ()),
     )
@@ -212,7 +212,7 @@ def _or_dash(value: float | None, decimals: int, unit: str) -> tuple[str, str]:
     return ("–", "") if value is None else (number(value, decimals), unit)
 
 
-def _description(state: State, shift: Array) -> str:
+def _description(state: State, shift: Array, bend: float) -> str:
     c, n = state.controls, state.seen
     by = {
         "odometry": "from wheel odometry",
@@ -233,7 +233,6 @@ def _description(state: State, shift: Array) -> str:
         words.append(f"A line joins the two scans of {loops_drawn}.")
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
-        bend = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
         words.append(
             f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bend)} m."
             f" A small ring marks its scan {WRONG[1]} and a large one its scan {WRONG[0]}, once they have been made."

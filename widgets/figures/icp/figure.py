@@ -170,8 +170,9 @@ def _rms_chart(run: Run) -> Panel:
         size=(WIDTH, 170.0),
     )
     dots, up = np.stack([k, rms], axis=1), np.isin(np.arange(len(k)), run.rises)
+    paired = np.array([e.used > 0 for e in run.course])  # without a pair there is no RMS
     return with_marks(
-        panel, Points(dots[~up], "source", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0)
+        panel, Points(dots[~up & paired], "source", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0)
     )
 
 
@@ -196,7 +197,7 @@ def _readouts(run: Run) -> tuple[Readout, ...]:
     last = run.course[-1]
     falls = {(True, True): "RMS and objective", (True, False): "the objective", (False, False): "neither"}
     return (
-        Readout("rms", "RMS over the pairs used", number(last.rms, 3) if last.used else "–", "u", "source"),
+        Readout("rms", "RMS over the pairs used", *((number(last.rms, 3), "u") if last.used else ("–", "")), "source"),
         Readout("rms_truth", "RMS at the truth, same rule", number(float(run.truth.rms[0]), 3), "u", "truth"),
         Readout("used", "Pairs used", f"{last.used} of {len(run.scene.source)}"),
         Readout("objective", "Objective", number(float(run.batch.objective()[0]), 3), "u²"),
@@ -220,7 +221,7 @@ def _note(c: Controls, run: Run) -> str:
     before, last = run.course[-2:]
     rise = ", a rise" if run.steps in run.rises else ""
     return (
-        f"Step {run.steps}. Move: {before.used} pairs, {number(before.rms, 3)} → {number(last.moved, 3)} u."
+        f"Step {run.steps}. Move: {amount(before.used, 'pair')}, {number(before.rms, 3)} → {number(last.moved, 3)} u."
         f" Match: {last.changed} changed, {number(last.rms, 3)} u{rise}."
     )
 
@@ -239,9 +240,9 @@ def _description(c: Controls, run: Run, gated: int) -> str:
         + f" By the same rule it is {number(float(run.truth.rms[0]), 3)} u at the true pose.",
     ]
     if gated:
-        words.append(f"{gated} pairs lie farther apart than {number(c.gate)} u.")
+        words.append(f"{amount(gated, 'pair lies', 'pairs lie')} farther apart than {number(c.gate)} u.")
     if n - last.used - gated:
-        words.append(f"{n - last.used - gated} pairs are trimmed.")
+        words.append(f"{amount(n - last.used - gated, 'pair is', 'pairs are')} trimmed.")
     words += [
         f"The pose is {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
         _promise(run.rule),

@@ -296,7 +296,7 @@ def _note(state: State, stats: _Numbers) -> str:
         return ""
     away = f"{number(stats.end_away)} u from the truth"
     if state.count == 1:
-        return f"It {ENDS[stats.status]} after {stats.steps} steps, {away}."
+        return f"It {ENDS[stats.status]} after {amount(stats.steps, 'step')}, {away}."
     return f"{stats.reached} of {state.count} starts reach the truth; the last one {ENDS[stats.status]} {away}."
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose
+from solvers.core.amounts import amount
 from solvers.methods.ndt.ndt import NdtOptions
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
@@ -240,7 +241,7 @@ def _note(state: State) -> str:
         if not run.steps:
             return ""
         if run.batch.done:
-            parts.append(f"{NAMES[name]}: {run.status.label} after {run.steps} steps.")
+            parts.append(f"{NAMES[name]}: {run.status.label} after {amount(run.steps, 'step')}.")
             continue
         lam = float(run.now.damping[0])
         damping = f"λ = {number(lam, 0)}" if lam > 0 else "no λ needed"
@@ -262,7 +263,7 @@ def _description(state: State) -> str:
     for name, run in state.runs.items():
         sizes = " → ".join(number(h, 1) for h in _cells(c, name))
         error = f"{number(_turn(run.pose, truth), 1)}° and {number(_distance(run.pose, truth))} u from the truth"
-        progress = f"after {run.steps} steps, {error}," if run.steps else "at its start"
+        progress = f"after {amount(run.steps, 'step')}, {error}," if run.steps else "at its start"
         words.append(
             f"{NAMES[name]} ({sizes} u) is {run.status.label} {progress} with a score of {number(scores[name], 1)} on"
             f" cells of {number(c.cell, 1)} u; the true pose scores {number(run.truth[-1], 1)} there."

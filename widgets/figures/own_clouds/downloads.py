@@ -73,7 +73,7 @@ def pose_json(run: Run) -> str:
     if signs is not None:
         document |= {
             "reach": run.reach,
-            "residual_rms": float(signs.rms),
+            "residual_rms": float(signs.rms) if float(signs.share) > 0.0 else None,
             "explained": float(signs.share),
             "conditioning": float(signs.weakest),
         }

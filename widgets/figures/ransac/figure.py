@@ -27,6 +27,7 @@ MOST = 300  # most trials
 SEPARATION = 0.7  # u, the least distance between the two points of a trial in both views
 STEPS = 500  # more than any run takes
 BLOCK = 64  # trials at once, when all are requested
+HOME = 1e-3  # u: a partner dragged back to where it was measured is this near; handles have four decimals
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,9 @@ def start(controls: Controls, seed: int) -> State:
 def act(state: State, action: Action) -> State:
     """Take one more step or all the rest, or move one partner; all trials so far are then repeated with it."""
     if action.kind == "drag":
-        return replace(state, pulled=pulled_to(action.x, action.y))
+        to = pulled_to(action.x, action.y)
+        at_home = np.abs(to - state.scene.target[PULLED]).max() < HOME
+        return replace(state, pulled=None if at_home else to)
     if action.name == "finish" or state.steps is None:
         return replace(state, steps=None)
     return replace(state, steps=min(state.steps + 1, STEPS))
@@ -235,11 +238,12 @@ def _note(state: State, run: Run) -> str:
 
 def _description(state: State, run: Run) -> str:
     c, now, truth = state.controls, run.now, state.scene.truth
-    wrong = int(state.wrong.sum())
+    wrong = int(state.scene.target_outlier.sum())
     kind = "scattered over windows on the right" if c.scene == "occluded" else "all one window to the side"
+    partners = amount(wrong, "partner is wrong", f"partners are wrong, {kind}") if wrong else "no partner is wrong"
     words = [
         f"Forty lines join window corners of a façade on the left to proposed partners in a second view on the"
-        f" right; {wrong} partners are wrong, {kind}, the noise is σ = {number(c.noise)} u, and a circle of"
+        f" right; {partners}, the noise is σ = {number(c.noise)} u, and a circle of"
         f" ε = {number(c.epsilon)} u surrounds each partner."
     ]
     if state.pulled is not None:

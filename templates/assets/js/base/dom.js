@@ -124,15 +124,15 @@ export function save(name, data, type = "text/plain") {
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
+/** The page's name, whichever of its addresses the reader came by: /, /index.html or /index. */
+export const pageName = () => location.pathname.split("/").at(-1)?.replace(/\.html$/, "") || "index";
+
 /**
  * The name of a figure's file: the page's name, the figure's id and an ending.
  * @param {string} id
  * @param {string} ending
  */
-export function fileName(id, ending) {
-  const page = location.pathname.split("/").at(-1)?.replace(/\.html$/, "");
-  return `${page || "index"}-${id}${ending}`;
-}
+export const fileName = (id, ending) => `${pageName()}-${id}${ending}`;
 
 /**
  * Loads a classic script, which works from disk too.

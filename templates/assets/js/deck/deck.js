@@ -8,18 +8,21 @@ import { addKeys, addSwipes } from "./keys.js";
 import { figures } from "../figure/registry.js";
 
 /**
- * Keeps the deck in step with a second window of it, in both directions. Returns a function that sends it the current
- * slide.
+ * Keeps the deck in step with a second window of it, in both directions. Returns the channel that sends it the current
+ * slide; null where there is none, as where the browser forbids storage.
  * @param {(slide: number, options: Options) => void} go
- * @returns {(slide: number) => void}
  */
 function shared(go) {
-  if (!globalThis.BroadcastChannel || location.protocol === "file:") return () => {};
-  const channel = new BroadcastChannel(`ladder-slides:${location.pathname}`);
-  on(channel, "message", (/** @type {MessageEvent} */ { data }) => {
-    if (Number.isInteger(data.slide)) go(data.slide, { told: true });
-  });
-  return (slide) => channel.postMessage({ slide });
+  if (location.protocol === "file:") return null;
+  try {
+    const channel = new BroadcastChannel(`ladder-slides:${location.pathname}`);
+    on(channel, "message", (/** @type {MessageEvent} */ { data }) => {
+      if (Number.isInteger(data.slide)) go(data.slide, { told: true });
+    });
+    return channel;
+  } catch {
+    return null;
+  }
 }
 
 /** @param {HTMLElement} root */
@@ -32,6 +35,7 @@ export function runDeck(root) {
   const counter = bar.querySelector(".deck-at");
   const progress = find(bar, ".deck-progress");
   let current = 0; // the current slide, from 0
+  let marked = 0; // the slide that last had the focus in the overview
   let frameRequest = 0; // the animation frame that will check the scroll position
 
   /**
@@ -109,6 +113,8 @@ export function runDeck(root) {
     }
     rescaled();
     const reached = active ? find(slides[current], ".slide-open") : slides[current];
+    marked = current;
+    if (!active) reached.tabIndex = -1;
     if (active || document.activeElement?.matches("body, .slide-open")) reached.focus({ preventScroll: true });
   }
 
@@ -128,8 +134,8 @@ export function runDeck(root) {
   const steps = {
     before: (options) => step(-1, options),
     after: (options) => step(1, options),
-    first: (options) => go(0, options),
-    last: (options) => go(slides.length - 1, options),
+    first: (options) => reach(0, options),
+    last: (options) => reach(slides.length - 1, options),
     grid: () => overview(page.dataset.slides !== "grid"),
     notes: () => notes(page.dataset.notes !== "shown"),
     full,
@@ -178,17 +184,21 @@ export function runDeck(root) {
   }
 
   /**
-   * Goes one slide on or back; in the overview only the focus moves, and Enter picks.
-   * @param {number} by
+   * Goes to a slide; in the overview only the focus moves, and Enter picks.
+   * @param {number} index
    * @param {Options} options
    */
-  function step(by, options) {
-    if (page.dataset.slides !== "grid") return go(current + by, options);
-    const at = slideAround(document.activeElement);
-    find(slides[Math.min(slides.length - 1, Math.max(0, at + by))], ".slide-open").focus();
+  function reach(index, options) {
+    if (page.dataset.slides !== "grid") return go(index, options);
+    marked = Math.min(slides.length - 1, Math.max(0, index));
+    find(slides[marked], ".slide-open").focus();
   }
 
-  const tell = shared(go);
+  /** @type {(by: number, options: Options) => void} */
+  const step = (by, options) => reach((page.dataset.slides === "grid" ? marked : current) + by, options);
+
+  const channel = shared(go);
+  const tell = (/** @type {number} */ slide) => channel?.postMessage({ slide });
   addKeys(steps, goesOn);
   addSwipes(root, steps);
   on(bar, "click", (event) => steps[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({}));
@@ -200,7 +210,8 @@ export function runDeck(root) {
   });
   on(root, "focusin", (event) => {
     const index = slideAround(event.target);
-    if (page.dataset.slides !== "grid" && index >= 0 && index !== current) go(index);
+    if (page.dataset.slides === "grid") marked = index;
+    else if (index >= 0 && index !== current) go(index);
   });
   on(document, "scroll", () => (frameRequest ||= requestAnimationFrame(look)), { passive: true });
   on(globalThis, "resize", resized);
@@ -210,7 +221,7 @@ export function runDeck(root) {
     reveal(slides[current]);
   });
   button("full").hidden = !document.fullscreenEnabled;
-  button("second").hidden = !globalThis.BroadcastChannel || location.protocol === "file:";
+  button("second").hidden = !channel;
   show(Math.max(0, addressed()));
   notes(new URLSearchParams(location.search).has("notes"));
 }

@@ -57,7 +57,7 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   /** @param {KeyboardEvent} event */
   function key(event) {
     const way = ARROWS[event.key];
-    if (!way) return;
+    if (!way || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const [a, b, c, d] = view();
     const part = event.shiftKey ? 1 / 8 : 1 / 40;

@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 
 import { sound } from "../base/checked_record.js";
-import { around, copy, fileName, make, on, save } from "../base/dom.js";
+import { around, copy, fileName, make, on, pageName, save } from "../base/dom.js";
 import { withUnit } from "../base/format.js";
 import { store } from "../base/store.js";
 import { shownValue } from "./shown_value.js";
@@ -117,7 +117,7 @@ export function addPins(figure) {
   const pin = /** @type {HTMLElement | null} */ (figure.root.querySelector("[data-pin]"));
   if (!box || !pin) return;
   const specs = figure.spec.controls;
-  const key = `ladder-pins:${location.pathname}#${figure.id}`;
+  const key = `ladder-pins:${new URL(`${pageName()}.html`, location.href).pathname}#${figure.id}`;
   let pins = storedPins(key, figure);
   let stored = true;
 

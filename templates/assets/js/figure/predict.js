@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, calm, find, findButton, make, on, text } from "../base/dom.js";
+import { around, calm, find, findButton, make, on, pageName, text } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { session } from "../base/store.js";
 import { createGhost } from "./ghost.js";
@@ -43,7 +43,7 @@ export function addPrediction(figure, overlay) {
   const tolerance = Number(box.dataset.within ?? 0);
   const play = createPlay(figure, target);
   let restores = false; // whether the answer puts the reader's settings back
-  const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
+  const name = `${pageName()}#${figure.id}`;
   /** @type {ReturnType<typeof createGhost> | null} */
   let ghost = null;
   /** @type {(() => void) | null} called once the run's end is shown */

@@ -9,7 +9,7 @@ function storedTheme() {
   try {
     return localStorage.getItem(KEY);
   } catch {
-    return null;
+    return undefined;
   }
 }
 
@@ -33,6 +33,9 @@ export function addThemeButton(button) {
     }
   });
   on(globalThis, "storage", ({ key, newValue }) => key === KEY && show(newValue ?? "auto"));
-  on(globalThis, "pageshow", ({ persisted }) => persisted && show(storedTheme() ?? current()));
+  on(globalThis, "pageshow", ({ persisted }) => {
+    const theme = storedTheme();
+    if (persisted && theme !== undefined) show(theme ?? "auto"); // null: forgotten on another page
+  });
   show(current());
 }
