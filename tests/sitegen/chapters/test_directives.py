@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -216,6 +217,20 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
     assert claims.read_results(project.root) == {holds: claims.Result("failed", True)}, (
         "what did not run keeps its result"
     )
+
+
+@pytest.mark.parametrize("name", ["code.py", "flow.int8", "drive.scans", "poses.f4"])
+def test_frames_and_claims_depend_on_code_and_on_the_data_beside_it(tmp_path: Path, name: str) -> None:
+    package = ModuleType("solvers")
+    package.__path__ = [str(tmp_path / "solvers")]
+    for other in ("solvers", "widgets"):
+        (tmp_path / other / "deep").mkdir(parents=True)
+    hashes = set()
+    for data in (b"1", b"2"):
+        (tmp_path / "solvers" / "deep" / name).write_bytes(data)
+        hashes.add((code_hash([package]), claims.tested_code(tmp_path)["solvers"]))
+    frames, tests = zip(*hashes, strict=True)
+    assert len({*frames}) == len({*tests}) == 2
 
 
 def test_a_figures_frames_depend_on_its_own_module_and_on_no_other_figures() -> None:
