@@ -226,6 +226,38 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
     expect(page.locator("[id='2']")).to_be_focused()
 
 
+def test_the_bar_moves_the_focus_through_the_overview(reader: Callable[..., Reader]) -> None:
+    """From the slide that last had it, one on or back; Home and End too. Closed, the overview leaves it on the slide,
+    however that was reached."""
+    page = page_of(reader, f"{DECK}#5")
+    links = page.locator(".slide-open")
+    page.keyboard.press("Escape")
+    for button, slide in (("after", 6), ("after", 7), ("before", 6)):
+        page.locator(f'.deck-bar [data-slides="{button}"]').click()
+        expect(links.nth(slide - 1)).to_be_focused()
+    for key, slide in (("Home", 1), ("End", links.count())):
+        page.keyboard.press(key)
+        expect(links.nth(slide - 1)).to_be_focused()
+    page.keyboard.press("Escape")
+    stands_at(page, 5)
+    expect(page.locator("[id='5']")).to_be_focused()
+
+
+def test_a_deck_works_where_no_channel_is_allowed(reader: Callable[..., Reader]) -> None:
+    """As in Firefox without cookies: only the second window is missing."""
+    visitor = reader(1280, 720, alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("""globalThis.BroadcastChannel = class {
+      constructor() { throw new DOMException("The operation is insecure.", "SecurityError"); }
+    };""")
+    page = visitor.open(f"{DECK}#2")
+    stands_at(page, 2)
+    page.keyboard.press("ArrowRight")
+    stands_at(page, 3)
+    page.locator('.deck-bar [data-slides="after"]').click()
+    stands_at(page, 4)
+    expect(page.locator('.deck-bar [data-slides="second"]')).to_be_hidden()
+
+
 def test_a_second_window_goes_along(reader: Callable[..., Reader]) -> None:
     """The notes are in a separate window, in step in both directions."""
     page = page_of(reader, f"{DECK}#2")

@@ -48,6 +48,9 @@ def test_arrow_keys_point(cells: Figure) -> None:
     cross = cells.root.locator('[data-pick="main"]')
     cross.focus()
     assert "Arrow keys move" in (cross.get_attribute("aria-description") or "")
+    taken = """(cross, altKey) => !cross.dispatchEvent(
+      new KeyboardEvent("keydown", { key: "ArrowLeft", altKey, bubbles: true, cancelable: true }))"""
+    assert not cross.evaluate(taken, True), "the browser's own way back"
     before = cells.readout("mean")
     for _ in range(4):
         cells.page.keyboard.press("Shift+ArrowDown")

@@ -37,6 +37,22 @@ def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reade
     expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(1)
 
 
+def test_a_page_with_two_addresses_has_one_set_of_pins_and_predictions(reader: Callable[..., Reader]) -> None:
+    """The first page is / and /index.html."""
+    visitor = reader(reduced_motion="reduce")
+    page = visitor.open("")
+    for address, count in (("", 1), ("index.html", 2)):
+        page.goto(f"{visitor.origin}/{address}")
+        page.evaluate("Ladder.alive")
+        hand = Figure(page, "fig-by-hand").seen()
+        expect(hand.root.locator(".runs tbody tr")).to_have_count(count - 1)
+        hand.reached("[data-pin]").click()
+        expect(hand.root.locator(".runs tbody tr")).to_have_count(count)
+        figure = Figure(page, "fig-map").seen()
+        figure.root.locator(".predict-answers button").first.click()
+        expect(figure.root.locator(".predict-score")).to_contain_text("of 1 right")
+
+
 def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[..., Reader]) -> None:
     """Its record is completed like a link's: nothing in the table is missing, and the page becomes live."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
@@ -170,6 +186,11 @@ def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
     assert dark != light
     page.reload()
     assert page.evaluate(ground) == dark
+    page.evaluate("""() => {
+      localStorage.clear();
+      dispatchEvent(new PageTransitionEvent("pageshow", { persisted: true }));
+    }""")
+    assert page.evaluate(ground) == light, "forgotten on another page, then gone back to this one"
 
 
 def test_citation_cards(reader: Callable[..., Reader]) -> None:
