@@ -15,6 +15,8 @@ from sitegen.problems import hint
 BLOCK = ("figure", "picture", "plot", "predict", "try", "aside")
 INLINE = ("value", "readout", "promise", "claim", "ref", "term")
 AROUND = ("promise", "claim")  # their text is Markdown, between an opening and a closing token
+# The content of a token whose text is not yet known: to the quotes beside it a letter, though no slug has it.
+UNSEEN = "\u2060"
 CITATION = re.compile(r"\[(@[^\]]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
 MISPLACED = re.compile(r"(:+)([a-z][a-z-]*) ?[\[{]")
@@ -43,7 +45,9 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
         elif directive.name in AROUND:
             _wrap(state, directive)
         else:
-            note(state.push(directive.name, "", 0), InLine(directive, start))
+            token = state.push(directive.name, "", 0)
+            token.content = directive.text if directive.name == "term" else UNSEEN
+            note(token, InLine(directive, start))
     state.pos = directive.end
     return True
 
@@ -100,6 +104,7 @@ def citation(state: StateInline, silent: bool) -> bool:
         return True
     if not silent:
         token = state.push("cite", "", 0)
+        token.content = UNSEEN
         base = match.start(1)
         works = tuple(
             Work(m["key"], (m["locator"] or "").strip(), base + m.start("key"))

@@ -8,7 +8,9 @@ import pytest
 from markupsafe import escape
 
 from sitegen.html_reader import Tag, read
+from sitegen.markup.parser import Source, parse
 from sitegen.markup.typography import apostrophes, breakable, held
+from sitegen.problems import Problems
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
 
@@ -47,6 +49,17 @@ def test_what_is_curved_and_what_is_left(text: str, expected: str) -> None:
 )
 def test_signs_keep_to_their_formula(html: str, expected: str) -> None:
     assert held(html) == expected
+
+
+@pytest.mark.parametrize(
+    "thing", [":term[ICP]{icp}", ":ref[icp]", ":ref[ eq:a ]", ":value[f(1)]{.1f}", ":readout[a b]", "[@one]"]
+)
+def test_quotes_beside_what_the_build_writes(thing: str) -> None:
+    """They are those beside a word."""
+    source = Source("content/01-a.md", f"""The robots' {thing}'s pose, the "{thing}" and 'a {thing}'.""", Problems())
+    texts = [child.content for child in parse(source).tokens[1].children or [] if child.type == "text"]
+    assert texts == ["The robots’ ", "’s pose, the “", "” and ‘a ", "’."]
+    assert source.problems.found == []
 
 
 class Straight:
