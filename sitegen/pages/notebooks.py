@@ -26,6 +26,7 @@ from sitegen.cache.memory import Memory
 from sitegen.cache.store import Store
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import Chapter, Site
+from sitegen.chapters.leads import BAR, halves
 from sitegen.chapters.pictures import drawn
 from sitegen.chapters.render import pieces
 from sitegen.chapters.render_context import RenderContext
@@ -167,7 +168,7 @@ class _Writer:
             for panel in frame["panels"]
         ]
         readouts = "; ".join(f"{r['label']}: {_readout_text(r)}" for r in frame["readouts"] if r["value"] != "–")
-        title = f"**[Figure {figure.number}]({self._address('#' + figure.dom_id)}).** {self._directive(token)}"
+        title = f"**[Figure {figure.number}]({self._address('#' + figure.dom_id)}).** {self._caption(token)}"
         yield "markdown", f"{title}\n\n{' '.join(pictures)}\n\n{readouts}."
         if frame["python"]:
             yield "code", frame["python"]
@@ -192,6 +193,13 @@ class _Writer:
         directive = located(token, Directive).thing
         end = directive.text_start + len(directive.text)
         return " ".join(self._splice(directive.text_start, end, token.children or []).split("\n"))
+
+    def _caption(self, token: Token) -> str:
+        """A figure's caption without the bar after its leading sentence."""
+        text, (sentence, _) = self._directive(token), halves(token.children or [])
+        earlier = sum(child.content.count(BAR) for child in sentence)  # in code, formulas and emphasis
+        *before, after = text.split(BAR, earlier + 1)
+        return f"{BAR.join(before)} {after}" if sentence else text
 
     def _lines(self, first: int, last: int, tokens: Sequence[Token]) -> str:
         """Whole lines of the file, in plain Markdown."""

@@ -76,6 +76,16 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     assert "notebooks/second.ipynb" in project.page("second.html")
 
 
+def test_a_caption_follows_its_leading_sentence(project: Project) -> None:
+    """The bar between them is left out; those in code, in emphasis and after it are not."""
+    second = (project.root / "content/01-second.md").read_text("utf-8")
+    caption = "Press `a | b`, *c | d*. | Then |x| or e | f."
+    project.write("content/01-second.md", second.replace("The *caption*: see :ref[eq:energy] and $x$.", caption))
+    project.build()
+    text = text_of(read(project.site / "notebooks" / "second.ipynb"))
+    assert ").** Press `a | b`, *c | d*. Then |x| or e | f.\n" in text
+
+
 def test_no_cell_no_output() -> None:
     """Code cells have neither output nor execution count, so that the bytes do not depend on a run."""
     book = json.loads(written([("markdown", "a\n"), ("code", "1 + 1\n")]))
