@@ -16,6 +16,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Attribute, DirectiveError, read
 from sitegen.problems import Place, Problems, hint
+from widgets.drawing.picture import SUPERSCRIPT, small
 from widgets.engine.contract import MAX_LOG, parsed
 
 OWN = ("expect", "then")
@@ -37,7 +38,8 @@ HELD = ("promise", "claim", "readout")  # their texts are checked by the build o
 HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'
 TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # for plots' captions, since plots have no readouts
 LINE = re.compile(r"^[ \t]*::.*$", re.MULTILINE)
-NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
+NUMBER = re.compile(r"(−?\d[\d,\u202f]*(?:\.\d+)?)(?:·10([⁻⁰¹²³⁴-⁹]+))?")
+POWER = {value: key for key, value in SUPERSCRIPT.items()}
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
 
@@ -180,6 +182,11 @@ def _holds(expectation: Expectation, initial: str, text: str) -> bool:
 
 
 def _number(text: str) -> float | None:
-    """The number at the start of a readout; None if there is none."""
+    """The number at the start of a readout; None if there is none. One too small to be printed is zero."""
+    if text == small(0.0):
+        return 0.0
     match = NUMBER.match(text)
-    return float(re.sub("[,\u202f]", "", match[0]).replace("−", "-")) if match else None
+    if match is None:
+        return None
+    power = (match[2] or "⁰").translate(POWER)
+    return float(re.sub("[,\u202f]", "", match[1]).replace("−", "-") + f"e{power}")
