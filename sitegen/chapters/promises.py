@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sitegen.chapters.placing import changed, presses
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
-from sitegen.markup.directives import Attribute, DirectiveError, read
+from sitegen.markup.directives import Attribute, Directive, DirectiveError, read
 from sitegen.problems import Place, Problems, hint
 from widgets.drawing.picture import SUPERSCRIPT, small
 from widgets.engine.contract import MAX_LOG, parsed
@@ -37,7 +37,7 @@ CHANGE = "expect what changes, or say NAME stays"
 HELD = ("promise", "claim", "readout")  # their texts are checked by the build or a test
 HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'
 TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # for plots' captions, since plots have no readouts
-LINE = re.compile(r"^[ \t]*::.*$", re.MULTILINE)
+LINE = re.compile(r"^[ \t]*(::).*$", re.MULTILINE)
 NUMBER = re.compile(r"(−?\d[\d,\u202f]*(?:\.\d+)?)(?:·10([⁻⁰¹²³⁴-⁹]+))?")
 POWER = {value: key for key, value in SUPERSCRIPT.items()}
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
@@ -103,20 +103,28 @@ def expected(attribute: Attribute, at: Callable[[int], Place], problems: Problem
 
 def unheld(text: str) -> Iterator[tuple[str, int]]:
     """Yield the promising words of a text, with their offsets, that are outside of checked directives. `::` lines in it
-    are skipped, since they are checked separately."""
-    text = LINE.sub(lambda match: " " * len(match[0]), text)
+    are skipped, however they are wrapped, since they are checked separately."""
+    for line in LINE.finditer(text):
+        block = _read(text, line.start(1), "::")
+        end = max(line.end(), block.end if block else 0)
+        text = text[: line.start()] + " " * (end - line.start()) + text[end:]
     i = 0
     while (colon := text.find(":", i)) >= 0:
-        try:
-            directive = read(text, colon, len(text), ":")
-        except DirectiveError:  # it has been reported
-            directive = None
+        directive = _read(text, colon, ":")
         i = colon + 1
         if directive is not None and directive.name in HELD:
             i = directive.end
             text = text[:colon] + " " * (i - colon) + text[i:]
     for match in PROMISING.finditer(text):
         yield match[0], match.start()
+
+
+def _read(text: str, start: int, colons: str) -> Directive | None:
+    """The directive at `start`; None if there is none, or a faulty one, which has been reported."""
+    try:
+        return read(text, start, len(text), colons)
+    except DirectiveError:
+        return None
 
 
 def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, suggestion: str = HOLDS) -> None:

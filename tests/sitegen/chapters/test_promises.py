@@ -232,6 +232,10 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
       {promise}, and ¦breaks.
 
       ::try[It rises.]{{demo loud=true expect="noise stays"}}
+      ::try[It rises
+      and fails.]{{demo loud=true
+      expect="noise stays"}}
+      Then it ¦falls.
     notes: It ¦recovers.
 """
     front = f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'
@@ -241,7 +245,7 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
     for problem in desk.problems():
         _, line, column, words = problem.split(":", 3)
         places.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], words.split(": use")[0]))
-    assert places == [("breaks", " untested promise 'breaks'"), ("recovers", " untested promise 'recovers'")]
+    assert places == [(word, f" untested promise '{word}'") for word in ("breaks", "falls", "recovers")]
 
 
 def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
