@@ -65,11 +65,23 @@ def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Pro
 
 def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:
     """A caption's tokens before and after its bar; without a bar, all come after it."""
-    depth = 0
+    depth, tokens = 0, unwrapped(tokens)
     for i, token in enumerate(tokens):
         depth += token.nesting
         if depth == 0 and token.type == "text" and BAR in token.content:
             before, _, after = token.content.partition(BAR)
             parts = [replace(token, content=part) for part in (before, after)]
             return [*tokens[:i], parts[0]], [parts[1], *tokens[i + 1 :]]
-    return [], list(tokens)
+    return [], tokens
+
+
+def unwrapped(tokens: Sequence[Token]) -> list[Token]:
+    """A caption's tokens with blanks for line breaks, so that a bar at the start or end of a line is one as well."""
+    result: list[Token] = []
+    for token in tokens:
+        if token.type == "softbreak":
+            token = Token("text", "", 0, level=token.level, content=" ")
+        if result and token.type == result[-1].type == "text":
+            token = replace(token, content=result.pop().content + token.content)
+        result.append(token)
+    return result

@@ -13,7 +13,7 @@ from dataclasses import replace
 from markdown_it.token import Token
 from markupsafe import Markup
 
-from sitegen.chapters.leads import BAR, check
+from sitegen.chapters.leads import BAR, check, unwrapped
 from sitegen.chapters.placing import changed
 from sitegen.chapters.promises import Expectation, expected, holds
 from sitegen.chapters.render_context import RenderContext
@@ -85,7 +85,7 @@ def parts(tokens: Sequence[Token]) -> list[list[Token]]:
     """Inline tokens, split at the bars outside of emphasis and the like."""
     result: list[list[Token]] = [[]]
     depth = 0
-    for token in tokens:
+    for token in unwrapped(tokens):
         depth += token.nesting
         pieces = token.content.split(BAR) if depth == 0 and token.type == "text" else [token.content]
         result[-1].append(replace(token, content=pieces[0]))

@@ -61,6 +61,14 @@ def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> 
     assert "figure-lead" not in html_of(desk, "", "No *bar | here* at all.")
 
 
+@pytest.mark.parametrize("bar", [" |\n", "\n| ", " | \n  "])
+@pytest.mark.parametrize(("sentence", "rest"), [("Press *it*.", "Notice\n**that**."), ("*Press*", "*notice*")])
+def test_a_caption_is_wrapped_at_its_bar(desk: Project, bar: str, sentence: str, rest: str) -> None:
+    html = html_of(desk, "", f"{sentence}{bar}{rest}")
+    assert html == html_of(desk, "", f"{sentence} | {rest}")
+    assert "figure-lead" in html
+
+
 @pytest.mark.parametrize(
     ("sentence", "main"), [("Press **Go** | C", "go"), ("Press **New**, then **Go** | C", "new"), ("**Not** | C", "go")]
 )

@@ -54,6 +54,7 @@ def test_the_run_decides_which_answer_is_right(project: Project) -> None:
     assert " hidden>" in section.partition("\n")[0], "without scripts there is nothing to answer"
     (second,) = ((r, a) for r, a, _ in [question(project, ASK.replace("press=go,go", "press=go"))])
     assert second[1] == [("One.", "yes"), ("Two.", "no")]
+    assert question(project, ASK.replace("? | One. | ", "?\n| One. |\n"))[1] == answers  # wrapped at its bars
 
 
 def test_what_decides_is_on_the_tape(project: Project) -> None:
