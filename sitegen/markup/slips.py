@@ -28,6 +28,7 @@ SLIPS = (
     (r"(?<![\\\w])\^\[(?=[^\]]*\])", "write footnotes as a mark, [^name], and a line that starts with [^name]:"),
 )
 UNPARTED = re.compile(r"\|.*\|\s*")
+IN_HEADING = re.compile(rf"(?<![\w:\\]):(?:{'|'.join(INLINE)})\[.*?\]\{{[^}}]*\}}")
 BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
 
 
@@ -64,7 +65,7 @@ def plain(text: str) -> str:
 
 def unread_anchor(heading: str) -> int | None:
     """The offset of a malformed anchor at the end of a heading; None if there is none."""
-    match = BRACES.search(plain(heading))
+    match = BRACES.search(IN_HEADING.sub(lambda at: "." * len(at[0]), plain(heading)))
     return match.start() if match else None
 
 

@@ -45,6 +45,16 @@ def test_a_marked_term_has_a_link_a_card_and_an_entry(project: Project) -> None:
     assert "card-term" not in project.page("index.html")
 
 
+def test_a_heading_has_a_term(project: Project) -> None:
+    """Its words are part of the anchor."""
+    project.write("content/glossary.yaml", GLOSSARY)
+    headings = "## :term[Basins]{basin}\n\nA.\n\n## The :term[gate]{gate} of :value[2] u\n\nB.\n"
+    project.write("content/01-second.md", f"{SECOND}\n{headings}")
+    project.build()
+    assert re.findall(r'<h2 id="([^"]*)"><a class="term"', page := project.page("second.html")) == ["basins"]
+    assert '<h2 id="the-gate-of-u">The <a class="term"' in page
+
+
 def test_what_is_wrong_with_terms(project: Project) -> None:
     project.write("content/glossary.yaml", GLOSSARY.replace("chapter: second", "chapter: secnd", 1) + "  seys: x\n")
     project.chapter("A :term[gated]{gat} and :term[basins].\n")

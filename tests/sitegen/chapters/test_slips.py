@@ -45,6 +45,10 @@ SLIPS = {
     "parentheses": ("A :ref(second)\n", ["7:3: expected :ref[text]{…}"]),
     "an anchor without its sign": ("## Head {part}\n", ["7:9: expected {#name} at the end of the heading"]),
     "an anchor and a full stop": ("## Head {#part}.\n", ["7:9: expected {#name} at the end of the heading"]),
+    "an anchor without its sign after a number": (
+        "## Of :value[1]{.1f} {part}\n",
+        ["7:22: expected {#name} at the end of the heading"],
+    ),
     "a reference in a heading": (
         "## See :ref[second] {#a}\n",
         ["7:8: a heading cannot contain references, citations or footnotes"],
