@@ -44,6 +44,8 @@ from widgets.engine.script import WHEEL
 
 Cell = tuple[str, str]  # "markdown" or "code", and its text
 _ANCHOR = re.compile(r'<a [^>]*?href="([^"]*)"[^>]*>(.*?)</a>', re.DOTALL)
+_BRACKET = re.compile(r"\\.|`[^`]*`|[\[\]]", re.DOTALL)  # or what may contain one that does not count
+_LABEL = re.compile(r"\[[^\]]*\]")
 _NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
 
 
@@ -244,8 +246,13 @@ class _Writer:
                 first = self._offset(link.at(link.offset))
                 target = re.compile(r"[^\s)]+").match(self._source.text, first)
                 address = re.search(r'(?:href|src)="([^"]*)"', self._html([token]))
-                if target is not None and address is not None and self._source.text[first - 2 : first] == "](":
-                    yield first, target.end(), self._address(html.unescape(address[1]))
+                href = self._address(html.unescape(address[1])) if address else ""
+                if href and target is not None and self._source.text[first - 2 : first] == "](":
+                    yield first, target.end(), href
+                elif href and self._source.text.startswith(("[", "!["), first):  # [words][name]: its line is left out
+                    end = _words_end(self._source.text, first)
+                    label = _LABEL.match(self._source.text, end)
+                    yield end, label.end() if label else end, f"({href})"
 
     def _plain(self, tokens: Sequence[Token]) -> str:
         """Tokens as the page shows them, in Markdown: links and plain text."""
@@ -266,6 +273,16 @@ class _Writer:
         for macro, meaning in self._inputs.site.macros.items():
             text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)
         return text
+
+
+def _words_end(text: str, start: int) -> int:
+    """Where the brackets around the words of the link or image at `start` end."""
+    depth = 0
+    for match in _BRACKET.finditer(text, start):
+        depth += {"[": 1, "]": -1}.get(match[0], 0)
+        if match[0] == "]" and depth == 0:
+            return match.end()
+    return len(text)
 
 
 def _readout_text(readout: Plain) -> str:

@@ -86,6 +86,17 @@ def test_a_caption_follows_its_leading_sentence(project: Project) -> None:
     assert ").** Press `a | b`, *c | d*. Then |x| or e | f.\n" in text
 
 
+def test_a_link_by_name_has_its_address(project: Project) -> None:
+    """Since the line that states the address is not a block, and so is left out."""
+    links = "[a][N], [`]` [b] $c$][n], [n][], [n] and <https://example.org/d>."
+    second = (project.root / "content/01-second.md").read_text("utf-8")
+    project.write("content/01-second.md", f"{second}\n{links}\n\n[n]: 00-start.md 'Title'\n")
+    project.build()
+    text = text_of(read(project.site / "notebooks" / "second.ipynb"))
+    to = "(https://example.org/ladder/index.html)"
+    assert f"[a]{to}, [`]` [b] $c$]{to}, [n]{to}, [n]{to} and <https://example.org/d>." in text
+
+
 def test_no_cell_no_output() -> None:
     """Code cells have neither output nor execution count, so that the bytes do not depend on a run."""
     book = json.loads(written([("markdown", "a\n"), ("code", "1 + 1\n")]))
