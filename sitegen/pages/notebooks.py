@@ -44,6 +44,7 @@ from widgets.engine.script import WHEEL
 
 Cell = tuple[str, str]  # "markdown" or "code", and its text
 _ANCHOR = re.compile(r'<a [^>]*?href="([^"]*)"[^>]*>(.*?)</a>', re.DOTALL)
+_ARGUMENT = r"\s*(\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}|\\(?:[A-Za-z]+|.)|[^\s{}])"  # braces up to three deep
 _BRACKET = re.compile(r"\\.|`[^`]*`|[\[\]]", re.DOTALL)  # or what may contain one that does not count
 _LABEL = re.compile(r"\[[^\]]*\]")
 _NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
@@ -269,10 +270,18 @@ class _Writer:
         return self._base + (self._survey.chapter.page if href.startswith("#") else "") + href
 
     def _expand(self, text: str) -> str:
-        """The text with the site's macros expanded, since Jupyter does not know them."""
-        for macro, meaning in self._inputs.site.macros.items():
-            text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)
+        """The text with the site's macros expanded, since Jupyter does not know them; one may use another."""
+        macros = self._inputs.site.macros
+        for _ in macros:
+            for macro, meaning in macros.items():
+                count = max(map(int, re.findall(r"#([1-9])", meaning)), default=0)
+                text = re.sub(re.escape(macro) + r"(?![A-Za-z])" + _ARGUMENT * count, partial(_filled, meaning), text)
         return text
+
+
+def _filled(meaning: str, use: re.Match[str]) -> str:
+    """A macro's meaning with the arguments of a use of it, in their braces."""
+    return re.sub(r"#([1-9])", lambda at: use[int(at[1])], meaning)
 
 
 def _words_end(text: str, start: int) -> int:

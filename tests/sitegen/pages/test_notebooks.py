@@ -97,6 +97,18 @@ def test_a_link_by_name_has_its_address(project: Project) -> None:
     assert f"[a]{to}, [`]` [b] $c$]{to}, [n]{to}, [n]{to} and <https://example.org/d>." in text
 
 
+def test_macros_are_expanded_to_the_end(project: Project) -> None:
+    """A macro may use another, whichever comes first, and may have arguments."""
+    macros = {r"\Rn": r"\R^{#1}", r"\norm": r"\lVert #1 \rVert_#2"}
+    site = (project.root / "content/site.yaml").read_text("utf-8")
+    project.write("content/site.yaml", site + "".join(f"  '{name}': '{text}'\n" for name, text in macros.items()))
+    second = (project.root / "content/01-second.md").read_text("utf-8")
+    project.write("content/01-second.md", second.replace(r"$a^2 \in \R$", r"$\Rn n$, $\norm {\Rn{n}} 2$"))
+    project.build()
+    text = text_of(read(project.site / "notebooks" / "second.ipynb"))
+    assert r"$\mathbb{R}^{n}$, $\lVert {\mathbb{R}^{{n}}} \rVert_2$" in text
+
+
 def test_no_cell_no_output() -> None:
     """Code cells have neither output nor execution count, so that the bytes do not depend on a run."""
     book = json.loads(written([("markdown", "a\n"), ("code", "1 + 1\n")]))
