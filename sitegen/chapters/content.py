@@ -22,6 +22,7 @@ from sitegen.problems import Place, Problems, hint, read_text
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
+DRAFT = re.compile(r"^draft: *true *(?:#.*)?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
 DOCS = "content/docs"  # for authors and maintainers: pages written like chapters, but not on the ladder
 DOCS_INDEX = "index.md"  # the page that links to the others
@@ -304,7 +305,8 @@ def _parse(name: str, text: str, first: bool, problems: Problems) -> Chapter:
     values = _defaults({**FRONT, **DOC_FRONT})
     document = yaml_schema.read(front, name, problems, first_line=2) if front else None
     if front and document is None:
-        values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to the chapter by these
+        # Others refer to the chapter by these; and a draft stays one.
+        values |= {m[1]: m[2] for m in PLAIN.finditer(front)} | {"draft": DRAFT.search(front) is not None}
     elif document is not None:
         values |= yaml_schema.validated(document, fields, problems)
         for key, slug in [

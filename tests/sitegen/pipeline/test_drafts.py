@@ -71,3 +71,13 @@ def test_a_mistake_in_a_draft_stops_only_builds_that_have_it(project: Project) -
     project.write("content/02-draft.md", DRAFT + "\n::figure[no end\n\n:ref[nowhere]\n")
     project.build(strict=True)
     assert [text.partition(":")[0] for text in project.problems(drafts=True)] == ["content/02-draft.md"] * 2
+
+
+@pytest.mark.parametrize(
+    "front", ["title: ICP: a draft\ndraft: true\n---\n", "title: [T\ndraft: true  # for now\n---\n", "draft: true\n"]
+)
+def test_a_draft_whose_front_matter_is_broken_stays_one(project: Project, front: str) -> None:
+    """It stops only builds that have it."""
+    project.write("content/02-draft.md", f"---\n{front}\nText.\n")
+    project.build(strict=True)
+    assert {text.partition(":")[0] for text in project.problems(drafts=True)} == {"content/02-draft.md"}
