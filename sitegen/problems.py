@@ -122,8 +122,9 @@ def _decode(raw: bytes, name: str, problems: Problems) -> str:
         return raw.decode("utf-8", "replace")
 
 
-# No page may hold these: what a PDF or a terminal leaves in copied text, and a mark of bytes within joined files.
-CONTROL = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufeff]")
+# No page may hold these: what a PDF or a terminal leaves in copied text, a mark of bytes within joined files, and
+# separators that YAML counts as ends of lines, unlike Markdown and editors.
+CONTROL = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufeff]")
 CONFLICT = re.compile(r"^<{7}(?: .*)?\n((?:.*\n)*?)={7}\n((?:.*\n)*?)>{7}(?: .*)?$", re.MULTILINE)
 
 

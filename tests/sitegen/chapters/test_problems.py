@@ -216,6 +216,11 @@ FRONT = {
     "no yaml": ("title: [T", "", ["2:8: invalid YAML: unclosed list: missing ]"]),
     "a list for a key": ("[title]: T", "", ["2:1: invalid YAML: "]),
     "a control character": ('title: "a\x07"', "", ["2:10: invisible character U+0007: delete it"]),
+    "separators of lines": (
+        'title: T\nsummary: "a\u2028b\u2029c"',
+        "A\u2028b.",
+        ["3:12: invisible character U+2028: delete it; 2 more below"],
+    ),
     "markup where text is plain": (
         "title: T of $x$\nsummary: S **b**\nquestion: Do `a` and *b*?\nnext:\n- to: index\n  says: See :ref[index].",
         "",
