@@ -34,7 +34,7 @@ from widgets.engine.contract import Record, Widget
 from widgets.engine.controls import specs
 
 # Ids that the templates and the figures use; headings may not have them.
-OWN_IDS = ("main", "cite-this-page", "notebook", "slides", "where-next")
+OWN_IDS = ("main", "cite-this-page", "notebook", "slides", "where-next", "works-cited")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 SENTENCE = re.compile(r"\s*[.,]((?:\s*\\end\{\w+\})*)\s*$")
 DISPLAYED = ("heading_open", "figure", "picture", "plot")

@@ -133,7 +133,11 @@ def outlines_of_drafts(surveys: Iterable[Survey]) -> list[Outline]:
 
 def _has(survey: Survey, name: str) -> bool:
     """Whether a chapter's page has one of the templates' own ids."""
-    return {"slides": bool(survey.slides), "where-next": bool(survey.chapter.onward)}.get(name, True)
+    document = survey.chapter.document
+    texts = [token for tokens in (document.tokens, *document.footnotes.values()) for token in tokens]
+    cites = any(child.type == "cite" for token in texts for child in token.children or [])
+    shown = {"slides": bool(survey.slides), "where-next": bool(survey.chapter.onward), "works-cited": cites}
+    return shown.get(name, True)
 
 
 def _pages(

@@ -168,6 +168,7 @@ BROKEN = {
         ["7:8: invalid anchor 'X y': use lower-case letters, digits and hyphens, starting with a letter"],
     ),
     "the page's own anchor": ("## A {#main}\n", ["7:1: reserved anchor 'main': choose another name"]),
+    "another of them": ("## A {#works-cited}\n", ["7:1: reserved anchor 'works-cited': choose another name"]),
     "image without words": (
         "A ![](x.png)\n",
         ["7:7: image not found: content/x.png", "7:7: missing alternative text: ![what it shows](x.png)"],

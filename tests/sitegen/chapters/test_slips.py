@@ -99,6 +99,7 @@ FINE = (
     ":::evidence\nA\n::: \n",
     "> :::answer\n> A\n> :::\n",
     ":value[ 1 + 1 ] is two.\n",
+    "[Its sources](#works-cited) are one.[^n]\n\n[^n]: [@one2001]\n",
     "\\*\\*a \\` 2 * 3 * 4, ***b*** and ``a ` b``, :value[2**3] and `2**3`.\n",
     "[a][B], [b][], [b]\\[c], `x[a][0]`, x[a][0] and [[d]].\n\n[b]: second.html\n[b]: second.html\n"
     "[//]: # (one)\n[//]: # (two)\n",
