@@ -31,6 +31,7 @@ ELSEWHERE = {
     "heading_open": "a slide's only heading is its title",
     "figure": "a figure belongs in the chapter; a slide shows it with figure: id",
     "plot": "a plot belongs in the chapter; a slide shows it with plot: id",
+    "picture": "pictures belong in the chapter, beside the words that they show",
     "predict": "predictions belong in the chapter, with their figures",
     "aside": "asides belong in the slide's notes",
     "math_block_label": "a numbered equation belongs in the chapter; a slide shows it with equation: label",

@@ -93,6 +93,10 @@ BROKEN = {
         "slides:\n  - title: T\n    text: |\n      A.\n\n      ::figure[C]{toy}\n",
         ["11:7: a figure belongs in the chapter; a slide shows it with figure: id"],
     ),
+    "a picture in the text": (
+        "slides:\n  - title: T\n    text: |\n      A.\n\n      ::picture[C]{tou}\n",
+        ["11:7: pictures belong in the chapter, beside the words that they show"],
+    ),
     "a claim, a note, a heading": (
         "slides:\n  - title: T\n    text: |\n      ## B\n\n      :claim[A]{x::y} and[^n]\n",
         ["9:1: a slide's only heading is its title", "11:7: claims belong in the chapter, with their tests",
