@@ -26,6 +26,7 @@ SLIDE = {
     "notes": yaml_schema.text(),
 }
 OF_A_FIGURE = ("set", "panels", "controls", "readouts")
+LINE = ["paragraph_open", "inline", "paragraph_close"]
 # Elements that are not allowed in a slide's text, and where they belong.
 ELSEWHERE = {
     "heading_open": "a slide's only heading is its title",
@@ -80,7 +81,7 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
     values = yaml_schema.validated(front, SLIDE, problems, "slides", i)
 
     def parsed(name: str) -> Sequence[Token]:
-        start = front.text_at("slides", i, name)
+        start, had = front.text_at("slides", i, name), len(problems.found)
         source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
         tokens = parse(source).tokens
         all_tokens = [t for token in tokens for t in (token, *(token.children or []))]
@@ -90,6 +91,9 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
             problems.add(place_of(token) or front.at("slides", i, name), message)
         if name != "title":  # a title names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)
+        elif values[name] and len(problems.found) == had and [token.type for token in tokens] != LINE:
+            message = "a slide's title is a line of text, not a list or a quotation: write 1\\. or \\> for the signs"
+            problems.add(start, message)
         return () if wrong else tokens
 
     slide = Slide(

@@ -106,6 +106,15 @@ BROKEN = {
         "slides:\n  - title: T\n    figure: demo\n    notes: |\n      ::try[Go.]{demo}\n",
         ["10:7: buttons belong in the slide's text"],
     ),
+    "titles that are no line of text": (
+        "slides:\n  - {title: 1. Where it starts, text: A}\n  - {title: '***', text: A}\n"
+        "  - {title: '> 90 degrees', text: A}\n  - {title: '::figre[A]', text: A}\n  - {title: '\\> 90', text: A}\n",
+        [
+            *[f"{at}: a slide's title is a line of text, not a list or a quotation: write 1\\. or \\> for the signs"
+              for at in ("7:13", "8:14", "9:14")],
+            "10:14: unknown directive ::figre; did you mean 'figure'?",
+        ],
+    ),
     "a bad formula, far inside": (
         "slides:\n  - title: T\n    text: |\n      One line,\n      and $\\frc{1}$ here.\n",
         ["10:"],
