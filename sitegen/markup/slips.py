@@ -15,8 +15,9 @@ CLOSING = re.compile(r":{3,}")
 LITERAL = re.compile(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)|(?<![\\$])\$[^$]+\$", re.DOTALL)
 NAMES = "|".join((*BLOCK, *INLINE))
 NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNORECASE)
-TAGS = "a|b|br|center|dd|del|details|div|dl|dt|em|h[1-6]|hr|i|iframe|img|ins|kbd|li|ol|p|s|script|span|strong|style|"
-TAGS += "sub|summary|sup|table|tbody|td|th|thead|tr|u|ul|video"
+TAGS = "a|abbr|audio|b|big|blockquote|br|button|center|cite|code|dd|del|details|div|dl|dt|em|figcaption|figure|font|"
+TAGS += "h[1-6]|hr|i|iframe|img|input|ins|kbd|li|mark|ol|p|pre|q|s|script|section|small|span|strong|style|sub|summary|"
+TAGS += "sup|svg|table|tbody|td|th|thead|tr|tt|u|ul|var|video|wbr"
 SLIPS = (
     (r"^#{2,6}(?=\w)", "missing space after {0}"),
     (r"^#{2,6}(?=\u00a0)", "non-breaking space after {0}: use a plain one"),

@@ -25,6 +25,15 @@ SLIPS = {
         "A <b>c</b>\n",
         [f"7:{n}: {tag}: HTML is not supported and would be printed as is" for n, tag in ((3, "<b>"), (7, "</b>"))],
     ),
+    "tags of every kind": (
+        "A <code>b, <svg width='3'>, <wbr/> and\n<input> </figcaption>\n",
+        [
+            f"{at}: {tag}: HTML is not supported and would be printed as is"
+            for at, tag in {
+                "7:3": "<code>", "7:12": "<svg width='3'>", "7:29": "<wbr/>", "8:1": "<input>", "8:9": "</figcaption>",
+            }.items()
+        ],
+    ),
     "a blank in an address": ("A [b](c d.html) e\n", ["7:5: space in a link address: write %20"]),
     "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: write formulas between dollars: $a$"]),
     "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: write equations between two lines of $$"]),
