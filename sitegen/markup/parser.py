@@ -264,7 +264,9 @@ def _add_places(state: StateCore) -> None:
                 source.problems.add(place, f"empty {token.markup}{token.info.strip()}")
         elif token.type == "tr_open" and token.map:
             line = source.lines[token.map[0]]
-            columns = cells(line) if state.tokens[i - 1].type == "thead_open" else columns
+            if state.tokens[i - 1].type == "thead_open":  # the header itself may follow a list's mark
+                columns = cells(source.lines[token.map[0] + 1])
+                continue
             if cells(line) > columns:
                 place = Place(source.path, token.map[0] + 1, 1)
                 source.problems.add(place, f"row of {cells(line)} cells in a table of {columns} columns")

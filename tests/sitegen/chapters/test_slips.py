@@ -49,6 +49,10 @@ SLIPS = {
         "| a | b |\n| - | - |\n| 1 | 2 | 3 |\n",
         ["9:1: row of 3 cells in a table of 2 columns"],
     ),
+    "a cell too many in a list": (
+        "- | a | b |\n  | - | - |\n  | 1 | 2 | 3 |\n",
+        ["9:1: row of 3 cells in a table of 2 columns"],
+    ),
     "a capital": ("::Aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
     "a blank after the colons": (":: aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
     "parentheses": ("A :ref(second)\n", ["7:3: expected :ref[text]{…}"]),
@@ -108,6 +112,7 @@ FINE = (
     ":::evidence\nA\n::: \n",
     "> :::answer\n> A\n> :::\n",
     ":value[ 1 + 1 ] is two.\n",
+    "1. | a | b |\n   | - | - |\n   | 1 | 2 |\n\n> a | b\n> --|--\n> 1 | 2\n",
     "[Its sources](#works-cited) are one.[^n]\n\n[^n]: [@one2001]\n",
     "\\*\\*a \\` 2 * 3 * 4, ***b*** and ``a ` b``, :value[2**3] and `2**3`.\n",
     "[a][B], [b][], [b]\\[c], `x[a][0]`, x[a][0] and [[d]].\n\n[b]: second.html\n[b]: second.html\n"
