@@ -397,4 +397,4 @@ class _Renderer:
         if term.key not in self._terms:
             self._terms.append(term.key)
         attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
-        return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
+        return f"<a {attributes}>{escape(unbroken(apostrophes(directive.text)))}</a>"

@@ -1,4 +1,4 @@
-"""Finds misplaced or empty elements: references in headings, links in links, claims in claims, missing text."""
+"""Finds misplaced or empty elements: references in headings, links in links, claims in claims, markup in terms."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from markdown_it.token import Token
 
+from sitegen.chapters.yaml_schema import MARKUP
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import located, place_of
 from sitegen.markup.parser import text_of
@@ -51,5 +52,7 @@ def _check_nesting(children: Iterable[Token], problems: Problems) -> None:
             problems.add(place, "alternative text must be plain: no directives or citations")
         if child.type in ("term", "claim_open") and not located(child, Directive).thing.text.strip():
             problems.add(place, f":{child.type.removesuffix('_open')} has no text")
+        if child.type == "term" and (markup := MARKUP.search(located(child, Directive).thing.text)):
+            problems.add(place, f"a term's words are plain text; {markup[0]!r} would be printed as is")
         link = link or child.type == "link_open"
         claim = claim or child.type == "claim_open"

@@ -55,6 +55,20 @@ def test_a_heading_has_a_term(project: Project) -> None:
     assert '<h2 id="the-gate-of-u">The <a class="term"' in page
 
 
+def test_a_term_s_words_are_plain_text(project: Project) -> None:
+    """Markdown and formulas in them are reported; apostrophes are curly, as in other text."""
+    project.write("content/glossary.yaml", GLOSSARY)
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.chapter("A :term[*gate*]{gate}\nof :term[size $r$]{gate}.\n")
+    assert project.problems() == [
+        f"content/01-second.md:{at}: a term's words are plain text; {text!r} would be printed as is"
+        for at, text in (("7:3", "*gate*"), ("8:4", "$r$"))
+    ]
+    project.chapter("The :term[gate's edge]{gate}.\n")
+    project.build()
+    assert ">gate’s edge</a>" in project.page("second.html")
+
+
 def test_what_is_wrong_with_terms(project: Project) -> None:
     project.write("content/glossary.yaml", GLOSSARY.replace("chapter: second", "chapter: secnd", 1) + "  seys: x\n")
     project.chapter("A :term[gated]{gat} and :term[basins].\n")
