@@ -26,7 +26,7 @@ from sitegen.chapters.promises import hold
 from sitegen.chapters.render_context import RenderContext
 from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.surveyed import Heading, Survey
-from sitegen.chapters.tokens import directive_of, simple, words
+from sitegen.chapters.tokens import closing, directive_of, opening, simple, words
 from sitegen.chapters.values import CallError, printed, read_value
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
@@ -35,10 +35,9 @@ from sitegen.markup.images import Image, read_image
 from sitegen.markup.located import Citation, NoteMark, located
 from sitegen.markup.math import formula_of
 from sitegen.markup.parser import blocks, parser, text_of, unbroken
+from sitegen.markup.slips import CONTAINERS
 from sitegen.markup.typography import apostrophes
 from sitegen.problems import Place, hint
-
-FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # folding containers and their summaries
 
 
 def render(survey: Survey, context: RenderContext) -> Body:
@@ -113,6 +112,9 @@ class _Renderer:
             "cite": self._cite,
             "term": self._term,
         }
+        for name in CONTAINERS:  # within a list or a quotation
+            rules[f"container_{name}_open"] = lambda token: opening(token.info.strip())
+            rules[f"container_{name}_close"] = lambda token: closing(token.type.split("_")[1])
         for name, rule in rules.items():
             self._html.rules[name] = simple(rule)  # type: ignore[assignment]
         self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
@@ -151,10 +153,7 @@ class _Renderer:
             source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
             code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
             content = Markup(f'{code}\n<div class="example-result">\n{content}</div>\n')
-        if name in FOLDED:
-            return f'<details class="fold {name}">\n<summary>{FOLDED[name]}</summary>\n{content}</details>\n'
-        title = '<p class="in-short-title">In short</p>\n' if name == "in-short" else ""
-        return f'<div class="{name}">\n{title}{content}</div>\n'
+        return f"{opening(name)}{content}{closing(name)}"
 
     def _with_notes(self, block: Sequence[Token]) -> str:
         """Render a block, with the notes that it is the first to refer to beside it."""

@@ -142,6 +142,14 @@ def test_what_is_meant_as_it_stands_is_no_slip(project: Project, body: str) -> N
     assert project.build().warnings == ()
 
 
+@pytest.mark.parametrize("body", ["1. A\n\n   :::answer\n   Because.\n   :::\n", "> :::answer\n> Because.\n> :::\n"])
+def test_a_block_folds_in_a_list_and_a_quotation_too(project: Project, body: str) -> None:
+    project.write("content/00-start.md", START.partition("Read")[0] + body)
+    project.build()
+    fold = '<details class="fold answer">\n<summary>Answer</summary>\n<p>Because.</p>\n</details>'
+    assert fold in project.page("index.html")
+
+
 def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project: Project) -> None:
     """Either would be lost silently: the inner claim's test, and the directive's result."""
     body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
