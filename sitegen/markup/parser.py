@@ -192,6 +192,9 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     if silent:
         return True
     last = source.at(directive.end).line - 1
+    margins = (state.src[source.starts[n] : state.bMarks[n]] for n in range(start_line + 1, last + 1))
+    if any(">" in margin for margin in margins):  # which would be part of its text
+        source.problems.add(source.at(start), "in a quotation, a directive must fit on one line")
     remainder = state.src[directive.end : state.eMarks[last]]
     if remainder.strip():
         source.problems.add(

@@ -53,6 +53,10 @@ SLIPS = {
         "- | a | b |\n  | - | - |\n  | 1 | 2 | 3 |\n",
         ["9:1: row of 3 cells in a table of 2 columns"],
     ),
+    "a directive of two lines in a quotation": (
+        "> A\n>\n> ::aside[a long\n> remark]\n\n- ::aside[a long\n  remark > 1]\n",
+        ["9:3: in a quotation, a directive must fit on one line"],
+    ),
     "a capital": ("::Aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
     "a blank after the colons": (":: aside[C]\n", ["7:1: expected ::aside[text]{…}"]),
     "parentheses": ("A :ref(second)\n", ["7:3: expected :ref[text]{…}"]),
