@@ -12,7 +12,7 @@ from reprlib import Repr
 from typing import Any, Literal
 
 Value = bool | float | str
-Keeps = Literal["log", "pose", "nothing"]
+Keeps = Literal["log", "presses", "pose", "nothing"]
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Spec:
     """How one control is shown and what it accepts.
 
     keeps: which of the reader's actions survive a change of this control: the whole log (replayed with the new value),
-    the placing of the start (drags), or nothing.
+    the presses alone (of a control that places what a drag would), the placing of the start (drags), or nothing.
     sets: for a choice, the values that each option gives to other controls, as a scene has its own noise. The page
     applies them when the reader picks the option, `validated` when an option is given and the other control is not.
     places: whether a choice says where a run starts, which no longer holds once a handle has been dragged.

@@ -201,11 +201,6 @@ def test_a_turn_of_the_robot_leaves_the_ring() -> None:
     assert figure.act(state, Action("drag", "turn", 1.0, 2.0)).dial is state.dial
 
 
-def test_the_slider_of_the_start_drops_an_earlier_drag() -> None:
-    """The page keeps no action across it: a drag sets the heading, whatever the slider says."""
-    assert specs(figure.Controls)["turn"].keeps == "nothing"
-
-
 def test_dragging_after_the_first_run_runs_again() -> None:
     state = figure.act(figure.start(figure.Controls(), 40), Action("press", "roll"))
     at = place(0.1, 5.0).tolist()

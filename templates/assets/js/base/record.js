@@ -68,7 +68,12 @@ export const reseed = (record) => ({
 });
 
 /** @type {Record<Control["keeps"], (log: Action[]) => Action[]>} */
-const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
+const KEPT = {
+  log: (log) => log,
+  presses: (log) => log.filter(([kind]) => kind === "press"),
+  pose: (log) => log.filter(([kind]) => kind === "drag"),
+  nothing: () => [],
+};
 
 /** The controls that an option of a choice sets. @type {(spec: Control, value: Value) => Values} */
 const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(value)]) || {};

@@ -19,7 +19,7 @@ export interface FigureRecord {
 
 interface Labelled {
   label: string;
-  keeps: "log" | "pose" | "nothing";
+  keeps: "log" | "presses" | "pose" | "nothing";
 }
 interface Slider extends Labelled {
   kind: "slider";
