@@ -168,7 +168,8 @@ def monte_carlo(
     Returns
     -------
     Spread
-        Of the k end poses, however the runs stopped, about the first source's centre.
+        Of the k end poses, however the runs stopped, about the centre of the first source's points with a weight; if
+        pairs are given, of those that are paired.
 
     Raises
     ------
