@@ -201,13 +201,13 @@ def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) ->
     race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()
     job = race.reached("section.job").first
     rows = job.locator("tbody tr").count()
-    race.page.evaluate("Ladder.limits.frame = 1500")
+    race.page.evaluate("Ladder.limits.replay = 1500")
     job.locator('[data-do="begin"]').click()
     expect(job).to_have_attribute("data-state", "running")
     race.page.evaluate("Ladder.runtime.kill()")
     expect(job.locator(".job-words")).to_have_text("Python stopped before the run was finished.", timeout=30_000)
     assert job.locator("tbody tr").count() == rows
-    race.page.evaluate("Ladder.limits.frame = 60000")
+    race.page.evaluate("Ladder.limits.replay = 60000")
     job.locator('[data-do="begin"]').click()
     race.live()
     expect(job).to_have_attribute("data-state", "running")

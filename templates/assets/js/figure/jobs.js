@@ -184,7 +184,7 @@ function job(figure, box) {
             if (performance.now() < due) return;
             due = performance.now() + TELL_EVERY;
             bar.value = fraction;
-            tell(message, false);
+            if (message) tell(message, false); // the second worker may be heard first
           },
           show(result) {
             mine.rows = true;
