@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from solvers.core.amounts import place
 from solvers.core.arrays import AnyArray, FloatArray
 
 SLIDE = 0.1  # turning part of a unit direction: a turn about a point ten radii away, which looks like a slide
@@ -32,4 +33,4 @@ def named(direction: AnyArray, centre: FloatArray, radius: float) -> str:
         along = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
         return f"the slide along ({along})"
     x = centre + np.array([-v[1], v[0]]) * radius / omega
-    return f"the turn about ({x[0]:.2f}, {x[1]:.2f})"
+    return f"the turn about {place(x, radius)}"

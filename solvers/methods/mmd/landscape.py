@@ -290,8 +290,8 @@ def course_of(
     """
     status = np.where(status == Status.RUNNING, np.int8(Status.CAPPED), status)
     return Path(
-        np.stack(course).reshape(-1, *shape, 2),
-        np.stack(level).reshape(-1, *shape),
+        np.stack(course).reshape(len(course), *shape, 2),
+        np.stack(level).reshape(len(level), *shape),
         steps.reshape(shape),
         status.reshape(shape),
     )

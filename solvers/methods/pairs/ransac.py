@@ -321,7 +321,7 @@ def _refit(state: RansacState, where: BoolArray) -> RansacState:
     near = f"{INLIER:g} of the target's RMS radius" if options.inlier is None else f"{options.inlier:g} u"
     status, reason = mark(
         state.status, state.reason, where & ~state.found, Status.DEGENERATE,
-        f"no trial found {problem.dim} pairs within {near}",
+        f"no trial found {problem.dim} pairs within {near} that determine a pose",
     )  # fmt: skip
     short = state.budget > state.trials
     status, reason = mark(

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from PIL import Image
+from playwright.sync_api import expect
 
 from sitegen.assets.swatches import contrast
 from sitegen.assets.tokens import colours
@@ -105,6 +106,46 @@ def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
     until(score.page, "late.length")  # the new value's next finer one, requested since the one before was shown
     assert levels(score) == [[0, 8], [0, 9], [1, 9]]
     assert score.frame()["controls"]["rotation"] == 9
+
+
+FINEST = f"(arrive(), Ladder.figures.get('fig-score').frame.detail === {LEVELS[-1]})"
+
+
+def moved_while_finer_drawings_are_held(score: Figure) -> None:
+    """Its map is the coarsest, and the next finer one is on its way."""
+    score.set("rotation", "7")
+    score.settled()
+    score.page.evaluate(HELD)
+    score.set("rotation", "8")
+    until(score.page, "late.length > 0")
+    assert score.frame()["detail"] == 0
+
+
+def test_a_finer_drawing_leaves_an_error_in_place(score: Figure) -> None:
+    """It answers no question, so it does not take back what was said of a link that was followed meanwhile."""
+    moved_while_finer_drawings_are_held(score)
+    score.page.evaluate("location.hash = 'fig-score?s=xx'")
+    score.becomes("failed")
+    until(score.page, FINEST)
+    score.becomes("failed")
+    expect(score.root.locator(".status-words")).to_contain_text("it is damaged")
+
+
+@pytest.mark.parametrize(
+    ("question", "state"),
+    [
+        ("ask(Ladder.record.press(figure.record, 'climb')); figure.leave()", "live"),
+        ("ask({...figure.record, seed: -1})", "failed"),
+    ],
+    ids=["given up", "refused"],
+)
+def test_a_question_without_an_answer_does_not_leave_the_map_coarse(score: Figure, question: str, state: str) -> None:
+    """It interrupted the finer drawings of the map that stays, so they are asked for again."""
+    moved_while_finer_drawings_are_held(score)
+    score.page.evaluate(f"(figure => {{ figure.{question}; }})(Ladder.figures.get('fig-score'))")
+    until(score.page, FINEST)
+    score.becomes(state)
+    assert score.record()["controls"]["rotation"] == 8
 
 
 def test_a_climb_on_a_known_field_does_not_make_it_coarse(score: Figure) -> None:

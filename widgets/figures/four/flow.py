@@ -40,7 +40,7 @@ def _encode(look: Look) -> Shown:
     )
     t = float(state.time[0])
     part = "all noise" if t == 0.0 else f"{number(100 * (1 - t), 0)} % noise at t = {number(t, 1)}"
-    words = f"{tokens} tokens by {weights():,} weights. Rings: the coordinates, {part}."
+    words = f"{tokens} tokens by {weights():,} weights. Rings: one sample, {part}."
     return Shown(marks, words)
 
 

@@ -195,6 +195,7 @@ export class Figure {
         else if (!this.#state.waiting) this.#state.miss(reason);
         if (!this.lack) this.#pump();
         if (!this.#state.asked) this.#state.settle();
+        if (!error.stopped && !error.lacks) this.#refine(limits.rest); // what the question interrupted
         this.tell();
       },
     );
@@ -253,6 +254,7 @@ export class Figure {
   leave() {
     this.#state.leave();
     this.#left();
+    if (runtime.state === "live") this.#refine(limits.rest); // what the question interrupted
   }
 
   #left() {

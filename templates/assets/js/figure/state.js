@@ -57,7 +57,7 @@ export class FigureState {
     return this.#replay;
   }
 
-  /** Why the last question could not be answered, in words; cleared by the next question or answer. */
+  /** Why the last question could not be answered, in words; cleared by the next question. */
   get error() {
     return this.#error;
   }
@@ -163,6 +163,5 @@ export class FigureState {
     this.shown = record;
     this.frame = frame;
     this.#source = source;
-    this.#error = "";
   }
 }
