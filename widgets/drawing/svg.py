@@ -124,7 +124,10 @@ def _by_weight(weight: Any, places: list[list[int]], classes: str, draw: Callabl
 
 
 def _points(mark: Points, view: View, prefix: str) -> str:
-    places = snap(view.px(mark.xy))
+    if mark.radius <= 1 and mark.weight is None:  # a map of thousands: to 0.2 px, and each place once
+        places = [[2 * x, 2 * y] for x, y in dict.fromkeys(map(tuple, snap(view.px(mark.xy) / 2)))]
+    else:
+        places = snap(view.px(mark.xy))
     if mark.shape in ("dot", "square"):  # tiny strokes with round or square caps: the same size on every screen
         size = "xs" if mark.radius <= 1 else "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
         classes = f"{mark.shape} {size} {mark.role}"

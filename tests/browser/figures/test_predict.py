@@ -225,44 +225,6 @@ def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
     assert (round(end_box["x"] - at["x"]), round(end_box["y"] - at["y"])) == (60, 20)
 
 
-def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> None:
-    """Pressing the figure's own button first does not affect the question."""
-    page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = question(page, WRONG)
-    figure.button("solve").click()
-    figure.settled()
-    box.get_by_role("button", name="Place a ghost").click()
-    expect(figure.root.locator(".predict-ghost")).to_have_count(1)
-    assert figure.record()["log"] == [], "the ghost begins where the figure does"
-    expect(figure.handle("source")).to_be_hidden()
-
-
-def test_a_ghost_comes_only_to_who_waits_for_it(reader: Callable[..., Reader]) -> None:
-    """Not to a reader who went elsewhere before its picture arrived, and only once to one who pressed twice."""
-    page = reader(reduced_motion="reduce").open("kabsch.html")
-    figure, box = question(page, WRONG)
-    figure.live()
-    ghost = figure.root.locator(".predict-ghost")
-    press = "(figure, names) => names.forEach(name => figure.querySelector(name).click())"  # before any picture arrives
-    place_button, new = "[data-do=place]", "[data-button=new]"
-    figure.button("solve").click()
-    figure.settled()
-    figure.root.evaluate(press, [place_button, new])
-    figure.settled()
-    figure.button("reset").click()
-    figure.settled()
-    expect(ghost).to_have_count(0)
-    figure.button("solve").click()
-    figure.settled()
-    figure.root.evaluate(press, [place_button, place_button])
-    expect(ghost).to_have_count(1)
-    box.get_by_role("button", name="Run").click()
-    expect(box).to_have_attribute("data-told", re.compile("."))
-    box.get_by_role("button", name="Ask again").click()
-    figure.settled()
-    expect(ghost).to_have_count(0)
-
-
 def test_without_scripts_nothing_is_asked(reader: Callable[..., Reader]) -> None:
     page = reader(java_script_enabled=False).open("kabsch.html")
     assert page.locator(".predict").count() > 0

@@ -78,6 +78,7 @@ export function addPrediction(figure, overlay) {
   }
 
   function look() {
+    if (ghost && !ghost.compared && !compare) return follow();
     if (!isShown(target()) && !play?.ended()) {
       if (ghost?.compared && !compare) clear(); // the result that it is compared with is gone
       return;
@@ -86,6 +87,16 @@ export function addPrediction(figure, overlay) {
     compare = null;
     action?.();
     if (action) figure.speak();
+  }
+
+  /** Judges a ghost when the reader's own presses have run the figure, and withdraws it when they lead elsewhere. */
+  function follow() {
+    if (figure.pending) return;
+    const record = records.left(figure.shown, ...(figure.spec.hovers ?? []));
+    if (isShown(target()) || play?.ended()) {
+      judge();
+      figure.speak();
+    } else if (records.key(record) !== records.key(figure.fresh) && !play?.within(record)) clear();
   }
 
   /** Notes whether the settings are neither the figure's nor the question's. */
@@ -139,12 +150,16 @@ export function addPrediction(figure, overlay) {
     compareSettings();
     restores ||= previous;
     ghost?.fix();
-    run(() => {
-      const far = ghost?.compare() ?? 0;
-      const right = far <= tolerance;
-      const limit = right ? "" : `; right means within ${tolerance} u`;
-      tell(right, `Your ghost’s points are ${far.toFixed(2)} u away on average${limit}.`);
-    });
+    run(judge);
+  }
+
+  /** Compares the ghost with the run's end, which is shown. */
+  function judge() {
+    ghost?.fix();
+    const far = ghost?.compare() ?? 0;
+    const right = far <= tolerance;
+    const limit = right ? "" : `; right means within ${tolerance} u`;
+    tell(right, `Your ghost’s points are ${far.toFixed(2)} u away on average${limit}.`);
   }
 
   /** Withdraws the prediction. */
