@@ -31,6 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.core.amounts import place
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
 from solvers.core.rotations import planar, spatial

@@ -45,6 +45,7 @@ SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
 DRAWS, PRESS = 200, 40
 NOSE = 0.34
 WALLS = (2.0, 6.0, 0.2)  # u: least and greatest distance of the end walls, and its step
+STRAY = 0.05  # share of the ends: fewer are no cluster
 FAR_OUT = 5.0  # u, how far a free direction is drawn
 PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
 METHODS = {"plane": "Point to plane", "point": "Point to point"}
@@ -197,7 +198,7 @@ def _plan(state: State) -> Panel:
                 poses = spread.poses[mask]
                 at, ahead = _places(poses, stand), (stand.R @ poses.R)[..., 0]
                 marks += [Segments(at, at + NOSE * ahead, kind), Points(at, kind, radius=3.5)]
-        if len(spread.modes) > 1 and spread.shares[1] > 0.05:
+        if (spread.shares > STRAY).sum() > 1:
             at = _places(spread.poses, stand)
             marks.append(Ellipses(at.mean(axis=0), np.cov(at.T), "ghost", sigmas=quantile(0.95, 2) ** 0.5, dashed=True))
     marks.append(Points(first.t, "truth", "cross", radius=5.0))
@@ -267,8 +268,8 @@ def _numbers(state: State) -> _Numbers:
     if not state.drawn:
         return _Numbers(0.0, 0.0, (hessian, censi), (0, 0), 0, 0.0)
     spread, *hits = _ends(state.ask, state.drawn)
-    narrow, wide = _sizes(spread.modes[0])
-    return _Numbers(wide, narrow, (hessian, censi), (hits[0], hits[1]), len(spread.modes), float(spread.shares[0]))
+    (narrow, wide), modes = _sizes(spread.modes[0]), int((spread.shares > STRAY).sum())
+    return _Numbers(wide, narrow, (hessian, censi), (hits[0], hits[1]), modes, float(spread.shares[0]))
 
 
 def _sizes(spread: Covariance) -> tuple[float, float]:
@@ -293,7 +294,7 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
         Readout("claimed", "Hessian: largest σ of the position", stats.claimed[0], "u", "accent"),
         Readout("carried", "Censi: largest σ of the position", stats.claimed[1], "u", "inlier"),
-        Readout("modes", "Clusters of ends", later(str(stats.modes))),
+        Readout("modes", "Clusters of ends, over 5 %", later(str(stats.modes))),
         Readout("drawn", "Scans redrawn", str(n)),
     )
 
@@ -301,10 +302,9 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    most = round(stats.share * state.drawn)
-    clusters = "" if stats.modes == 1 else f" {stats.modes} clusters, {most} ends in the largest."
+    clusters = f" {stats.modes} clusters, {round(stats.share * state.drawn)} ends in the largest."
     sigma = f"{number(stats.narrowest, 3)} to {number(stats.widest, 3)} u"
-    return f"{state.drawn} draws: σ of the position {sigma}.{clusters}"
+    return f"{state.drawn} draws: σ of the position {sigma}.{clusters if stats.modes > 1 else ''}"
 
 
 def _description(state: State, stats: _Numbers) -> str:
@@ -355,7 +355,7 @@ def python(state: State) -> str:
             'print("censi", regions(made, "censi").covers(made.scans.truth).sum())',
             'print("narrowest", sizes(ends.modes[0])[0])',
             'print("widest", sizes(ends.modes[0])[1])',
-            'print("modes", len(ends.modes))',
+            'print("modes", (ends.shares > 0.05).sum())',
         ]
     return "\n".join(lines) + "\n"
 

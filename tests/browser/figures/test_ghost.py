@@ -25,7 +25,7 @@ def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> 
 
 
 def test_a_ghost_is_judged_when_the_figure_s_own_buttons_run_it(reader: Callable[..., Reader]) -> None:
-    """After as many steps as are asked about, no sooner; the reader would otherwise see the answer before the verdict."""
+    """After as many steps as are asked about, no sooner: otherwise the answer is on the screen without a verdict."""
     page = reader(reduced_motion="reduce").open("icp.html")
     figure, box = question(page, "fig-nearest")
     box.get_by_role("button", name="Place a ghost").click()
