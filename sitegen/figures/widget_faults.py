@@ -18,6 +18,8 @@ from widgets.drawing.picture import ROLES
 from widgets.engine.contract import Widget, parsed, preset
 from widgets.engine.controls import Spec, validated
 
+LISTS = ("buttons", "legend", "handles", "clicks", "hovers", "tape", "jobs", "takes")
+COMMA = "one item needs a comma: (item,)"  # parentheses alone make no tuple
 MACHINERY = ("widgets.engine.", "widgets.drawing.picture", "widgets.drawing.svg")
 
 
@@ -72,9 +74,12 @@ def _import(widgets: Mapping[str, Widget], name: str, problems: Problems) -> Wid
 def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     """Yield the faults in a widget's controls, presets, buttons, legend and tape: field, item or "", and message.
 
-    If the controls are faulty, what depends on them is not checked.
+    If the controls are faulty, or a field is no tuple, nothing else is checked.
     """
-    faulty = list(_control_faults(widget.controls))
+    values: dict[str, Any] = {field: getattr(widget, field) for field in LISTS}
+    faulty = [(field, "", f"expected a tuple, got {value!r:.60}; {COMMA}")
+              for field, value in values.items() if not isinstance(value, tuple | list)]  # fmt: skip
+    faulty += _control_faults(widget.controls)
     yield from faulty
     if faulty:
         return
@@ -95,8 +100,13 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
         for option in options:
             if fault := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
                 yield "legend", key.label, f"under: {fault}"
-    for i, (changes, buttons) in enumerate(widget.tape):
-        log = [["press", press] for press in buttons]
+    for i, entry in enumerate(values["tape"]):
+        match entry:
+            case [Mapping() as changes, [*buttons]]:
+                log = [["press", press] for press in buttons]
+            case _:
+                yield "tape", "", f"entry {i + 1}: expected ({{controls}}, (presses,)), got {entry!r:.60}; {COMMA}"
+                return
         plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}
         if fault := _refusal(lambda plain=plain: parsed(widget, plain)):
             yield "tape", "", f"entry {i + 1}: {fault}"

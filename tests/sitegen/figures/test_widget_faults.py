@@ -214,6 +214,32 @@ MISTAKES = {
         '¦(({"scene": "clean"}, ("goo",)),)',
         "tape: entry 1: log: NAME has nothing to press called 'goo'; did you mean 'go'?",
     ),
+    # Parentheses alone leave no trace in the syntax tree, so the place is that of what they enclose.
+    "buttons without a comma": (
+        'buttons=(Button("go", "Go", primary=True), Button("run", "Run", "run", repeats="go"))',
+        'buttons=(¦Button("go", "Go", primary=True))',
+        "buttons: expected a tuple, got Button(name='go', ",
+    ),
+    "a legend without a comma": (
+        '(Key("source", "a point"),)',
+        '(¦Key("source", "a point"))',
+        "legend: expected a tuple, got Key(role='source', label='a point', ",
+    ),
+    "handles without a comma": (
+        'legend=(Key("source", "a point"),)',
+        'handles=(¦"grip")',
+        "handles: expected a tuple, got 'grip'; one item needs a comma: (item,)",
+    ),
+    "a tape without a comma": (
+        '(({"scene": "clean"}, ("go",)),)',
+        '(¦({"scene": "clean"}, ("go",)))',
+        "tape: entry 1: expected ({controls}, (presses,)), got {'scene': 'clean'}; one item needs a comma: (item,)",
+    ),
+    "presses without a comma": (
+        '(({"scene": "clean"}, ("go",)),)',
+        '¦(({"scene": "clean"}, ("go")),)',
+        "tape: entry 1: expected ({controls}, (presses,)), got ({'scene': 'clean'}, 'go'); one item needs a comma",
+    ),
     "what runs": (
         'Button("run", "Run", "run", repeats="go")',
         'Button(¦"run", "Run", "run", repeats="gone")',
