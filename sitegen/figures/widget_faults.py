@@ -8,18 +8,20 @@ import sys
 import traceback
 from collections.abc import Iterator, Mapping
 from inspect import getsource
+from operator import attrgetter
 from pathlib import PurePath
 from types import TracebackType
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from sitegen.figures.model import FIGURES
 from sitegen.problems import Place, Problems, hint
 from widgets.drawing.picture import ROLES
-from widgets.engine.contract import Widget, parsed, preset
+from widgets.engine.contract import Key, Widget, parsed, preset
 from widgets.engine.controls import Spec, validated
 
 LISTS = ("buttons", "legend", "handles", "clicks", "hovers", "tape", "jobs", "takes")
 COMMA = "one item needs a comma: (item,)"  # parentheses alone make no tuple
+SHAPES = [shape for part in get_args(get_type_hints(Key)["shape"]) for shape in get_args(part)]
 MACHINERY = ("widgets.engine.", "widgets.drawing.picture", "widgets.drawing.svg")
 
 
@@ -96,6 +98,8 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     for key in widget.legend:
         if key.role not in ROLES:
             yield "legend", key.label, f"unknown role {key.role!r}{hint(key.role, ROLES)}"
+        if key.shape not in SHAPES:
+            yield "legend", key.label, f"unknown shape {key.shape!r}{hint(key.shape, SHAPES)}"
         choice, *options = key.under or ("",)
         for option in options:
             if fault := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
@@ -116,6 +120,8 @@ def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
     if not dataclasses.is_dataclass(controls) or not isinstance(controls, type):
         yield "controls", "", f"expected a frozen dataclass, got {controls!r:.60}"
         return
+    if not attrgetter("__dataclass_params__.frozen")(controls):
+        yield "controls", "", "expected a frozen dataclass: write @dataclass(frozen=True)"
     by_name = {field.name: field for field in dataclasses.fields(controls)}
     without = [name for name, field in by_name.items() if not isinstance(field.metadata.get("spec"), Spec)]
     for name in without:

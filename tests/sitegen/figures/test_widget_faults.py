@@ -209,6 +209,16 @@ MISTAKES = {
         'Key("sorce", ¦"a point")',
         "legend 'a point': unknown role 'sorce'; did you mean 'source'?",
     ),
+    "the legend's shape": (
+        'Key("source", "a point")',
+        'Key("source", ¦"a point", "dased")',
+        "legend 'a point': unknown shape 'dased'; did you mean 'dashed'?",
+    ),
+    "controls that can change": (
+        "@dataclass(frozen=True)\nclass Controls:",
+        "@dataclass\n¦class Controls:",
+        "controls: expected a frozen dataclass: write @dataclass(frozen=True)",
+    ),
     "a button of the tape": (
         '(({"scene": "clean"}, ("go",)),)',
         '¦(({"scene": "clean"}, ("goo",)),)',
