@@ -96,7 +96,8 @@ def read_call(text: str) -> Call:
     except SyntaxError as error:
         raise CallError(f"not a call: {error.msg}", max((error.offset or 1) - 1, 0)) from None
     if not isinstance(tree, ast.Call):
-        raise CallError("expected a call, such as solvers.consensus.trials(0.5, 0.99, 2)", 0)
+        allowed = f"arithmetic with + - * / **, pi, {', '.join(FUNCTIONS)}"
+        raise CallError(f"expected a call, such as solvers.consensus.trials(0.5, 0.99, 2), or {allowed}", 0)
     names: list[tuple[str, int]] = []
     node: ast.expr = tree.func
     while isinstance(node, ast.Attribute):

@@ -95,9 +95,13 @@ BROKEN = {
         'A :value[solvers.core.validate.one_of("a", ["a"], "x")]\n',
         ["7:10: expected a finite number, got str"],
     ),
-    "no call": (
-        "A :value[solvers.core.validate]\n",
-        ["7:10: expected a call, such as solvers.consensus.trials(0.5, 0.99, 2)"],
+    "no call, nor arithmetic that is allowed": (
+        "A :value[solvers.core.validate] and :value[5 % 3]{.2f}\n",
+        [
+            f"7:{column}: expected a call, such as solvers.consensus.trials(0.5, 0.99, 2), or arithmetic with "
+            "+ - * / **, pi, sqrt, exp, log, log2, sin, cos, asin, degrees, radians"
+            for column in (10, 44)
+        ],
     ),
     "a plot's name as ::plot writes it": (
         "A :value[plots.toy-plot.least(60)]\n",
