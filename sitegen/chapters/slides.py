@@ -34,7 +34,7 @@ ELSEWHERE = {
     "plot": "a plot belongs in the chapter; a slide shows it with plot: id",
     "picture": "pictures belong in the chapter, beside the words that they show",
     "predict": "predictions belong in the chapter, with their figures",
-    "aside": "asides belong in the slide's notes",
+    "aside": "asides belong in the chapter; in a slide's notes, write plain text",
     "math_block_label": "a numbered equation belongs in the chapter; a slide shows it with equation: label",
     "footnote_ref": "side notes belong in the chapter",
     "claim_open": "claims belong in the chapter, with their tests",

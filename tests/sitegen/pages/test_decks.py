@@ -106,6 +106,10 @@ BROKEN = {
         "slides:\n  - title: T\n    figure: demo\n    notes: |\n      ::try[Go.]{demo}\n",
         ["10:7: buttons belong in the slide's text"],
     ),
+    "an aside in the text and in the notes": (
+        "slides:\n  - title: T\n    text: |\n      ::aside[A]\n    notes: |\n      ::aside[B]\n",
+        [f"{at}: asides belong in the chapter; in a slide's notes, write plain text" for at in ("9:7", "11:7")],
+    ),
     "titles that are no line of text": (
         "slides:\n  - {title: 1. Where it starts, text: A}\n  - {title: '***', text: A}\n"
         "  - {title: '> 90 degrees', text: A}\n  - {title: '::figre[A]', text: A}\n  - {title: '\\> 90', text: A}\n",
