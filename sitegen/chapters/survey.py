@@ -172,7 +172,8 @@ def _heading(finding: _Finding, token: Token, content: Token, problems: Problems
         while name in finding.anchors:
             count += 1
             name = f"{base}-{count}"
-    _anchor(finding, name, place, f"anchor {name!r}", problems)
+    if not _is_own(name):  # left to the element that it belongs to
+        _anchor(finding, name, place, f"anchor {name!r}", problems)
     words = [child for child in content.children or [] if child.type not in REFERENCES]  # reported as unfit
     finding.heading_of[heading] = Heading(level, name, words)
 

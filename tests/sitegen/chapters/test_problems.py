@@ -173,6 +173,14 @@ BROKEN = {
     ),
     "the page's own anchor": ("## A {#main}\n", ["7:1: reserved anchor 'main': choose another name"]),
     "another of them": ("## A {#works-cited}\n", ["7:1: reserved anchor 'works-cited': choose another name"]),
+    "a figure's anchor before it": (
+        "## A {#fig-a}\n\n::figure[C]{toy id=a}\n",
+        ["7:1: reserved anchor 'fig-a': choose another name"],
+    ),
+    "an equation's anchor behind it": (
+        "$$\nx\n$$ (e)\n\n## A {#eq-e}\n",
+        ["11:1: reserved anchor 'eq-e': choose another name"],
+    ),
     "image without words": (
         "A ![](x.png)\n",
         ["7:7: image not found: content/x.png", "7:7: missing alternative text: ![what it shows](x.png)"],
