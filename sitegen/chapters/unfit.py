@@ -1,4 +1,5 @@
-"""Finds misplaced or empty elements: references in headings, links in links, claims in claims, markup in terms."""
+"""Finds misplaced or empty elements: references in headings, links in links, claims in claims, markup in terms,
+attributes on asides."""
 
 from __future__ import annotations
 
@@ -25,6 +26,8 @@ def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
             _heading(located(heading, object).place, content.children or [], problems)
     for token in tokens:
         _check_nesting(token.children or [], problems)
+        if token.type == "aside" and (line := located(token, Directive)).thing.attributes.strip():
+            problems.add(line.at(line.thing.attributes_start), "::aside takes no attributes")
 
 
 def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:

@@ -20,6 +20,8 @@ TEXT = {
     "a preset": ("::figure[C]{toy preset=¦noise id=a2}\n\n:ref[fig:a2]", ["no preset 'noise'; did you mean 'noisy'?"]),
     "a control": ("::figure[C]{toy ¦nose=0.5 id=a3}", ["toy has no control 'nose'; did you mean 'noise'?"]),
     "presets": ("::figure[C]{toy ¦presets=noisy id=a4}", ["no control 'presets'; did you mean 'preset'?"]),
+    "attributes of a remark": ("::aside[R]{¦b1 noise=3}", ["::aside takes no attributes"]),
+    "attributes of a remark in a list": ("- one\n\n  ::aside[R]{¦b1}", ["::aside takes no attributes"]),
     "a value out of range": ("::figure[C]{toy noise=¦1.5 id=a5}", ["noise: 1.5 lies outside 0 … 1"]),
     "a decimal comma": ("::figure[C]{toy noise=¦0,5 id=a6}", ["noise: '0,5' is not a number"]),
     "blanks around =": (
