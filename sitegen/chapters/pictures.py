@@ -32,6 +32,8 @@ def still(
     widget, name, attributes = parts
     by_name = {a.name: a for a in attributes if a.name}
     own = {key: by_name.pop(key) for key in OWN if key in by_name}
+    if "id" in by_name:
+        problems.add(at(by_name.pop("id").start), "a picture takes no id: it has no number, and no line refers to it")
     base = preset(widget, name)
     record = changed(widget, base, by_name.values(), at, problems, OWN)
     figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))

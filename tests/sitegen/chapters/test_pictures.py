@@ -56,6 +56,7 @@ def test_two_pictures_share_no_id(project: Project) -> None:
         ("¦::picture[C]{toy panels=man}", "unknown panel 'man'; did you mean 'main'?"),
         ("::picture[C]{toy press=¦og}", "toy has no button 'og' to press"),
         ("::picture[C]{toy ¦controls=noise}", "toy has no control 'controls'"),
+        ("::picture[C]{toy ¦id=a panels=main}", "a picture takes no id: it has no number, and no line refers to it"),
         ("::picture[C]{toy preset=¦none}", "toy has no preset 'none'"),
         ('::picture[C]{toy expect="¦presses > 1"}', "promised presses > 1, but it is 0"),
         ("::picture[It ¦fails]{toy}", "untested promise 'fails'"),
