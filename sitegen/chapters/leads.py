@@ -33,12 +33,16 @@ def lead_of(
             problems.add(at(attribute.value_start), "a figure must show at least one panel: name one, or omit panels=")
             continue
         names = () if attribute.value == NONE else tuple(attribute.value.split(","))
-        offsets = [attribute.text_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
-        led[attribute.name] = tuple(map(at, offsets))
+        led[attribute.name] = places_of(names, attribute, at)
         if attribute.name in available:
             check(attribute.name, names, available[attribute.name], led[attribute.name], problems)
         lead = replace(lead or Lead(), **{attribute.name: names})
     return lead, led
+
+
+def places_of(names: Sequence[str], attribute: Attribute, at: Callable[[int], Place]) -> tuple[Place, ...]:
+    """The places of the names that an attribute lists."""
+    return tuple(at(attribute.text_start + sum(len(name) + 1 for name in names[:i])) for i in range(len(names)))
 
 
 def check(kind: str, names: Sequence[str], present: Sequence[str], places: Sequence[Place], problems: Problems) -> None:

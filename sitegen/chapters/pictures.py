@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from sitegen.chapters.leads import check
+from sitegen.chapters.leads import check, places_of
 from sitegen.chapters.placing import changed, widget_of
 from sitegen.chapters.promises import Promise, expected, hold
 from sitegen.chapters.render_context import RenderContext
@@ -36,11 +36,12 @@ def still(
         problems.add(at(by_name.pop("id").start), "a picture takes no id: it has no number, and no line refers to it")
     base = preset(widget, name)
     record = changed(widget, base, by_name.values(), at, problems, OWN)
-    figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))
+    panels = tuple(own["panels"].value.split(",")) if "panels" in own else ()
+    led = {"panels": places_of(panels, own["panels"], at)} if panels else {}
+    figure = Figure(f"picture-{count}", "", widget, base, at(directive.start), led=led)
     promise = None
     if "expect" in own:
         promise = Promise(figure, record.plain(), expected(own["expect"], at, problems))
-    panels = tuple(own["panels"].value.split(",")) if "panels" in own else ()
     return Still(figure, record.plain(), panels, promise)
 
 
@@ -51,6 +52,7 @@ def drawn(picture: Still, context: RenderContext) -> tuple[Sequence[Plain], str]
     for frame in context.frames(picture.figure, [picture.record]):
         names = picture.panels or (frame["panels"][0]["name"],)
         available = [panel["name"] for panel in frame["panels"]]
-        check("panels", names, available, [picture.figure.place] * len(names), context.problems)
+        places = picture.figure.led.get("panels", [picture.figure.place])
+        check("panels", names, available, places, context.problems)
         return [panel for panel in frame["panels"] if panel["name"] in names], frame["description"]
     return None

@@ -53,7 +53,8 @@ def test_two_pictures_share_no_id(project: Project) -> None:
     [
         ("::picture[C]{¦ty}", "unknown widget 'ty'"),
         ("::picture[C]{¦id=a}", "missing widget for the picture, as in {"),
-        ("¦::picture[C]{toy panels=man}", "unknown panel 'man'; did you mean 'main'?"),
+        ("::picture[C]{toy panels=¦man}", "unknown panel 'man'; did you mean 'main'?"),
+        ('::picture[C]{toy panels="main,¦man"}', "unknown panel 'man'; did you mean 'main'?"),
         ("::picture[C]{toy press=¦og}", "toy has no button 'og' to press"),
         ("::picture[C]{toy ¦controls=noise}", "toy has no control 'controls'"),
         ("::picture[C]{toy ¦id=a panels=main}", "a picture takes no id: it has no number, and no line refers to it"),
