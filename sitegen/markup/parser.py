@@ -41,7 +41,7 @@ from sitegen.markup.located import (
     noted,
 )
 from sitegen.markup.slips import CLOSING, CONTAINERS, cells, slips, unread_anchor
-from sitegen.markup.unclosed import dollar, lose
+from sitegen.markup.unclosed import dollar, label_first, lose
 from sitegen.problems import Place, Problems, hint
 
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
@@ -122,6 +122,7 @@ def parser() -> MarkdownIt:
     md.block.ruler.before(
         "paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]}
     )
+    md.block.ruler.before("math_block", "label_first", label_first)
     md.inline.ruler.before("link", "directive", directive_in_line)
     md.inline.ruler.after("directive", "misplaced", misplaced)
     md.inline.ruler.before("link", "citation", citation)

@@ -1,15 +1,22 @@
-"""Faults in inline text: each is a token until its place is known. Ids in text that could not be parsed are noted."""
+"""Faults in inline text: each is a token until its place is known. Ids in text that could not be parsed are noted.
+
+Also an equation that begins with its label, a fault in a block.
+"""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
+from markdown_it.rules_block import StateBlock
 from markdown_it.rules_inline import StateInline
 
 from sitegen.markup.located import Fault, InLine, note
 
-LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
+LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*[({[]#?(?P<equation>[\w-]+)[)}\]]")
+LABEL = re.compile(r"[ \t]*(?:\{[^}\n]*\}|\[[^]\n]*\])[ \t]*$", re.MULTILINE)  # in the wrong brackets
+LABEL_FIRST = re.compile(r"\${2}\s*\([^)$]+\)\s*")
+LABELLED = "label an equation after its closing $$: $$ (label)"
 
 
 def dollar(state: StateInline, silent: bool) -> bool:
@@ -25,10 +32,27 @@ def dollar(state: StateInline, silent: bool) -> bool:
             message = "unclosed equation: missing $$ before the next blank line"
         if end >= 0:
             message = "$$ inside a paragraph: put the equation on lines of its own, after a blank one"
+            if not state.src[:start].strip() and LABEL.match(state.src, end + 2):
+                message = LABELLED
         fault(state, start, message)
         lose(state.env, state.src[start : state.posMax])
     # Skip the contents of an equation: they are not text.
     state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
+    return True
+
+
+def label_first(state: StateBlock, start_line: int, end_line: int, silent: bool) -> bool:
+    """Report a label behind the opening $$ of an equation, which would be read as the label of an empty one."""
+    rows = [state.src[state.bMarks[n] + state.tShift[n] : state.eMarks[n]] for n in range(start_line, end_line)]
+    rows = rows[: next((n for n, row in enumerate(rows) if not row.strip()), None)]  # up to the next blank line
+    last = next((n for n, row in enumerate(rows) if n and "$$" in row), 0)
+    if not last or state.is_code_block(start_line) or not LABEL_FIRST.fullmatch(rows[0]):
+        return False
+    if not silent:
+        source, start = state.env["source"], state.bMarks[start_line] + state.tShift[start_line]
+        source.problems.add(source.at(start), LABELLED)
+        lose(state.env, rows[0])
+        state.line = start_line + last + 1
     return True
 
 

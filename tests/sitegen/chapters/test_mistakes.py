@@ -79,6 +79,10 @@ TEXT = {
         "As we saw\n¦$$\nE = m\n$$ (b7)\nand :ref[eq:b7].",
         ["put the equation on lines of its own, after a blank one"],
     ),
+    "a label in braces": ("¦$$\nE = m\n$$ {#e5}\n\nBy :ref[eq:e5].", ["label an equation after its closing $$"]),
+    "a label in brackets": ("- So\n\n  ¦$$ E $$ [e6]\n\nBy :ref[eq:e6].", ["label an equation after its closing $$"]),
+    "a label first": ("¦$$ (e4)\nE = m\n$$\n\nBy :ref[eq:e4].", ["label an equation after its closing $$: $$ (label)"]),
+    "a label first in a list": ("- So\n\n  ¦$$ (e7)\n  E = m $$\n  and :ref[eq:e7].", ["label an equation after its"]),
     "a formula never closed": (
         "The sum ¦$a_i + b holds.",
         ["unclosed formula: missing $; write \\$ for a literal dollar"],
