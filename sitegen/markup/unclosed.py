@@ -43,16 +43,23 @@ def dollar(state: StateInline, silent: bool) -> bool:
 
 def label_first(state: StateBlock, start_line: int, end_line: int, silent: bool) -> bool:
     """Report a label behind the opening $$ of an equation, which would be read as the label of an empty one."""
-    rows = [state.src[state.bMarks[n] + state.tShift[n] : state.eMarks[n]] for n in range(start_line, end_line)]
-    rows = rows[: next((n for n, row in enumerate(rows) if not row.strip()), None)]  # up to the next blank line
-    last = next((n for n, row in enumerate(rows) if n and "$$" in row), 0)
-    if not last or state.is_code_block(start_line) or not LABEL_FIRST.fullmatch(rows[0]):
+    start, end = state.bMarks[start_line] + state.tShift[start_line], state.eMarks[start_line]
+    if not LABEL_FIRST.fullmatch(state.src, start, end) or state.is_code_block(start_line):
+        return False
+    last = start_line + 1  # the line of the closing $$, before the next blank one
+    while (
+        last < end_line
+        and not state.isEmpty(last)
+        and state.src.find("$$", state.bMarks[last], state.eMarks[last]) < 0
+    ):
+        last += 1
+    if last == end_line or state.isEmpty(last):
         return False
     if not silent:
-        source, start = state.env["source"], state.bMarks[start_line] + state.tShift[start_line]
+        source = state.env["source"]
         source.problems.add(source.at(start), LABELLED)
-        lose(state.env, rows[0])
-        state.line = start_line + last + 1
+        lose(state.env, state.src[start:end])
+        state.line = last + 1
     return True
 
 

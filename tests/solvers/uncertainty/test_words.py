@@ -29,3 +29,10 @@ def test_a_slide_is_along_a_unit_vector():
     assert named(np.array([turn, *slide]), np.array([5.0, 5.0]), 3.0) == "the slide along (0.60, 0.80)"
     assert named(0.5 * np.array([0.0, 0.6, 0.8]), np.zeros(2), 1.0) == "the slide along (0.60, 0.80)"
     assert named(np.array([1.01 * SLIDE, *slide]), np.zeros(2), 1.0).startswith("the turn about")
+
+
+def test_a_place_is_told_to_a_hundredth_of_the_cloud():
+    """In kilometres as in metres: two decimals alone would call any small cloud's centre the origin."""
+    turn = np.array([1.0, 0.0, 0.0])
+    assert named(turn, np.array([3.2, 1.5]), 2.0) == "the turn about (3.20, 1.50)"
+    assert named(turn, 1e-3 * np.array([3.2, 1.5]), 2e-3) == "the turn about (0.00320, 0.00150)"

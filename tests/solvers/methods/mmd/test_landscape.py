@@ -210,3 +210,13 @@ def test_a_field_does_not_change_with_the_arrays_that_it_was_made_of(rng):
     clouds[1] *= 2.0
     frequencies *= 3.0
     assert [field.values([0.1, 0.2]) for field in fields] == before
+
+
+@pytest.mark.parametrize("form", ["mmd", "capped"])
+def test_no_starts_have_an_empty_path(form, rng):
+    """As a filter may leave none; the path has their shape, as for any other."""
+    cloud = rng.uniform(-1.0, 1.0, (12, 2))
+    field = capped_field(cloud, cloud, 1.0) if form == "capped" else mmd_field(cloud, cloud, cloud)
+    path = field.path(np.zeros((0, 2)))
+    assert path.status.shape == path.steps.shape == (0,)
+    assert path.points.shape[1:] == (0, 2)
