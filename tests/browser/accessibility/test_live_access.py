@@ -168,7 +168,9 @@ HIDDEN = """() => {
   const chart = e.matches('.crosshair') && e.closest('.figure').querySelector(`[data-panel="${e.dataset.pick}"] > svg`);
   const over = chart && chart.getBoundingClientRect(), middle = (rim.top + rim.bottom) / 2;
   if (over && (middle < over.top || middle > over.bottom)) return [`${name} off its chart`];
-  const seen = Math.min(rim.bottom, innerHeight) - Math.max(rim.top, stage.getBoundingClientRect().bottom);
+  const onTop = document.elementFromPoint((rim.left + rim.right) / 2, (rim.top + rim.bottom) / 2);
+  const lid = e.closest('.job')?.contains(onTop) ? 0 : stage.getBoundingClientRect().bottom; // a job slides over it
+  const seen = Math.min(rim.bottom, innerHeight) - Math.max(rim.top, lid);
   return seen < Math.min(120, 0.95 * rim.height) ? [`${name}: ${seen} of ${rim.height}`] : [];
 }"""
 
