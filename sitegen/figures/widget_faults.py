@@ -76,7 +76,7 @@ def _import(widgets: Mapping[str, Widget], name: str, problems: Problems) -> Wid
 def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     """Yield the faults in a widget's controls, presets, buttons, legend and tape: field, item or "", and message.
 
-    If the controls are faulty, or a field is no tuple, nothing else is checked.
+    If the controls are faulty, or a field is not a tuple, nothing else is checked.
     """
     values: dict[str, Any] = {field: getattr(widget, field) for field in LISTS}
     faulty = [(field, "", f"expected a tuple, got {value!r:.60}; {COMMA}")
