@@ -355,7 +355,7 @@ def python(state: State) -> str:
             'print("censi", regions(made, "censi").covers(made.scans.truth).sum())',
             'print("narrowest", sizes(ends.modes[0])[0])',
             'print("widest", sizes(ends.modes[0])[1])',
-            'print("modes", (ends.shares > 0.05).sum())',
+            f'print("modes", (ends.shares > {STRAY}).sum())',
         ]
     return "\n".join(lines) + "\n"
 

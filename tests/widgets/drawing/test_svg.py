@@ -49,6 +49,10 @@ def body(*marks: Mark, view: View = VIEW) -> str:
     [
         (Points([[1, 2], [3, 4]], "source"), '<path class="dot m source" d="M100 800h1m199-200h1"/>'),
         (Points([1, 2], "target", "square", radius=2), '<path class="square s target" d="M100 800h1"/>'),
+        (  # the smallest marks: to 0.2 px, and each place once
+            Points([[1, 2], [1.004, 2], [1.03, 2]], "target", "square", radius=1),
+            '<path class="square xs target" d="M100 800h1m3 0h1"/>',
+        ),
         (Points([1, 2], "target", "square", radius=5), '<path class="square l target" d="M100 800h1"/>'),
         (
             Points([1, 2], "outlier", "cross", radius=6),
