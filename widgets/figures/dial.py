@@ -250,7 +250,7 @@ def _note(state: State) -> str:
 def _description(state: State, count: int | None, hits: int | None) -> str:
     rung, course = state.dial.rung, state.course
     words = [
-        f"Rung {rung.number}, {rung.says.lower()}. A room in the middle, with noise of σ ="
+        f"Rung {rung.number}, {rung.phrase}. A room in the middle, with noise of σ ="
         f" {number(state.controls.noise)} u, and around it a ring: {rung.objective}, for every heading of the robot,"
         f" which is at its true position; higher is farther out, and the truth is at the top. The robot starts"
         f" {degrees(state.heading)}° from the truth."

@@ -155,7 +155,7 @@ def _description(state: State, courses: tuple[Course, ...] | None, rings: Mappin
         words.append(f"The ring of rung 1 has {rings['pairs']} valley, that of rung 3 has {rings['nearest']}.")
     if courses:
         ends = ", ".join(
-            f"rung {rung.number} ({rung.says.lower()}) {number(course.rotation, 1)}°"
+            f"rung {rung.number} ({rung.phrase}) {number(course.rotation, 1)}°"
             for rung, course in zip(RUNGS.values(), courses, strict=True)
         )
         words.append(f"{_note(courses)} The ends are off by: {ends}.")

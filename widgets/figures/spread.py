@@ -302,9 +302,9 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    clusters = f" {stats.modes} clusters, {round(stats.share * state.drawn)} ends in the largest."
+    largest = f", {round(stats.share * state.drawn)} ends in the largest cluster" if stats.share < 1.0 - STRAY else ""
     sigma = f"{number(stats.narrowest, 3)} to {number(stats.widest, 3)} u"
-    return f"{state.drawn} draws: σ of the position {sigma}.{clusters if stats.modes > 1 else ''}"
+    return f"{state.drawn} draws{largest}: σ of the position {sigma}."
 
 
 def _description(state: State, stats: _Numbers) -> str:
@@ -322,8 +322,8 @@ def _description(state: State, stats: _Numbers) -> str:
         f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
         f" regions and in {stats.held[1]} of Censi’s."
     )
-    if stats.modes > 1:
-        words.append(f"The ends form {stats.modes} clusters, {round(stats.share * state.drawn)} in the largest.")
+    largest = f"{round(stats.share * state.drawn)} of the ends in the largest"
+    words.append(f"Clusters of over 5 % of the ends: {stats.modes}, with {largest}.")
     return " ".join(words)
 
 

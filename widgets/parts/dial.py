@@ -52,6 +52,11 @@ class Rung:
     searches: bool = False
     flat: bool = False
 
+    @property
+    def phrase(self) -> str:
+        """The title as part of a sentence."""
+        return self.says[0].lower() + self.says[1:]
+
 
 RUNGS: Mapping[str, Rung] = {
     rung.name: rung

@@ -195,7 +195,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     now, (ceiling, floor), truth = state.now, state.course[-1], state.scene.truth
     return (
         Readout("ceiling", "Ceiling: best value found", number(ceiling, 4), "u²", "source"),
-        Readout("floor", "Floor: no pose is below", number(floor, 4), "u²", "accent"),
+        Readout("floor", f"Floor: no {_sought(state)} is below", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
         Readout("headings", "Headings ruled out", number(100.0 * state.floors.share_gone, 0), "%"),
         Readout("left", "Boxes left", f"{int(now.left[0]):,}"),
@@ -205,6 +205,11 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("translation_error", "Translation error", number(float(rte(state.pose, truth))), "u"),
         Readout("stop", "Status", _status(state)),
     )
+
+
+def _sought(state: State) -> str:
+    """What the floor holds for: with the position fixed, other places may have better poses."""
+    return "heading" if state.held else "pose"
 
 
 def _status(state: State) -> str:
@@ -218,7 +223,8 @@ def _note(state: State) -> str:
     if not steps:
         return ""
     if state.now.status[0] == Status.PROVED:
-        return f"Proved at step {steps}: no pose is better by more than {number(ceiling - floor, 4)} u²."
+        better = f"no {_sought(state)} is better by more than {number(ceiling - floor, 4)} u²"
+        return f"Proved at step {steps}: {better}{', at the true position' if state.held else ''}."
     percent = number(100.0 * state.floors.share_gone, 0)
     return f"Step {steps}: {percent} % of the headings are ruled out, {int(state.now.left[0]):,} boxes are left."
 
@@ -253,11 +259,11 @@ def _description(state: State) -> str:
         words.append(f"A dotted rim shows where the ceiling was before the last step, {number(state.before, 4)} u².")
     if state.held:
         words.append("The source’s position is fixed at the true one; only its rotation is searched.")
-    else:
+    elif now.left[0]:
         words.append("Within the ring, colour shows where the centre of the source may still be.")
     words.append(
         f"After {amount(steps, 'step')} the best pose is turned by {degrees(float(state.pose.angle))}°,"
-        f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no pose is below {number(floor, 4)} u²."
+        f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no {_sought(state)} is below {number(floor, 4)} u²."
     )
     words.append(
         f"{int(now.examined[0]):,} boxes have been examined and {int(now.left[0]):,} are left;"

@@ -75,14 +75,15 @@ def draw(state: State) -> Picture:
 
 
 def _panel(look: Look) -> Panel:
-    """A method at the current stage; one that has already stopped shows where."""
+    """A method at the current stage; one that has stopped shows where, also if it did so in the last iteration."""
     walk, part = look.walk, PARTS[look.track.name]
     at = min(walk.stage, len(part.STAGES))
-    if look.track.rests:
+    waits = walk.stage > at
+    if look.track.rests or (walk.ended and waits):
         stage, content = "at rest", Shown(carried(look), f"Stopped after {amount(look.steps, 'step')}: {look.stopped}.")
     else:
         stage, content = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
-    suffix = ", held" if walk.stage > at and not look.track.rests else ""
+    suffix = ", held" if waits and stage != "at rest" else ""
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {amount(look.steps, 'step')}"
     caption = "\n".join((f"{part.NAME}: {stage}{suffix}", content.words, errors))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -191,10 +192,21 @@ def _note(state: State) -> str:
             return f"No {' and no '.join(missing)} point lies in this slice. Move or thicken it."
         return f"Choose or draw a {' and a '.join(missing)} first."
     if run.done:
-        return f"Stopped at step {run.steps}: {worded(run.reason) or run.status}."
+        return f"Stopped at step {run.steps}: {_reason(run) or run.status}."
     most = round(state.controls.points)
     thin = [f"{name} {_counted(c, k)}" for k, name in enumerate(("source", "target")) if c.seen[k] > most]
     return f"Thinned: {', '.join(thin)} points." if thin and not run.steps else ""
+
+
+def _reason(run: Run) -> str:
+    """Why the run stopped, with lengths as the readouts print them: a solver calls every unit u."""
+    c = run.clouds
+
+    def length(found: re.Match[str]) -> str:
+        value = float(found[1])
+        return f"{number(value, c.decimals) if round(value, c.decimals) else found[1]} {c.unit}"
+
+    return worded(re.sub(r"(\d[\d.e+-]*) u\b", length, run.reason))
 
 
 def _told(c: Controls) -> str:
@@ -221,7 +233,7 @@ def _description(state: State) -> str:
             f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}; the others are faint.",
         ]
     if run.done and run.reason:
-        words.append(f"The run has stopped: {worded(run.reason)}.")
+        words.append(f"The run has stopped: {_reason(run)}.")
     return " ".join(words)
 
 

@@ -259,7 +259,7 @@ def _ends(turn: float) -> str:
 
 def _told(sign: Sign) -> str:
     if sign.at is None:
-        return f"{sign.name} not known yet"
+        return f"{sign.name} not known"
     requirement = sign.asked
     if sign.asked != "not required":
         requirement = f"required {sign.asked}, {'met' if sign.met else 'not met'}"

@@ -114,12 +114,15 @@ def judged(
     has_share = share > 0.0  # if nothing is explained, there are no residuals, and nothing constrains the pose
     apart = _halves_apart(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
-    share_text, least_text = (f"{number(100 * value, 0)} %" for value in (share, least))
+    held = weakest >= LEAST_HELD
+    conditioning = ratio(weakest, np.inf if held else LEAST_HELD)
+    enough = share >= least - 1e-9
+    share_text = f"{number(100 * share, 0 if enough else _apart(100 * share, 100 * least, 0))} %"
     signs = (
-        Sign("overlap", share_text, f"≥ {least_text}", share >= least - 1e-9, share, least, True),
+        Sign("overlap", share_text, f"≥ {number(100 * least, 0)} %", enough, share, least, True),
         _small("residual", rms if has_share else None, LARGEST_RMS, 0.3, "u", 3),
         Sign(
-            "conditioning", ratio(weakest) if has_share else "–", f"≥ {LEAST_HELD}", weakest >= LEAST_HELD,
+            "conditioning", conditioning if has_share else "–", f"≥ {LEAST_HELD}", held,
             _decades(weakest) if has_share else None, _decades(LEAST_HELD), True,
         ),
         _small("two halves", apart, FARTHEST_HALVES, 0.5, "u", 3),
@@ -133,13 +136,19 @@ def _small(name: str, value: float | None, limit: float, full: float, unit: str,
     requirement = f"≤ {limit:g}{gap}{unit}" if limit < full else "not required"
     if value is None:
         return Sign(name, "–", requirement, True, None, limit / full, False)
-    text = f"{number(value, decimals)}{gap}{unit}"
-    return Sign(name, text, requirement, value <= limit + 1e-6, min(value / full, 1.0), min(limit / full, 1.0), False)
+    met = value <= limit + 1e-6
+    text = f"{number(value, decimals if met else _apart(value, limit, decimals))}{gap}{unit}"
+    return Sign(name, text, requirement, met, min(value / full, 1.0), min(limit / full, 1.0), False)
 
 
-def ratio(value: float) -> str:
-    """A ratio as text, with decimals down to the least value of the logarithmic scale."""
-    return number(value, 3 if value >= 0.01 else 4)
+def _apart(value: float, limit: float, decimals: int) -> int:
+    """At least this many decimals, and enough to show that a value differs from the limit it misses."""
+    return next(k for k in range(decimals, 16) if round(value, k) != round(limit, k))
+
+
+def ratio(value: float, missed: float = np.inf) -> str:
+    """A ratio as text, with decimals down to the least value of the logarithmic scale; apart from a limit it misses."""
+    return number(value, _apart(value, missed, 3 if value >= 0.01 else 4))
 
 
 def _decades(value: float) -> float:

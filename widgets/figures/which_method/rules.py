@@ -94,7 +94,7 @@ TAKES: Mapping[str, str] = {
     "soft": "gets close from far off",
     "propose": "tries poses everywhere",
     "judge": "may still refuse it",
-    "search": "scores every pose of a grid",
+    "search": "finds the best pose of a grid",
 }
 """What each rung does on a path."""
 
