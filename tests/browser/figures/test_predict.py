@@ -21,6 +21,7 @@ from widgets.engine.contract import parsed
 from widgets.engine.registry import WIDGETS
 
 WRONG = "fig-wrong"
+SLOWLY, USUALLY = ("Ladder.limits.run = 700", "Ladder.limits.run = 125")  # ms a step, so that a run waits for the test
 
 
 def source(page: Page, state: str) -> np.ndarray[Any, Any]:
@@ -274,7 +275,7 @@ def test_the_run_that_decides_is_seen_step_by_step(
 def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Reader]) -> None:
     """One that is reset half-way asks again."""
     figure, box = question(reader().open("icp.html"), "fig-wall")
-    figure.live()
+    figure.live().page.evaluate(SLOWLY)
     for button, report in (("reset", None), ("finish", "right")):
         box.locator("[data-right=yes]").first.click()
         expect(figure.root.locator('[data-button="reset"]')).to_have_attribute("aria-disabled", "false")
@@ -296,9 +297,11 @@ def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Call
     figure.page.evaluate(WATCH, figure.name)
     for first, second in ((answer, figure.button("run")), (figure.button("run"), answer)):
         figure.settled().page.evaluate("seen.running.length = 0")
+        figure.page.evaluate(SLOWLY)
         first.click()
         until(figure.page, running)
         second.click()
+        figure.page.evaluate(USUALLY)
         expect(box).to_have_attribute("data-told", "right")
         assert figure.page.evaluate("seen.running.slice(2, -1).every(Boolean)")
         until(figure.page, "!Ladder.figures.get('fig-wall').running")  # the reader's run stops at its next press
@@ -321,7 +324,7 @@ def test_a_prediction_waits_where_it_is_not_seen(reader: Callable[..., Reader]) 
 
 def test_a_prediction_that_cannot_be_drawn_is_asked_anew(reader: Callable[..., Reader]) -> None:
     figure, box = question(reader().open("icp.html"), "fig-wall")
-    figure.live()
+    figure.live().page.evaluate(SLOWLY)
     box.locator("[data-right=yes]").first.click()
     until(figure.page, "Ladder.figures.get('fig-wall').shown.log.length > 1")
     figure.page.evaluate("Ladder.figures.get('fig-wall').leave()")
