@@ -33,6 +33,7 @@ EARLY = "was preloaded using link preload but not used within a few seconds"  # 
 SIZE = 1280, 1000
 VIEW: ViewportSize = {"width": SIZE[0], "height": SIZE[1]}
 TIMEOUT = 60_000  # ms
+expect.set_options(timeout=TIMEOUT)  # five seconds otherwise, whatever a context's own patience is
 MEDIA = {"color_scheme", "contrast", "forced_colors", "reduced_motion"}  # what can be emulated per page
 KEPT = "kabsch.html"
 ONE_PROCESS = "--renderer-process-limit=1"  # a context's pages share one process, and with it the compiled code
