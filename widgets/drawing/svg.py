@@ -167,7 +167,8 @@ def _outline(shape: str, r: int) -> str:
 
 def _segments(mark: Segments, view: View, prefix: str) -> str:
     a, b = rows(mark.a), rows(mark.b)
-    both = snap(view.px(np.concatenate([a, b])))
+    step = 1 if mark.weight is None else 2  # a bundle of many lines: to 0.2 px
+    both = (step * np.array(snap(view.px(np.concatenate([a, b])) / step))).tolist()
     ends = [[*one, *other] for one, other in zip(both[: len(a)], both[len(a) :], strict=True)]
     classes = f"line {mark.role}" + (" dashed" if mark.dashed else "")
 

@@ -63,7 +63,7 @@ class Controls:
         keeps="log",
         sets=DEFAULTS,
     )
-    turn: float = slider(100.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°", keeps="presses")
+    turn: float = slider(100.0, "Start: heading off by", -180.0, 180.0, 5.0, "°", keeps="presses")
     length: float = slider(
         6.0, "Length scale", 0.2, 6.0, 0.1, "u", named=("rung", {rung.name: rung.scale for rung in RUNGS.values()})
     )

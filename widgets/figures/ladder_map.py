@@ -28,7 +28,7 @@ DETAILS = 3  # the coarse rings; the ends; the full rings
 class Controls:
     """The only control."""
 
-    turn: float = slider(60.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
+    turn: float = slider(60.0, "Start: heading off by", -180.0, 180.0, 5.0, "°")
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +227,8 @@ WIDGET = Widget(
         Key("target", "target", "square"),
         Key("truth", "truth", "line"),
         Key("pair", "pair", "line"),
+        Key("target", "Gaussian of a cell, two σ", "ring"),
+        Key("guide", "crest of a wave, or how a point moved", "line"),
         Key("outlier", "wrong pair", "dashed"),
         Key("normal", "normal of a surface", "line"),
         Key("ghost", "where it started", "ring"),

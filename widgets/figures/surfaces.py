@@ -226,6 +226,7 @@ WIDGET = Widget(
         Key("weak", "direction the pairs constrain least", "line"),
         Key("outlier", "displaced source point", "cross"),
         Key("ghost", "pair not used", "ring"),
+        Key("ghost", "where the run began", "dotted"),
         Key("truth", "walls", "line"),
     ),
     handles=HANDLES,

@@ -251,6 +251,7 @@ WIDGET = Widget(
         Key("normal", "target’s normal or covariance at 0.4 σ; in the chart, point to plane", "line"),
         Key("truth", "walls", "line"),
         Key("weak", "direction the pairs constrain least", "line"),
+        Key("ghost", "where the run began", "dotted"),
     ),
     handles=tuple(f"{name}-{handle}" for name in NAMES for handle in ("source", "turn")),
     tape=(({}, ("step",) * 3), ({}, ("finish",))),

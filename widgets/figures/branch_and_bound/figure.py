@@ -263,7 +263,8 @@ def _description(state: State) -> str:
         words.append("Within the ring, colour shows where the centre of the source may still be.")
     words.append(
         f"After {amount(steps, 'step')} the best pose is turned by {degrees(float(state.pose.angle))}°,"
-        f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no {_sought(state)} is below {number(floor, 4)} u²."
+        f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²;"
+        f" no {_sought(state)} is below {number(floor, 4)} u²."
     )
     words.append(
         f"{int(now.examined[0]):,} boxes have been examined and {int(now.left[0]):,} are left;"

@@ -16,7 +16,7 @@ STAGES = ("encode", "average", "compare", "optimise")
 LEFT, RIGHT = -2.3, 4.1  # u: x of the first and of the last bar
 TALL = 1.15  # u: the height of the bar for a mean of length 1
 ROW = 1.3  # u: distance of the two rows of bars from the middle
-BESIDE, SMALL = -3.45, 0.32  # u: x of a cloud beside its bars; its scale there
+BESIDE, SMALL = -3.45, 0.26  # u: x of a cloud beside its bars; its scale there
 
 
 def shown(look: Look) -> Shown:

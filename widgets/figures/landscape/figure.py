@@ -321,8 +321,8 @@ def _description(state: State, stats: _Numbers) -> str:
     if stats.status is not None and stats.ends is not None:
         u, v = stats.ends[-1].tolist()
         words.append(
-            f"Of {state.count} descents {stats.reached} end within {number(NEAR, 1)} u of the truth; together they end in"
-            f" {amount(places(stats.ends, 0.1), 'place')}. The last one {ENDS[stats.status]} at"
+            f"Of {state.count} descents {stats.reached} end within {number(NEAR, 1)} u of the truth;"
+            f" together they end in {amount(places(stats.ends, 0.1), 'place')}. The last one {ENDS[stats.status]} at"
             f" ({number(u)}, {number(v)}) u, {number(stats.end_away, 3)} u from the truth, with an objective of"
             f" {number(stats.end_value, 4)}."
         )

@@ -43,12 +43,13 @@ from widgets.figures.pipeline.run import (
     scene_of,
 )
 from widgets.parts.placing import HANDLES, place, written
-from widgets.parts.room import ANCHOR, BRINGS, PLACING, VIEW, errors, outline, source, still
+from widgets.parts.room import ANCHOR, BRINGS, PLACING, errors, outline, source, still
 
 BROUGHT = {name: BRINGS.get(name, {"noise": 0.02, "outliers": 0.0}) for name in SCENES}
 REFINES = {"none": "Left out", "point": "Point", "plane": "Plane", "gicp": "GICP"}
 ACCEPTS = {"signs": "All five signs", "flag": "Stop flag"}
 TITLES = {"start": "start", "propose": "proposed", "refine": "refined"}
+AROUND = View(-7.0, 7.0, -4.6, 5.46)  # u: with all of the scene turned as the prediction turns it at first
 SIGNS = View(0.0, 1.0, 0.0, 5.0, 320.0, 360.0, (12.0, 10.0, 14.0, 0.0))
 
 
@@ -154,7 +155,7 @@ def draw(state: State) -> Picture:
         _heading(state),
     )
     return Picture(
-        (Panel("main", "The two scans in the target’s coordinates", VIEW, marks), _signs(state)),
+        (Panel("main", "The two scans in the target’s coordinates", AROUND, marks), _signs(state)),
         _readouts(state),
         _description(state),
         PLACING.handles(state.pose, ANCHOR),
@@ -167,14 +168,14 @@ def _heading(state: State) -> Label:
     stage = TITLES[state.stages[-1].name]
     role: Role = "ink" if not state.verdict else "inlier" if state.accepted else "outlier"
     text = f"{stage}, {'accepted' if state.accepted else 'refused'}" if state.verdict else stage
-    return Label([VIEW.x0, VIEW.y1], text, role, dx=12, dy=24)
+    return Label([AROUND.x0, AROUND.y1], text, role, dx=12, dy=24)
 
 
 def _signs(state: State) -> Panel:
     """A scale for each sign: its good part, the value, and whether the sign is met."""
     marks: list[Mark] = []
     for row, sign in enumerate(state.judgement.signs):
-        y = 4.25 - row
+        y = 4.45 - row
         marks += _scale(sign, y)
     label = "Five signs at the current pose, each against its threshold"
     return Panel("signs", label, SIGNS, tuple(marks), grid=False)
