@@ -10,9 +10,9 @@ To add a method, write a module with:
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
    gets `Status.DEGENERATE` and a reason (`status.mark`). For a cloud whose points are all
    equal the loop does so itself, whenever the run stops.
-3. `step`, which returns `tree.changed(state, pose=…, objective=…, status=…, …)`:
-   running, converged, stalled, finished or degenerate. It must not raise for geometry and must
-   not write into arrays.
+3. `step`, which returns `tree.changed(state, pose=…, objective=…, status=…, …)`; the
+   status may become any `Status`. It must not raise for geometry and must not write into
+   arrays. The loop itself counts the steps and caps them.
 4. A `Method(...)`, added to the list in `solvers/core/registry.py`;
    tests/solvers/core/test_registry.py says where else its name belongs.
 """

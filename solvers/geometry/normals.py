@@ -8,7 +8,7 @@ no meaningful eigenvector, one on a line in space a whole circle of normals, and
 is as thick as it is wide any normal at all. Those are flagged, and no normal is guessed
 for them.
 
-Sources: Hoppe et al. 1992, Surface reconstruction from unorganized points, (the
+Sources: Hoppe et al. 1992, Surface reconstruction from unorganized points (the
 covariance's eigenvector; left out: the consistent orientation, which no method here
 needs); Chen & Medioni 1992, Object modelling by registration of multiple range images.
 """

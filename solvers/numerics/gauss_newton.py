@@ -46,8 +46,8 @@ class System:
     first, and directions: (b, p, p) its unit eigenvectors, one per column: the first is
     the weak direction. condition: (b,) the largest eigenvalue over the smallest,
     infinite if that is not positive. free: (b, p) which directions the pairs do not
-    determine. centre: (b, d) and radius: (b,) are what ξ refers to: a point x moves by
-    `v + (ρω/ρ) × (x − centre)`.
+    determine. centre: (b, d) and radius: (b,) ρ are what ξ refers to: a point x moves by
+    `v + ω × (x − centre)`.
     """
 
     information: FloatArray
