@@ -1,6 +1,7 @@
 """The code that a piece of code depends on, as text to hash: the modules that it imports, or the names that it uses.
 
-Comments, docstrings and blank lines do not count, so editing them makes nothing stale.
+Comments, blank lines and the docstrings of modules, classes and functions do not count, so editing them makes nothing
+stale. The strings that document constants count.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t].*)?\n)*", re.MULTILINE)
 
 
 def code_text(source: str) -> str:
-    """The source without comments, docstrings, blank lines and trailing spaces."""
+    """The source without comments, blank lines, trailing spaces, and the docstrings of modules, classes, functions."""
     lines = source.split("\n")
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
