@@ -17,7 +17,7 @@ from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
-from sitegen.figures.wire import Plain, dumps, first_frame, spec
+from sitegen.figures.wire import Plain, dumps, spec, undrawn
 from sitegen.markup.typography import apostrophes, breakable
 from widgets.drawing.picture import ROLES, number
 from widgets.engine.contract import Button, Key, Lead, Widget
@@ -202,7 +202,7 @@ def figure_view(
     figure: Figure, state: Plain, frame: Plain, tape: Tape, sentence: Markup = EMPTY, caption: Markup = EMPTY
 ) -> FigureView:
     """The view of a figure with its drawn frame and finished jobs. sentence: the leading one."""
-    record = {"record": state, "frame": first_frame(frame), "spec": spec(figure.widget)}
+    record = {"record": state, "frame": undrawn(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
         figure.number,
@@ -214,16 +214,11 @@ def figure_view(
         sentence,
         caption,
         tuple(
-            JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
+            JobView(job.name, job.label, result, Markup(dumps(undrawn(result))))
             for job, result in zip(figure.widget.jobs, tape.results, strict=True)
         ),
         figure.lead,
     )
-
-
-def _undrawn(result: Plain) -> Plain:
-    """A job's result without its drawings, which are already in the page."""
-    return {**result, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in result["panels"]]}
 
 
 def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:
