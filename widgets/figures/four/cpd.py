@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from solvers.methods.soft import cpd
+from solvers.methods.soft.cpd import STAGES as STAGES
 from widgets.drawing.picture import Array, Arrow, Mark, Path, Points, Ring, Segments, degrees, number
 from widgets.figures.four.run import Look, Shown, arc, carried, cloud, fixed
 
 NAME = "Similarity CPD"
-STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
 SOME = slice(12, None, 25)  # the fixed points whose shares are drawn, and the moving points whose circles are
 PARTNERS = slice(None, None, 3)  # the moving points to which shares are drawn
 FAINTEST = 0.25  # fraction of an observation's largest share: smaller shares are not drawn

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from solvers.methods.soft.filterreg import STAGES as STAGES
 from solvers.numerics.kernel_filters import Sparse
 from widgets.drawing.picture import Array, Heat, Mark, Points, Segments, degrees, number
 from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, fixed
 
 NAME = "FilterReg-inspired"
-STAGES = ("density", "filter", "query", "twist")
 DRAWN = slice(None, None, 3)  # the queries, with their targets, that are drawn
 CELL = 0.12  # u: finer lattices are drawn in cells of at least this size, each with its largest value
 
