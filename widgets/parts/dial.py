@@ -188,7 +188,7 @@ class Dial:
             batch = advance(batch)
             turns.append(_angle(batch.pose()))
         state, pose = batch.state(), batch.pose()
-        single = Pose(pose.R[0], pose.t[0])
+        single = pose[0]
         truth = Pose.identity()
         return Course(
             np.concatenate(turns),
@@ -217,10 +217,8 @@ class Dial:
     def begun(self, turns: Array) -> Batch[Any]:
         """The rung's method begun at these headings (k,), with the robot at its true position; no step is taken."""
         k, source, target = len(turns), self.clouds.source, self.clouds.target
-        x, y = np.cos(turns), np.sin(turns)
-        poses = Pose(np.stack([np.stack([x, -y], axis=-1), np.stack([y, x], axis=-1)], axis=-2), np.zeros((k, 2)))
         source, target = (np.broadcast_to(cloud, (k, *cloud.shape)).copy() for cloud in (source, target))
-        problem = Problem(source, target, np.ones(source.shape[:2]), poses, np.full(k, self.seed))
+        problem = Problem(source, target, np.ones(source.shape[:2]), Pose.from_angle(turns), np.full(k, self.seed))
         method = METHODS[self.rung.method]
         return begin(method, problem, method.options(**self.rung.options(self.length)), MOST)
 
@@ -260,12 +258,17 @@ def close(pose: Pose) -> BoolArray:
 
 def headings() -> Array:
     """The headings of the full ring, radians from −π; the truth is 0."""
-    return np.asarray(np.radians(np.arange(HEADINGS) * (360.0 / HEADINGS) - 180.0))
+    return _around(HEADINGS)
 
 
 def starts() -> Array:
     """The headings of all starts, radians."""
-    return np.asarray(np.radians(np.arange(STARTS) * (360.0 / STARTS) - 180.0))
+    return _around(STARTS)
+
+
+def _around(count: int) -> Array:
+    """`count` headings evenly round the circle, radians from −π."""
+    return np.asarray(np.radians(np.arange(count) * (360.0 / count) - 180.0))
 
 
 def _angle(pose: Pose) -> Array:
