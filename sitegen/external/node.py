@@ -9,7 +9,7 @@ import contextlib
 import json
 import os
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,14 +51,14 @@ def npm_command(*args: str | Path) -> list[str]:
     return node_command(home / "npm" / "bin" / "npm-cli.js", *args)
 
 
-def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: float = 120, attempts: int = 2) -> Any:
+def run_node(script: Path, request: Any, *, timeout: float = 120, attempts: int = 2) -> Any:
     """Run a Node script that reads one JSON value from stdin and writes one as the last line of stdout.
 
     A script that has not ended after `timeout` seconds is stopped. If it had answered by then, that is the answer;
     otherwise it is run again, up to `attempts` times in all. Raises NodeError with the script's output if it fails or
     does not answer with JSON, and if it never ends in time.
     """
-    command = node_command("--no-warnings", script, *args)
+    command = node_command("--no-warnings", script)
     for _ in range(attempts):
         try:
             result = subprocess.run(

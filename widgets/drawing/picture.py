@@ -31,9 +31,9 @@ ROLES: tuple[str, ...] = get_args(Role)
 FAINT = 0.34  # weight of a line in the background, such as that of an unused pair
 
 
-def rows(values: ArrayLike, width: int = 2) -> Array:
-    """`values` as an (n, width) float array; a single row may be given as a flat sequence."""
-    return np.asarray(values, dtype=float).reshape(-1, width)
+def rows(values: ArrayLike) -> Array:
+    """`values` as an (n, 2) float array; a single row may be given as a flat sequence."""
+    return np.asarray(values, dtype=float).reshape(-1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,10 +344,9 @@ def slide_keys(x: float, y: float, low: float, high: float, step: float) -> dict
     }
 
 
-def turn_keys(
-    centre: ArrayLike, reach: float, angle: float, step: float = np.pi / 180, leap: float = np.pi / 12
-) -> dict[str, tuple[float, float]]:
-    """Arrow keys for a handle that turns about `centre` at distance `reach`: left and up turn anticlockwise."""
+def turn_keys(centre: ArrayLike, reach: float, angle: float) -> dict[str, tuple[float, float]]:
+    """Arrow keys for a handle that turns about `centre` at distance `reach`: left and up turn anticlockwise by 1°, with
+    Shift by 15°."""
     x, y = rows(centre)[0].tolist()
 
     def at(heading: float) -> tuple[float, float]:
@@ -356,6 +355,6 @@ def turn_keys(
     ways = {"ArrowLeft": 1, "ArrowUp": 1, "ArrowRight": -1, "ArrowDown": -1}
     return {
         prefix + key: at(angle + sign * size)
-        for prefix, size in (("", step), ("Shift+", leap))
+        for prefix, size in (("", np.pi / 180), ("Shift+", np.pi / 12))
         for key, sign in ways.items()
     }

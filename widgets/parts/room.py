@@ -18,7 +18,7 @@ from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
-from widgets.drawing.chart import Axis, Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
 from widgets.engine.controls import Value, choice, slider
 from widgets.parts.placing import Placing
@@ -115,7 +115,7 @@ def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray)
     )
 
 
-def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: int, width: float = 320.0) -> Panel:
+def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: int) -> Panel:
     """Both errors against the truth over the steps taken so far: degrees and world units on one logarithmic axis.
 
     steps: the most that a run can take.
@@ -131,7 +131,7 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
         Axis("step", 0.0, float(steps)),
         Axis("Error against the truth, ° and u", 0.01, 300.0, log=True),
         now=float(len(rotation) - 1),
-        size=(width, 0.53 * width),
+        size=(WIDTH, 0.53 * WIDTH),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from solvers.core.arrays import BoolArray
 from solvers.methods.icp.gicp import GicpOptions
 from solvers.numerics import robust
-from widgets.drawing.chart import Axis, Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import (
     Array,
     Arrow,
@@ -93,28 +93,28 @@ def own_surfaces(run: Run) -> tuple[Mark, ...]:
 Carried = tuple[tuple[Mark, ...], tuple[Mark, ...]]
 
 
-def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carried:
+def carried(run: Run, placing: Placing = PLACING) -> Carried:
     """What moves with the source whatever it is paired with, so that runs at one pose can share it. Below: the stalk of
     its turning handle and its walls. Above: its points, with crosses for outliers that the simulation misplaced."""
     wrong = run.scene.source_outlier
     stalk = placing.stalk(run.pose, ANCHOR)
     points = (
-        Points(run.moved[~wrong], "source", radius=radius),
-        Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),
+        Points(run.moved[~wrong], "source", radius=2.5),
+        Points(run.moved[wrong], "outlier", "cross", radius=3.0),
     )
     return (stalk, *outline(run.scene, run.pose, "source")), points
 
 
-def moving(run: Run, shared: Carried | None = None, radius: float = 2.5) -> Group:
+def moving(run: Run, shared: Carried | None = None) -> Group:
     """Everything that moves with the source: what `carried` returns, its covariances, and a ring around each point
     whose pair is unused. shared: the result of `carried` for another run at the same pose."""
-    below, above = shared or carried(run, radius=radius)
-    return Group("source", (*below, *own_surfaces(run), *above, unused(run, radius)))
+    below, above = shared or carried(run)
+    return Group("source", (*below, *own_surfaces(run), *above, unused(run)))
 
 
-def unused(run: Run, radius: float = 2.5) -> Points:
+def unused(run: Run) -> Points:
     """A ring around each moved point whose pair is unused."""
-    return Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0)
+    return Points(run.moved[~run.used], "ghost", "ring", radius=5.5)
 
 
 def weak_direction(run: Run) -> tuple[Mark, ...]:
@@ -187,14 +187,14 @@ def weak_words(run: Run) -> str:
     return f"{words}, condition {condition(run)}"
 
 
-def weight_chart(run: Run, width: float = 320.0) -> Panel:
+def weight_chart(run: Run) -> Panel:
     """w and the pull w r over the pair distance r in units of s, with a stroke below for every pair."""
     s = Label([1.0, HIGHEST], f"s = {number(run.scale, 3)} u", "guide", dx=4, dy=10)
-    return with_marks(_kernel_chart(run.ask.weight, width), s, *_rug(run))
+    return with_marks(_kernel_chart(run.ask.weight), s, *_rug(run))
 
 
 @cache
-def _kernel_chart(kernel: str, width: float) -> Panel:
+def _kernel_chart(kernel: str) -> Panel:
     """The chart of one weight function: the same for every pose, and rendered once."""
     k = 1.0 if kernel == "none" else robust.TUNING[kernel]
     r = np.linspace(0.0, FARTHEST, 161)
@@ -206,7 +206,7 @@ def _kernel_chart(kernel: str, width: float) -> Panel:
         [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
         Axis("distance r of the pair / s", 0.0, FARTHEST),
         Axis("Weight, and pull in units of s", -0.6, HIGHEST),
-        size=(width, 0.82 * width),
+        size=(WIDTH, 0.82 * WIDTH),
     )
     panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
     if kernel == "none":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -185,9 +184,9 @@ def where(scene: Scene) -> tuple[Mark, ...]:
     return tuple(Path(scene.truth.apply(line), "truth", thick=True, weight=0.5) for line in scene.outline)
 
 
-def outline(scene: Scene, pose: Pose, role: Role, weight: float = 1.0) -> tuple[Path, ...]:
+def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
     """The curve at a pose."""
-    return tuple(Path(pose.apply(line), role, weight=weight) for line in scene.outline)
+    return tuple(Path(pose.apply(line), role) for line in scene.outline)
 
 
 def carried(look: Look) -> tuple[Mark, ...]:
@@ -207,10 +206,10 @@ def cloud(points: Array, weight: Array | None = None, radius: float = 2.5) -> Po
     return Points(points, "source", radius=radius, weight=weight)
 
 
-def arc(angle: float, first: float = 0.0, radius: float = 1.2, about: Sequence[float] = (0.0, 0.0)) -> Array:
-    """A turn by `angle` from the direction `first`, as points (k, 2)."""
+def arc(angle: float, first: float, radius: float) -> Array:
+    """A turn about the origin by `angle` from the direction `first`, as points (k, 2)."""
     angles = first + np.linspace(0.0, angle, 25)
-    return np.asarray(about) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def held(look: Look) -> Shown:
