@@ -32,6 +32,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.extent import at_one_place
 from solvers.core.pose import Pose
+from solvers.methods.mmd.landscape import one_cloud
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
@@ -152,13 +153,7 @@ def implicit_derivative(
 def _checked(
     pose: Pose, source: ArrayLike, target: ArrayLike, frequencies: ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    p, q, w = (
-        validate.cloud(x, name, 2)
-        for x, name in ((source, "source"), (target, "target"), (frequencies, "frequencies"))
-    )
-    for x, name in ((p, "source"), (q, "target"), (w, "frequencies")):
-        if x.ndim != 2:
-            raise ValueError(f"{name}: expected one cloud of shape (n, 2), got {x.shape}")
+    p, q, w = one_cloud(source, "source"), one_cloud(target, "target"), one_cloud(frequencies, "frequencies")
     if validate.pose(pose, 2, "pose").batch:
         raise ValueError(f"pose: expected a single pose, got a batch of {pose.batch}")
     return p, q, w
