@@ -268,14 +268,9 @@ def _coordinates(poses: Pose, origin: Pose, radius: FloatArray, centre: FloatArr
     (…, d), relative to `origin`: (…, 1 + 2) or (…, 3 + 3).
     """
     relative = Pose.trusted(poses.R @ origin.R.swapaxes(-1, -2), np.zeros(poses.dim))
-    angle = np.asarray(relative.angle)[..., None]
-    if poses.dim == 3:
-        skew = relative.R - relative.R.swapaxes(-1, -2)
-        axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
-        sine = np.linalg.norm(axis, axis=-1, keepdims=True)
-        angle = axis * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)
+    vector = relative.rotvec if poses.dim == 3 else np.asarray(relative.angle)[..., None]
     shift = ((poses.R - origin.R) @ centre[..., None])[..., 0] + poses.t - origin.t
-    return np.concatenate([radius[..., None] * angle, shift], axis=-1)
+    return np.concatenate([radius[..., None] * vector, shift], axis=-1)
 
 
 def _posed(x: FloatArray, origin: Pose, radius: FloatArray, centre: FloatArray) -> Pose:
