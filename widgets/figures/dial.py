@@ -244,7 +244,7 @@ def _note(state: State) -> str:
         return ""
     course = state.course
     off = f"{number(course.rotation, 1)}° and {number(course.translation)} u off"  # both count for reaching the truth
-    return f"It {ENDS[course.status]} {off}: {'the truth' if course.arrived else 'not the truth'}."
+    return f"It {ENDS[course.status]} {off}{', which counts as the truth' if course.arrived else ': not the truth'}."
 
 
 def _description(state: State, count: int | None, hits: int | None) -> str:

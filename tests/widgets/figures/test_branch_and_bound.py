@@ -105,6 +105,19 @@ def test_the_end_is_a_proof_and_nothing_is_left_to_press() -> None:
         assert set(frame["disabled"]) == {"step", "finish"}
 
 
+@pytest.mark.parametrize(("name", "word"), [("turns", "heading"), ("default", "pose")])
+def test_a_proof_over_headings_does_not_speak_of_poses(name: str, word: str) -> None:
+    """With the position held at the truth, a pose elsewhere may be better than the floor, and in this room one is."""
+    picture = figure.draw(figure.act(after(0, name), Action("press", "finish")))
+    said = f"{picture.readouts[1].label} {picture.note} {picture.description}"
+    assert f"no {word} is b" in said
+    assert f"no {'pose' if word == 'heading' else 'heading'}" not in said
+    assert "may still be" not in picture.description, "no box is left"
+    floor, best = (float(figure.draw(figure.act(after(0, n), Action("press", "finish"))).readouts[k].value)
+                   for n, k in (("turns", 1), ("default", 0)))
+    assert best < floor
+
+
 def test_steps_one_by_one_are_the_run_to_the_end() -> None:
     stepwise, whole = after(60, "turns"), figure.act(after(0, "turns"), Action("press", "finish"))
     assert stepwise.course == whole.course

@@ -250,6 +250,10 @@ def test_the_map_is_eight_dials_of_one_heading() -> None:
     assert values["arrive"] == str(sum(course.arrived for course in state.courses))
 
 
+def test_a_rungs_title_in_a_sentence_keeps_its_names() -> None:
+    assert [RUNGS[name].phrase for name in ("cells", "pairs")] == ["the Gaussian of a cell", "pairs, all right"]
+
+
 def test_the_map_tells_ends_before_full_rings() -> None:
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(-35.0), 47), Action("press", "roll"))
     for detail, (arrive, rings) in enumerate([(False, False), (True, False), (True, True)]):

@@ -174,6 +174,13 @@ def test_the_end_certifies_nothing() -> None:
     assert captions(act(state, NEXT)) == captions(state)
 
 
+def test_each_panel_says_why_it_stopped() -> None:
+    """From 120° the filter runs into its cap of steps in the walk's last iteration."""
+    words = captions(run(FINISH, turn=120.0))
+    assert all("at rest" in text and "Stopped after" in text for text in words)
+    assert "Stopped after 120 steps: the cap of 120 steps was reached." in words[1]
+
+
 def test_captions_keep_to_one_line_on_a_wide_page() -> None:
     """No line of a caption exceeds 84 characters, in any stage of the first three iterations or at the end."""
     for scene in SCENES:

@@ -43,6 +43,11 @@ def test_the_colours_span_the_map(objective: str, length: float) -> None:
     assert len(set(words)) == len(words) >= 2
 
 
+@pytest.mark.parametrize(("length", "words"), [(2.4, "in 1 place."), (1.0, " places.")])
+def test_ends_are_counted_in_words(length: float, words: str) -> None:
+    assert words in draw(run(SOW, objective="mmd", length=length), BANDS).description
+
+
 @OBJECTIVES
 def test_descents_descend_on_the_terrain_that_is_drawn(objective: str) -> None:
     """The objective along every run is the field's value at its places, and never rises."""

@@ -245,6 +245,13 @@ def test_the_script_of_drawn_clouds_stands_alone() -> None:
         assert float(output[name]) == pytest.approx(float(texts[name]), abs=0.51 * 10**-decimals)
 
 
+def test_why_a_run_stopped_is_in_the_clouds_unit() -> None:
+    """The solver's own words have the gate to six digits, in u."""
+    plain = preset(WIDGET, "drive", {"scan": 192, "onto": 42}).plain()
+    frame = Host().render("f", {**plain, "log": [["press", "step"]]})
+    assert re.search(r"within the gate of 0\.\d{3,4} m\.", frame["note"])
+
+
 def test_scans_of_the_drive_are_in_metres() -> None:
     """Their unit is known; that of other clouds is not, and is written u."""
     for name, unit in (("drive", "m"), ("default", "u")):

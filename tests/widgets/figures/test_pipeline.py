@@ -86,6 +86,21 @@ def test_a_conditioning_near_zero_keeps_a_digit() -> None:
     assert 0.0 < float(sign.said) < 0.001
 
 
+@pytest.mark.parametrize(
+    ("name", "controls", "sign", "said"),
+    [
+        ("hall", {"trust": 160.0}, "prediction", ("160.1°", "≤ 160°")),
+        ("default", {"outliers": 60.0, "least": 0.0}, "residual", ("0.1801 u", "≤ 0.18 u")),
+    ],
+)
+def test_a_limit_that_is_missed_does_not_read_as_met(
+    name: str, controls: dict[str, Any], sign: str, said: tuple[str, str]
+) -> None:
+    """Rounded as usual, both would be the limit itself."""
+    (found,) = (s for s in run(FINISH, name=name, **controls).judgement.signs if s.name == sign)
+    assert (found.said, found.asked, found.met) == (*said, False)
+
+
 def test_a_small_budget_makes_a_worse_proposal() -> None:
     """Over six draws, one step of hypotheses leaves the source over three times as far off as seventy do."""
 

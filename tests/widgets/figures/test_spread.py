@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,15 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
     assert texts("default", "finish")["modes"] == "1"
     assert texts("hall", "finish")["modes"] == "2", "a single stray end is no cluster of its own"
     assert texts("hall", "finish", heading=3.0)["modes"] == "1"
+
+
+@pytest.mark.parametrize(("wall", "is_told"), [(4.5, False), (6.0, True)])
+def test_a_cluster_that_is_not_all_ends_says_how_many_it_holds(wall: float, is_told: bool) -> None:
+    """Far end walls scatter the ends: the widths are those of a part of them."""
+    frame = frame_after(WIDGET, ["press", "finish"], name="hall", wall=wall, heading=3.0)
+    held = re.search(r"draws, (\d+) ends in the largest cluster: σ", frame["note"])
+    assert bool(held) == is_told
+    assert held is None or int(held[1]) < 0.95 * DRAWS
 
 
 @pytest.mark.parametrize("name", ["default", "corridor", "hall"])
