@@ -49,7 +49,7 @@ BROUGHT = {name: BRINGS.get(name, {"noise": 0.02, "outliers": 0.0}) for name in 
 REFINES = {"none": "Left out", "point": "Point", "plane": "Plane", "gicp": "GICP"}
 ACCEPTS = {"signs": "All five signs", "flag": "Stop flag"}
 TITLES = {"start": "start", "propose": "proposed", "refine": "refined"}
-AROUND = View(-7.0, 7.0, -4.6, 5.46)  # u: with all of the scene turned as the prediction turns it at first
+AROUND = View(-7.1, 7.1, -4.6, 5.606)  # u: with all of the scene turned as the prediction turns it at first
 SIGNS = View(0.0, 1.0, 0.0, 5.0, 320.0, 360.0, (12.0, 10.0, 14.0, 0.0))
 
 
