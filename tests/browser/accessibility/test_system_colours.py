@@ -90,7 +90,7 @@ def test_legends_tell_apart_what_they_tell_apart_in_colour(
     reader: Callable[..., Reader], site: Path, pages: Sequence[str]
 ) -> None:
     """No two swatches become one, such as those of wrong pairs that count and of pairs that do not."""
-    visitor, faults = reader(forced_colors="active", reduced_motion="reduce"), []
+    visitor, faults = reader(forced_colors="active", java_script_enabled=False), []
     for path in pages:
         if count_figures(site, path):
             page = visitor.open(path)
