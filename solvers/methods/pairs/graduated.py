@@ -40,6 +40,7 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put
 from solvers.geometry.rigid import fit_planar, fit_rigid
+from solvers.numerics.fits import strays
 
 _SHARE = 0.05  # the default bound, in RMS radii of the source
 _LEAST_MU = 1e-20
@@ -54,7 +55,8 @@ class GraduatedOptions:
     ----------
     inlier : float, optional
         c, the residual up to which a pair may be right, world units. None is a twentieth of the root mean square
-        distance of the source points from their centroid, which ignores the noise: give the bound if it is known.
+        distance of the source points from their centroid, without strays, points more than 20 times as far out as the
+        median point. That ignores the noise: give the bound if it is known.
     factor : float, default 1.4
         The factor by which μ grows in a step, 1.01 to 10.
 
@@ -127,12 +129,15 @@ def surrogate(ratio: FloatArray, mu: FloatArray) -> FloatArray:
 
 
 def _default_bound(problem: Problem) -> FloatArray:
-    """The default bound, a share of the source's weighted RMS radius, (b,)."""
-    weighted = problem.weights > 0.0
-    points = np.where(weighted[..., None], problem.source, 0.0)
+    """The default bound, a share of the source's weighted RMS radius without strays, (b,)."""
+    near = problem.weights > 0.0
+    for cloud, row in zip(problem.source, near, strict=True):  # rows of zero weight must not shift the medians
+        if row.any():
+            row[row] = ~strays(cloud[None, row])[0]
+    points, weights = np.where(near[..., None], problem.source, 0.0), np.where(near, problem.weights, 0.0)
     largest = np.abs(points).max(axis=(1, 2))
-    most = problem.weights.max(axis=1)
-    share = problem.weights / np.where(most > 0.0, most, 1.0)[:, None]
+    most = weights.max(axis=1)
+    share = weights / np.where(most > 0.0, most, 1.0)[:, None]
     share = share / np.maximum(share.sum(axis=1), 1.0)[:, None]
     unit = points / np.where(largest > 0.0, largest, 1.0)[:, None, None]
     centred = unit - (share[..., None] * unit).sum(axis=1)[:, None]

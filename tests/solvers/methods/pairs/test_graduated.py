@@ -192,6 +192,23 @@ def test_one_partner_very_far_away_is_let_go(rng, random_pose):
     assert np.all(rte(result.pose, truth) < 0.1)
 
 
+@pytest.mark.parametrize("weightless", [0, 100])
+def test_a_stray_in_a_wrong_pair_does_not_set_the_default_bound(weightless, rng, random_pose):
+    """Of 60 pairs 15 are wrong. With one source point of a wrong pair 1000 u off the others are kept, though
+    rows of zero weight lie close together elsewhere."""
+    truth = random_pose(rng, 2)
+    source, target = matches(rng, truth, 15, n=60, noise=0.02)
+    plain = register(source, target, METHOD)
+    assert rte(plain.pose, truth) < 0.05
+    source[0] = (1000.0, 0.0)
+    far = np.array([300.0, 300.0]) + rng.uniform(-0.1, 0.1, (weightless, 2))
+    source, target = np.concatenate([source, far]), np.concatenate([target, far])
+    stray = register(source, target, METHOD, weights=np.repeat([1.0, 0.0], [60, weightless]))
+    assert stray.detail("bound") == pytest.approx(plain.detail("bound"), rel=0.05)
+    assert rte(stray.pose, truth) < 0.05
+    assert rre(stray.pose, truth) < np.radians(1.0)
+
+
 @pytest.mark.parametrize(("option", "value"), [("inlier", 0.0), ("inlier", -1.0), ("factor", 1.0), ("factor", 11.0)])
 def test_wrong_options_are_named(option, value):
     with pytest.raises(ValueError, match=rf"^{option}: "):
