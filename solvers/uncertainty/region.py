@@ -353,7 +353,7 @@ class Covariance:
         return motions.compose(self.mean) if self.frame == "target" else self.mean.compose(motions)
 
     def words(self) -> str:
-        """The free directions or the widest one, in words, for a single pose."""
+        """The free directions, the widest one, or how many are equally wide, in words, for a single pose."""
         self._single("words")
         return said(self.directions[:, 0], self.centre, float(self.radius), self.deviations)
 

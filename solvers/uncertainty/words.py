@@ -1,4 +1,4 @@
-"""Describing a spread in words: its free directions, or its widest."""
+"""Describing a spread in words: its free directions, or its widest if there is one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from solvers.core.amounts import place
 from solvers.core.arrays import AnyArray, FloatArray
 
+EQUAL = 1e-6  # of the largest deviation: with a smaller difference, rounding alone decides which direction is widest
 SLIDE = 0.1  # turning part of a unit direction: a turn about a point ten radii away, which looks like a slide
 
 
@@ -20,6 +21,12 @@ def said(direction: AnyArray, centre: FloatArray, radius: float, deviations: Flo
         return f"{motion} is free"
     if deviations[0] == 0.0:
         return "no spread"
+    equal = int((deviations[0] - deviations <= EQUAL * deviations[0]).sum())
+    if equal == 3:
+        turn = f"{np.degrees(deviations[0] / radius):.2g}° for the turn about {place(centre, radius)}"
+        return f"equal in all directions, σ = {deviations[0]:.2g} u; {turn}"
+    if equal == 2:
+        return f"widest: two directions equally, σ = {deviations[0]:.2g} u"
     omega = abs(float(direction[0]))
     if omega < SLIDE:
         return f"widest: {motion}, σ = {deviations[0]:.2g} u"

@@ -138,6 +138,20 @@ def test_a_turn_is_told_in_degrees_and_none_as_none():
     assert from_matrix(np.zeros((3, 3)), Pose.identity(), radius=3.0).words() == "no spread"
 
 
+def test_of_equally_wide_directions_none_is_named(rng):
+    """The Hessian of point pairs is alike in all directions, up to rounding, which must not pick one."""
+    source = rng.uniform(-3.0, 3.0, (40, 2))
+    for k in range(5):
+        found = register(source, source + 0.05 * rng.standard_normal((40, 2)) + 1.7 * k, "kabsch")
+        spread = covariance(found, sigma=0.05)
+        centre = ", ".join(f"{x:.2f}" for x in spread.centre)
+        sigma, turn = 0.05 / np.sqrt(40), np.degrees(0.05 / np.sqrt(40) / spread.radius)
+        told = f"equal in all directions, σ = {sigma:.2g} u; {turn:.2g}° for the turn about ({centre})"
+        assert spread.words() == told
+    slides = from_matrix(np.diag([1e-4, 0.02, 0.02]) ** 2, Pose.identity(), radius=3.0)
+    assert slides.words() == "widest: two directions equally, σ = 0.02 u"
+
+
 def test_one_place_leaves_the_deviations_of_its_four_points():
     result = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
     estimate = covariance(result, sigma=0.1)
