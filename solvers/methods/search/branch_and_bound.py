@@ -64,10 +64,12 @@ class BranchAndBoundOptions:
     cap : float, optional
         The distance at which a point's loss stops growing, world units. None is an
         eighth of the target's RMS radius, the root mean square distance of its points
-        from their mean. `result.detail("ground").cap` is the one used.
+        from their mean, without strays, points more than 20 times as far out as the
+        median point. `result.detail("ground").cap` is the one used; `ground` is None if
+        the clouds could not be searched.
     gap : float, optional
         The most by which another pose's objective may lie below the result's, in squared world units. None is the
-        square of a hundredth of the target's RMS radius.
+        square of a hundredth of that radius.
     turn : float, default π
         How far to search to either side of the start's heading, radians; π is the whole circle.
     shift : float, optional
@@ -192,7 +194,8 @@ def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundSta
         _, squares = index.nearest(problem.start.apply(problem.source))
         objective = np.minimum(squares, np.square(cap)[:, None]).mean(axis=1)
     far = np.maximum(span, wide) > FARTHEST
-    status, reason = mark(status, reason, far, Status.DEGENERATE, f"a cloud is more than {FARTHEST:g} caps wide")
+    words = f"a cloud is more than {FARTHEST:g} caps wide: leave out its far points, or give a larger cap"
+    status, reason = mark(status, reason, far, Status.DEGENERATE, words)
     for i in range(b):
         none = Boxes(np.empty((0, 3)), np.empty((0, 2)), np.empty(0))
         boxes[i] = discarded[i] = none

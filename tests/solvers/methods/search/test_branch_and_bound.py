@@ -234,8 +234,16 @@ def test_clouds_that_cannot_be_searched_are_said_to_be_such(source, target, reas
     result = register(source, target, METHOD)
     assert result.status == Status.DEGENERATE
     assert reason in result.reason
+    assert result.detail("ground") is None
     assert np.isfinite(result.objective)
     assert result.lower == 0.0
+
+
+def test_the_cure_for_clouds_that_span_too_many_caps_is_named_and_works():
+    scene = room("noise")
+    source = np.concatenate([scene.source, [[1e5, 0.0]]])
+    assert register(source, scene.target, METHOD).reason.endswith("leave out its far points, or give a larger cap")
+    assert register(source, scene.target, METHOD, cap=11.0, max_steps=1).status == Status.CAPPED
 
 
 @pytest.mark.parametrize(
