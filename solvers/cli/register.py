@@ -212,6 +212,8 @@ def register_files(arguments: Sequence[str]) -> int:
     args = parser().parse_args(arguments)
     for path in args.out:
         able_to_write(path, DRAWN)
+    if str(args.source) == str(args.target) == "-":
+        raise ValueError("SOURCE, TARGET: standard input holds one cloud; give - for one and a file for the other")
     method = method_of(args.method, "--method")
     if method.paired and args.points is not None:
         raise ValueError(

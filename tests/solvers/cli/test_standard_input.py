@@ -53,16 +53,20 @@ def test_either_cloud_may_come_from_standard_input(piped: Piped, clouds: tuple[P
 
 
 def test_what_is_wrong_is_told_of_the_dash(piped: Piped, clouds: tuple[Path, Path]) -> None:
-    """Empty, given twice, too long, and closed by the caller."""
-    source, target = clouds
+    """Empty, too long, and closed by the caller."""
+    _, target = clouds
     empty = "line 1: no line with numbers was found; expected x and y, or x, y and z, on every line"
     for data, names, message in (
         (b"", ("-", target), empty),
-        (source.read_bytes(), ("-", "-"), empty),
         (bytes(24_000_001), ("-", target), "it has more than the limit of 24 MB"),
         (None, ("-", target), "standard input is closed"),
     ):
         assert piped(data, *names) == (2, "", f"python -m solvers: -: {message}\n")
+
+
+def test_both_clouds_cannot_come_from_standard_input(piped: Piped, clouds: tuple[Path, Path]) -> None:
+    told = "SOURCE, TARGET: standard input holds one cloud; give - for one and a file for the other"
+    assert piped(clouds[0].read_bytes(), "-", "-") == (2, "", f"python -m solvers: {told}\n")
 
 
 def test_a_drive_may_come_from_standard_input(piped: Piped) -> None:
