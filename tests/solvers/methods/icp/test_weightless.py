@@ -59,6 +59,16 @@ def test_a_stray_target_point_decides_no_default_length(method: str, distance: f
     assert rte(result, alone) < 0.03
 
 
+@pytest.mark.parametrize("far", [100.0, 1000.0])
+def test_a_stray_source_point_keeps_mmd_near_its_start(far: float) -> None:
+    """As its docstring warns: started 10° off it ends within 1°, but with a point added far away 5° off or more."""
+    scene, start = room("noise"), room_start(10.0, 0.3)
+    alone = register(scene.source, scene.target, "mmd", start=start).pose
+    result = register(np.vstack([scene.source, [[far, -far]]]), scene.target, "mmd", start=start).pose
+    assert np.degrees(rre(alone, scene.truth)) < 1.0
+    assert np.degrees(rre(result, scene.truth)) > 5.0
+
+
 def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
     """A source point far from every target point leaves `weakest` unchanged; the share falls by that point."""
     scene = room("clean")
