@@ -180,7 +180,7 @@ class Result:
     def covariance(self) -> Covariance | None:
         """The covariance of the pose, in closed form from the last pairs.
 
-        Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
+        Its `made_by` is "hessian". It estimates the noise from the residuals: from few pairs its regions are too small.
         None for a method without a closed form, in 3-D, and with a scale. It takes each partner as given, which makes
         it overconfident for every method that finds its own pairs, far more so for point-to-point and GICP than for
         point-to-plane. `solvers.uncertainty` has other ways; its `covariance` says how often regions hold the truth.
