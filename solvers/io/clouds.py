@@ -13,6 +13,7 @@ import numpy as np
 
 from solvers.core.amounts import amount
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.validate import LARGEST
 from solvers.io import pcd, ply
 from solvers.io.text import check_size, delimited, file_bytes, lines_of
@@ -49,6 +50,8 @@ class CloudText:
     format: str
     notices: tuple[str, ...] = ()
     gaps: int = 0
+
+    __repr__ = brief
 
 
 def read(data: bytes) -> CloudText:

@@ -15,6 +15,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 
 RADIUS = 0.9
@@ -78,6 +79,8 @@ class Mug:
     target: FloatArray
     truth: Pose
     outline: tuple[FloatArray, ...]
+
+    __repr__ = brief
 
 
 def mug(

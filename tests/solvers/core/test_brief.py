@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from solvers import Pose, g2o, register
+from solvers import Pose, cloud_text, g2o, register
 from solvers.drives import telecom_loop
+from solvers.mug_scene import mug
 from solvers.odometry import match, prepare
 from solvers.posegraph import Edges, begin, optimise
 from solvers.scans import two_scans
@@ -22,7 +23,8 @@ def records() -> Iterator[object]:
     scene, drive = kabsch_scene("clean"), telecom_loop()
     result = register(scene.source, scene.target, "icp")
     scans = prepare(drive)
-    yield from (scene, drive, scans, two_scans(), result.history, result.covariance)
+    yield from (scene, drive, scans, two_scans(), mug(), result.history, result.covariance)
+    yield cloud_text.read(b"0 0\n" * 400)
     poses = Pose.from_angle(np.zeros(400), np.arange(800.0).reshape(400, 2))
     edges = Edges.between(poses, np.arange(399), np.arange(1, 400), np.eye(3))
     yield from (edges, begin(poses, edges), optimise(poses, edges), g2o.read(g2o.write(poses, edges)))
