@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.deck.test_slides import page_of, stands_at
+from tests.browser.figure import Figure
 
 
 def test_a_window_of_another_size_keeps_the_slide(reader: Callable[..., Reader]) -> None:
@@ -109,3 +110,23 @@ def test_a_second_window_goes_back_as_well(reader: Callable[..., Reader]) -> Non
     page.go_back()
     stands_at(page, 4)
     stands_at(second, 4)
+
+
+def test_what_is_pressed_stays_under_the_pointer(reader: Callable[..., Reader]) -> None:
+    """Where slides do not snap, a handle of the next slide is dragged without a jump; Tab then goes to that slide."""
+    page = page_of(reader, "slides-icp.html#2", 900, 1000)
+    nearest = Figure(page, "fig-nearest").live().settled()
+    handle = nearest.handle("source")
+    handle.evaluate("handle => scrollBy(0, handle.getBoundingClientRect().top - innerHeight + 150)")
+    expect(page.locator(".deck-at")).to_have_text("2 of 8")
+    before, scrolled = nearest.frame()["handles"][0]["world"], page.evaluate("scrollY")
+    nearest.drag("source", 40, 0)
+    nearest.settled()
+    ((kind, _, x, y),) = nearest.record()["log"]
+    assert kind == "drag"
+    assert x > before[0] + 0.3
+    assert y == pytest.approx(before[1], abs=0.1)
+    assert page.evaluate("scrollY") == scrolled
+    expect(page.locator(".deck-at")).to_have_text("2 of 8")
+    page.keyboard.press("Tab")
+    stands_at(page, 3)
