@@ -140,3 +140,29 @@ def test_back_takes_back_a_doing_not_a_pointing(reader: Callable[..., Reader]) -
     cells.page.keyboard.press("Enter")
     cells.settled()
     assert [kind for kind, *_ in cells.record()["log"]] in ([], ["hover"])
+
+
+def test_back_to_a_link_leaves_the_work_that_was_done_since(reader: Callable[..., Reader]) -> None:
+    """Also after a second click on that link. The same link followed anew, from elsewhere, does set its state."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    address = page.evaluate("Ladder.figures.get('fig-solve').link()").split("#")[1]
+    page.goto(f"{page.url}#{address}")
+    solve = Figure(page, "fig-solve").live().settled()
+    page.evaluate("""address => document.querySelector("main").insertAdjacentHTML("afterbegin",
+      `<p><a href="#${address}">that state</a> <a href="#slides">elsewhere</a></p>`)""", address)
+    state, elsewhere = (page.get_by_role("link", name=name, exact=True) for name in ("that state", "elsewhere"))
+    stage = solve.root.locator(".figure-stage")
+    for again in (False, True):
+        if again:
+            state.click()
+            assert solve.settled().record()["log"] == []
+        solve.button("solve").click()
+        solve.settled()
+        elsewhere.click()
+        page.go_back()
+        expect(stage).to_be_focused()
+        assert solve.settled().record()["log"] == [["press", "solve"]]
+    elsewhere.click()
+    state.click()
+    expect(stage).to_be_focused()
+    until(page, "Ladder.figures.get('fig-solve').record.log.length === 0")

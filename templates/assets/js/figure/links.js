@@ -51,7 +51,11 @@ function tried(event) {
   approach(figure, { ...fresh, ...target, controls: { ...fresh.controls, ...target.controls } });
 }
 
-function linked() {
+/**
+ * Shows the state in the address; returns true if there is one.
+ * @param {unknown} [known]  whether this entry of the history has been shown before
+ */
+function linked(known) {
   const { name, state } = fragment();
   const figure = figures.get(name);
   if (!figure || state === null) return;
@@ -59,6 +63,8 @@ function linked() {
   const details = moreOf(figure.root);
   if (details && suffix !== undefined) details.open = true;
   visit(figure);
+  if (known) return true; // by Back: the reader’s work stays
+  history.replaceState(true, "");
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
     figure.ask(record);
@@ -66,6 +72,7 @@ function linked() {
   } catch (error) {
     figure.refuse(`The state in this page’s address cannot be shown: ${messageOf(error)}.`);
   }
+  return true;
 }
 
 /**
@@ -102,12 +109,12 @@ export function addLinkButton(figure) {
 function followAgain(event) {
   const link = around(event, "a[href]");
   const isHandled = event.defaultPrevented || event.button || event.ctrlKey || event.metaKey || event.shiftKey;
-  if (!isHandled && link instanceof HTMLAnchorElement && link.href === location.href) linked();
+  if (!isHandled && link instanceof HTMLAnchorElement && link.href === location.href && linked()) event.preventDefault();
 }
 
 export function followLinks() {
   linked();
   on(document, "click", tried);
   on(document, "click", followAgain);
-  on(globalThis, "hashchange", linked);
+  on(globalThis, "hashchange", () => linked(history.state));
 }
