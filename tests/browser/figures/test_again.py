@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
@@ -166,3 +166,32 @@ def test_back_to_a_link_leaves_the_work_that_was_done_since(reader: Callable[...
     state.click()
     expect(stage).to_be_focused()
     until(page, "Ladder.figures.get('fig-solve').record.log.length === 0")
+
+
+def hold_enter(button: Locator) -> None:
+    button.focus()
+    for _ in range(4):
+        button.page.keyboard.down("Enter")
+    button.page.keyboard.up("Enter")
+
+
+def test_a_held_enter_goes_no_further_than_its_button(reader: Callable[..., Reader]) -> None:
+    """It moves the focus to the next pin's Remove, to the first answer and to Stop: the repeats press none of them."""
+    page = reader(reduced_motion="reduce").open("icp.html")
+    wall = Figure(page, "fig-wall").live()
+    for _ in range(3):
+        wall.reached("[data-pin]").click()
+    rows = wall.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(3)
+    hold_enter(rows.first.get_by_role("button", name="Remove"))
+    expect(rows).to_have_count(2)
+    question = wall.root.locator(".predict")
+    question.locator("[data-right=no]").first.click()
+    hold_enter(question.get_by_role("button", name="Ask again"))
+    expect(question.locator(".predict-answers button").first).to_be_focused()
+    expect(question.locator('[aria-pressed="true"]')).to_have_count(0)
+    page.goto(page.url.replace("icp", "race"))
+    job = Figure(page, "fig-race").live().reached("section.job").first
+    hold_enter(job.locator('[data-do="begin"]'))
+    expect(job.locator('[data-do="stop"]')).to_be_focused()
+    expect(job).to_have_attribute("data-state", "running")

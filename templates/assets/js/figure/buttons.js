@@ -110,13 +110,15 @@ export function addButtons(figure) {
   }
 
   /**
-   * A held key presses no faster than frames arrive, and runs or pauses only once.
+   * A held key presses no faster than frames arrive. It runs, pauses and presses the figure's other buttons only once:
+   * they may have moved the focus to the next.
    * @param {KeyboardEvent} event
    */
   function hold(event) {
-    const node = around(event, "[data-button]");
+    const node = around(event, "button");
     if (!node || !event.repeat || event.key !== "Enter") return;
-    if (figure.pending || buttonOf(node).does === "run") event.preventDefault();
+    const { does = "run" } = buttonOf(node) ?? {};
+    if (figure.pending || does === "run") event.preventDefault();
   }
 
   on(document, "visibilitychange", repeat);
@@ -129,10 +131,8 @@ export function addButtons(figure) {
     if (run && !["run", "control", "hover"].includes(by)) stop();
   });
   figure.on("state", show);
-  for (const box of boxes) {
-    on(box, "click", press);
-    on(box, "keydown", hold);
-    box.hidden = false;
-  }
+  on(root, "keydown", hold);
+  on(root, "click", press);
+  for (const box of boxes) box.hidden = false;
   show();
 }
