@@ -117,3 +117,20 @@ def test_enter_that_ends_a_composition_opens_nothing(reader: Callable[..., Reade
     expect(page.locator("dialog[open]")).to_be_visible()
     field.dispatch_event("keydown", {"key": "Enter"})
     expect(page.locator("dialog[open]")).to_be_hidden()
+
+
+def test_a_selection_that_ends_outside_leaves_the_search_open(reader: Callable[..., Reader]) -> None:
+    """A click outside closes it."""
+    page = reader().open("kabsch.html")
+    page.keyboard.press("/")
+    field = page.get_by_role("combobox", name="Search all pages")
+    field.fill("levenberg")
+    box = field.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(5, 5, steps=3)
+    page.mouse.up()
+    expect(field).to_be_visible()
+    page.mouse.click(5, 5)
+    expect(field).to_be_hidden()
