@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.deck.test_slides import page_of
@@ -42,3 +43,17 @@ def test_charts_beside_two_maps_share_a_row(reader: Callable[..., Reader]) -> No
     """On a tablet too; in two rows they used to push the legend under the bar."""
     page = page_of(reader, "slides-ndt-climb.html", 1024, 768)
     assert remaining(page, MISFITS, CUT, COVERED) == []
+
+
+def test_a_button_keeps_its_width_while_it_says_pause(reader: Callable[..., Reader]) -> None:
+    """Beside the notes too, where the slide is scaled."""
+    page = page_of(reader, "slides-icp.html#3")
+    run = Figure(page, "fig-nearest").live().settled().button("run")
+    page.keyboard.press("n")
+    before = run.bounding_box()
+    run.click()
+    expect(run).to_have_text("Pause")
+    during = run.bounding_box()
+    assert before
+    assert during
+    assert during["width"] == pytest.approx(before["width"], abs=0.5)

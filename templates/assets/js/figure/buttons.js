@@ -8,15 +8,6 @@ import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { END } from "./play.js";
 
-/**
- * Keep a button's width while it says Pause, so that neither its neighbours nor the page move.
- * @param {HTMLElement} node
- * @param {boolean} running
- */
-function holdWidth(node, running) {
-  node.style.width = running ? `${node.getBoundingClientRect().width}px` : "";
-}
-
 /** @param {Figure} figure */
 export function addButtons(figure) {
   const { root, spec } = figure;
@@ -45,7 +36,8 @@ export function addButtons(figure) {
       const button = buttonOf(node);
       const running = run?.button === button;
       node.setAttribute("aria-disabled", String(!running && off(button)));
-      if (running === !node.style.width) holdWidth(node, running);
+      // While it says Pause it keeps its width, so that nothing moves; in CSS px, as a slide may be scaled.
+      if (running === !node.style.width) node.style.width = running ? getComputedStyle(node).width : "";
       text(node, running ? "Pause" : button.label);
     }
   }
