@@ -40,3 +40,17 @@ def test_a_folder_is_called_one_and_the_next_drop_is_read(reader: Callable[..., 
     drop(own, first, second)
     expect(report.nth(0)).to_contain_text("one.csv: 3 points in 2-D", timeout=60_000)
     expect(report.nth(1)).to_contain_text("other.csv: 4 points in 2-D", timeout=60_000)
+
+
+def test_from_disk_a_dropped_file_is_refused(reader: Callable[..., Reader], site: Path, tmp_path: Path) -> None:
+    """There is no Python to read it, so nothing waits for it either."""
+    visitor = reader(reduced_motion="reduce")
+    visitor.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page opened from disk
+    page = visitor.page()
+    page.goto((site / "clouds.html").as_uri())
+    own = Figure(page, "fig-own")
+    path = tmp_path / "one.csv"
+    path.write_text("1,2\n3,4\n")
+    drop(own, path)
+    expect(own.root.locator(".status-words")).to_contain_text("Files cannot be read here. Opened from disk:")
+    own.settled()

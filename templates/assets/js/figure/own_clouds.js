@@ -122,6 +122,7 @@ export function addOwnClouds(figure, overlay) {
    * @param {string} [preferred]  the slot to fill; by default the first free one
    */
   async function open(files, preferred) {
+    if (runtime.state === "file") return figure.refuse("Files cannot be read here.");
     if (files.length > slots.length) {
       figure.refuse(`${files.length} files at once: open ${slots.length}, the ${slots.join(" and the ")}.`);
       return;
