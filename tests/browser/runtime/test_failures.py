@@ -214,6 +214,17 @@ def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) ->
     job.locator('[data-do="stop"]').click()
 
 
+def test_a_job_says_why_python_could_not_start(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """As the figures do: nothing was stopped."""
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("404")
+    server.forbid(r"/runtime/.*\.wasm")
+    job = Figure(visitor.open("race.html"), "fig-race").seen().reached("section.job").first
+    job.locator('[data-do="begin"]').click()
+    expect(job.locator(".job-words")).to_contain_text(".wasm could not be loaded", timeout=LIVE)
+    expect(job).to_have_attribute("data-state", "")
+
+
 def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Reader]) -> None:
     """A frame that cannot be drawn fails within its figure, and after Reset the figure goes on."""
     page = reader(reduced_motion="reduce").open("kabsch.html")

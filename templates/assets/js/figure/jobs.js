@@ -55,18 +55,12 @@ function line(row, was) {
 
 /** @param {number} width */
 const size = (width) =>
-  width <= __PANEL_SMALL__
-    ? "panel-small"
-    : width <= __PANEL_THIRD__
-      ? "panel-third"
-      : width <= __PANEL_HALF__
-        ? "panel-half"
-        : "panel-wide";
+  width <= __PANEL_SMALL__ ? "small" : width <= __PANEL_THIRD__ ? "third" : width <= __PANEL_HALF__ ? "half" : "wide";
 
 /** @param {JobResult} result */
 function drawings({ panels }) {
   return panels.map(({ svg, width }) => {
-    const panel = make("div", { class: `figure-panel ${size(width)}` });
+    const panel = make("div", { class: `figure-panel panel-${size(width)}` });
     panel.innerHTML = svg;
     return panel;
   });
@@ -121,8 +115,7 @@ function job(figure, box) {
       make("tbody", {}, ...sorted(current.rows, order).map((row) => line(row, was(row)))),
     );
     const region = { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": current.caption };
-    const scroll = make("div", region);
-    scroll.append(table);
+    const scroll = make("div", region, table);
     /** @type {(action: string, label: string) => HTMLButtonElement} */
     const tool = (action, label) => make("button", { type: "button", "data-do": action }, label);
     output.replaceChildren(
@@ -130,8 +123,12 @@ function job(figure, box) {
       ...(baseline ? [make("p", { class: "job-caption was" }, `Kept run, in smaller print: ${baseline.caption}`)] : []),
       scroll,
       make("div", { class: "job-panels" }, ...drawings(current)),
-      ...(baseline ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
-      ...(baseline ? [make("div", { class: "job-panels" }, ...drawings(baseline))] : []),
+      ...(baseline
+        ? [
+            make("p", { class: "job-caption was" }, "Kept:"),
+            make("div", { class: "job-panels" }, ...drawings(baseline)),
+          ]
+        : []),
       make(
         "div",
         { class: "job-tools" },
@@ -195,8 +192,10 @@ function job(figure, box) {
       );
       if (run === mine) end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
     } catch (error) {
-      const stopped = error instanceof Error && "stopped" in error;
-      if (run === mine) end(stopped ? "Python stopped before the run was finished." : `${messageOf(error)}.`);
+      const reason = runtime.stopped
+        ? "Python stopped before the run was finished"
+        : runtime.message || messageOf(error); // the message: why Python did not start
+      if (run === mine) end(`${reason}.`);
     }
   }
 

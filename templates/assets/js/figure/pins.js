@@ -131,8 +131,8 @@ export function addPins(figure) {
     const focused = document.activeElement;
     const focus = focused instanceof HTMLElement && box.contains(focused) ? { ...focused.dataset } : {};
     const left = box.querySelector(".runs-scroll")?.scrollLeft ?? 0;
-    const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
-    scroll.append(table(specs, pins));
+    const region = { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" };
+    const scroll = make("div", region, table(specs, pins));
     /** @type {(action: string, words: string) => HTMLButtonElement} */
     const tool = (action, words) => make("button", { type: "button", "data-do": action }, words);
     box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
