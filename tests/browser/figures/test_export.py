@@ -147,3 +147,23 @@ def test_a_chapter_prints_with_its_figures_as_they_are(reader: Callable[..., Rea
         assert box["height"] > 60
         assert panel.evaluate("node => getComputedStyle(node).backgroundColor") == "rgb(243, 243, 239)"
     assert page.pdf().startswith(b"%PDF")
+
+
+def test_a_picture_from_a_slide_has_the_captions_that_are_seen(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """All of them inside the picture; beside the notes they shrink with it."""
+    page = reader(1280, 720, reduced_motion="reduce").open("slides-race.html#3")
+    root = page.locator("#fig-race")
+    sizes = []
+    for name in ("alone", "beside the notes"):
+        root.locator(".figure-more").evaluate("details => { details.open = true; }")
+        with page.expect_download() as coming:
+            root.locator('[data-picture="svg"]').evaluate("button => button.click()")
+        path = tmp_path / name
+        coming.value.save_as(path)
+        tree = ElementTree.fromstring(path.read_text("utf-8"))
+        texts = tree.findall(f"{SVG}text")
+        assert texts
+        assert all(0 < float(text.attrib["x"]) < float(tree.attrib["width"]) for text in texts)
+        sizes.append(float(texts[0].attrib["font-size"]))
+        page.keyboard.press("n")
+    assert sizes[1] == pytest.approx(0.72 * sizes[0])

@@ -140,12 +140,12 @@ function broken(node) {
 }
 
 /**
- * A panel's caption as SVG text.
- * @type {(span: Element, origin: Origin) => SVGElement[]}
+ * A panel's caption as SVG text. `scale`: of its slide.
+ * @type {(span: Element, origin: Origin, scale: number) => SVGElement[]}
  */
-function captionText(span, origin) {
+function captionText(span, origin, scale) {
   const { fontSize, fontFamily, fontWeight, color } = getComputedStyle(span);
-  const type = { "font-size": parseFloat(fontSize), "font-family": fontFamily, "font-weight": fontWeight };
+  const type = { "font-size": scale * parseFloat(fontSize), "font-family": fontFamily, "font-weight": fontWeight };
   const nodes = [...span.childNodes].filter((node) => node instanceof Text);
   return nodes.flatMap(broken).map(({ words, rect }) => {
     const [x, y] = [rect.left - origin.left, rect.bottom - origin.top - 0.26 * rect.height];
@@ -154,13 +154,11 @@ function captionText(span, origin) {
 }
 
 const PARTS = [
-  ".figure-stage",
-  ".figure-desk > .figure-charts",
-  ".figure-rest[open] > .figure-rest-panels",
-]
-  .map((part) => `:scope > .figure-body > ${part}`)
-  .concat(":scope > [role=img]")
-  .join();
+  ":scope > .figure-body > .figure-stage",
+  ":scope > .figure-body > .figure-desk > .figure-charts",
+  ":scope > .figure-body > .figure-rest[open] > .figure-rest-panels",
+  ":scope > [role=img]",
+].join();
 
 /**
  * Runs `use` on a copy of the figure that is off screen and in light colours.
@@ -185,12 +183,16 @@ function inLight(root, use) {
   }
 }
 
+/** @param {Element} node */
+const drawn = (node) => node.getBoundingClientRect().width > 0;
+
 /** @type {(root: HTMLElement) => Picture} */
 function picture(root) {
   return inLight(root, (twin) => {
-    const drawings = [...twin.querySelectorAll("svg")].filter((svg) => svg.getBoundingClientRect().width > 0);
-    const captions = [...twin.querySelectorAll(".panel-caption span")];
-    const rects = [...drawings, ...captions].map((node) => node.getBoundingClientRect()).filter(({ width }) => width);
+    const drawings = [...twin.querySelectorAll("svg")].filter(drawn);
+    const captions = [...twin.querySelectorAll(".panel-caption span")].filter(drawn);
+    const rects = [...drawings, ...captions].map((node) => node.getBoundingClientRect());
+    const scale = twin.getBoundingClientRect().width / twin.offsetWidth;
     /** @type {(side: "left" | "top" | "right" | "bottom", pick: (...values: number[]) => number) => number} */
     const edge = (side, pick) => pick(...rects.map((rect) => rect[side]));
     const origin = { left: edge("left", Math.min) - MARGIN, top: edge("top", Math.min) - MARGIN };
@@ -203,7 +205,7 @@ function picture(root) {
       element("desc", {}, root.querySelector(".figure-words")?.textContent ?? ""),
       element("rect", { width, height, fill: "#ffffff" }),
       ...drawings.flatMap((drawing) => drawingAt(drawing, origin)),
-      ...captions.flatMap((caption) => captionText(caption, origin)),
+      ...captions.flatMap((caption) => captionText(caption, origin, scale)),
     );
     return { svg, width, height };
   });
