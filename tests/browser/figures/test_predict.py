@@ -143,7 +143,7 @@ def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., R
     rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     ghost = (start - middle) @ rotation.T + middle + (0.3, 0.5)
     distance = np.linalg.norm(ghost - end, axis=1).mean()
-    match = re.search(r"are ([\d.]+) u away", box.get_by_role("status").inner_text())
+    match = re.search(r"are ([\d.]+)\xa0u away", box.get_by_role("status").inner_text())
     assert match
     assert abs(float(match[1]) - distance) < 0.02  # the drawing is in tenths of a px
     expect(figure.root.locator(".predict-ghost")).to_have_count(1)

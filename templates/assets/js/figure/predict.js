@@ -130,8 +130,7 @@ export function addPrediction(figure, overlay) {
       if (!isShown(figure.fresh)) return;
       unwait();
       ghost = createGhost(figure, overlay);
-      findButton(/** @type {HTMLElement} */ (box), "[data-do=place]").hidden = true;
-      findButton(/** @type {HTMLElement} */ (box), "[data-do=run]").hidden = false;
+      offer(true);
       text(status, "Drag the ghost to where the source will stop; the dashed handle turns it.");
       ghost.focus();
     };
@@ -158,8 +157,14 @@ export function addPrediction(figure, overlay) {
     ghost?.fix();
     const far = ghost?.compare() ?? 0;
     const right = far <= tolerance;
-    const limit = right ? "" : `; right means within ${tolerance} u`;
-    tell(right, `Your ghost’s points are ${far.toFixed(2)} u away on average${limit}.`);
+    const limit = right ? "" : `; right means within ${tolerance}\u00a0u`;
+    tell(right, `Your ghost’s points are ${far.toFixed(2)}\u00a0u away on average${limit}.`);
+  }
+
+  /** @param {boolean} placed  whether there is a ghost to run; a question without ghosts has neither button */
+  function offer(placed) {
+    box?.querySelector("[data-do=place]")?.toggleAttribute("hidden", placed);
+    box?.querySelector("[data-do=run]")?.toggleAttribute("hidden", !placed);
   }
 
   /** Withdraws the prediction. */
@@ -174,9 +179,7 @@ export function addPrediction(figure, overlay) {
       option.setAttribute("aria-pressed", "false");
       option.removeAttribute("aria-disabled");
     }
-    const [to, go] = ["place", "run"].map((action) => box?.querySelector(`[data-do=${action}]`));
-    to?.removeAttribute("hidden");
-    go?.setAttribute("hidden", "");
+    offer(false);
     status.replaceChildren();
   }
 
