@@ -74,7 +74,7 @@ def test_a_page_older_than_the_site_offers_a_reload_when_python_lacks_a_part(
     server.root = published_anew(site, tmp_path)
     three.drag("point-source", 40, 30)
     words = three.root.locator(".status-words")
-    expect(words).to_have_text("This site has been updated. Your work is kept.")
+    expect(words).to_have_text("This site has been updated. Only this figure’s state is kept.")
     record = three.record()
     server.forbid(None)
     three.root.get_by_role("button", name="Reload").click()

@@ -48,8 +48,11 @@ function statusOf(figure, late) {
   const waits = figure.waiting;
   const failed = runtime.state === "failed";
   if ((failed && (waits || figure.visible)) || figure.lack) {
+    if (published.anew) {
+      const kept = waits ? " Only this figure’s state is kept." : ""; // the address holds one state
+      return { words: `This site has been updated.${kept}`, ways: ["Reload"], heard: waits };
+    }
     const assurance = waits ? " Your work is kept." : "";
-    if (published.anew) return { words: `This site has been updated.${assurance}`, ways: ["Reload"], heard: waits };
     const choices = !failed ? ["Retry", "Cancel"] : runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
     return { words: `${failed ? runtime.message : figure.lack}.${assurance}`, ways: choices, heard: waits };
   }
