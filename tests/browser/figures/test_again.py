@@ -168,6 +168,20 @@ def test_back_to_a_link_leaves_the_work_that_was_done_since(reader: Callable[...
     until(page, "Ladder.figures.get('fig-solve').record.log.length === 0")
 
 
+def test_back_from_one_state_to_another_shows_that_one(reader: Callable[..., Reader]) -> None:
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live().settled()
+    link = "Ladder.figures.get('fig-solve').link()"
+    first = page.evaluate(link)
+    solve.button("solve").click()
+    second = solve.settled().page.evaluate(link)
+    for address, count in ((first, 0), (second, 1)):
+        page.goto(address)
+        until(page, f"Ladder.figures.get('fig-solve').record.log.length === {count}")
+    page.go_back()
+    until(page, "Ladder.figures.get('fig-solve').record.log.length === 0")
+
+
 def hold_enter(button: Locator) -> None:
     button.focus()
     for _ in range(4):

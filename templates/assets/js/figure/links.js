@@ -51,6 +51,9 @@ function tried(event) {
   approach(figure, { ...fresh, ...target, controls: { ...fresh.controls, ...target.controls } });
 }
 
+/** @type {Map<string, string>} the state that the address last gave to a figure */
+const given = new Map();
+
 /**
  * Shows the state in the address; returns true if there is one.
  * @param {unknown} [known]  whether this entry of the history has been shown before
@@ -63,7 +66,8 @@ function linked(known) {
   const details = moreOf(figure.root);
   if (details && suffix !== undefined) details.open = true;
   visit(figure);
-  if (known) return true; // by Back: the reader’s work stays
+  if (known && given.get(name) === data) return true; // by Back: the work that began with it stays
+  given.set(name, data);
   history.replaceState(true, "");
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
