@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -98,7 +99,7 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
     pin.click()
     expect(status).to_contain_text("Run 50 pinned. At most 50 are kept: the oldest was dropped.")
     expect(rows).to_have_count(50)
-    expect(rows.first.locator("td").first).to_have_text("7")
+    expect(rows.first.locator("td").nth(1)).to_have_text("7")
     page.evaluate("() => { Storage.prototype.setItem = () => { throw new Error('full'); }; }")
     rows.first.get_by_role("button", name="Remove").click()
     pin.click()
@@ -106,6 +107,18 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
         "Run 50 pinned. This browser could not store it: it will be lost when you leave this page."
     )
     expect(rows).to_have_count(50)
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_buttons_of_a_pinned_run_are_on_the_screen(reader: Callable[..., Reader], width: int) -> None:
+    """They follow the run's number; the headings, above as many columns, have at least two words to a line."""
+    nearest = Figure(reader(width, 900, reduced_motion="reduce").open("icp.html"), "fig-nearest").seen()
+    nearest.reached("[data-pin]").click()
+    [box] = nearest.boxes(".runs-scroll")
+    for button in nearest.boxes(".runs-do button"):
+        assert button["x"] + button["width"] <= box["x"] + box["width"]
+    [head] = nearest.boxes(".runs thead")
+    assert head["height"] < 6.5 * 18
 
 
 def test_a_further_pin_leaves_the_table_where_it_was_scrolled(reader: Callable[..., Reader]) -> None:
@@ -116,9 +129,9 @@ def test_a_further_pin_leaves_the_table_where_it_was_scrolled(reader: Callable[.
     rows = solve.root.locator(".runs tbody tr")
     expect(rows).to_have_count(1)
     script = "() => document.querySelector('#fig-solve .runs-scroll').scrollLeft"
-    solve.page.evaluate("document.querySelector('#fig-solve .runs-scroll').scrollLeft = 120")
     restore = solve.root.get_by_role("button", name="Restore run 1")
     restore.focus()
+    solve.page.evaluate("document.querySelector('#fig-solve .runs-scroll').scrollLeft = 120")
     position = solve.page.evaluate(script)
     assert position > 0
     second.reached("[data-pin]").click()

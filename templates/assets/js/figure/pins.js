@@ -77,15 +77,16 @@ function table(specs, pins) {
       "tr",
       {},
       make("th", { scope: "row" }, String(i + 1)),
-      ...visible.map(([, of]) => make("td", {}, of(pin))),
       make("td", { class: "runs-do" }, button("Restore", i), " ", button("Remove", i)),
+      ...visible.map(([, of]) => make("td", {}, of(pin))),
     );
-  const heads = ["Run", ...visible.map(([heading]) => heading)].map((heading) => make("th", { scope: "col" }, heading));
+  /** @param {string} heading */
+  const head = (heading) => make("th", { scope: "col" }, heading);
   return make(
     "table",
     {},
     make("caption", {}, "Pinned runs"),
-    make("thead", {}, make("tr", {}, ...heads, make("td"))),
+    make("thead", {}, make("tr", {}, head("Run"), make("td"), ...visible.map(([heading]) => head(heading)))),
     make("tbody", {}, ...pins.map(row)),
   );
 }
