@@ -1,0 +1,23 @@
+"""Parts of figures that belong together stand together, and none of their words are cut off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+LINES = "all => all.map((e) => Math.round(e.getBoundingClientRect().top))"
+
+
+@pytest.mark.parametrize(
+    ("page", "name"),
+    [("icp", "fig-atlas"), ("drive", "fig-drive"), ("uncertainty", "fig-hall"), ("landscape", "fig-mmd")],
+)
+def test_pin_and_link_share_a_line(reader: Callable[..., Reader], page: str, name: str) -> None:
+    """On a phone, where they need not share it with the figure's own buttons."""
+    figure = Figure(reader(390, 844, reduced_motion="reduce").open(f"{page}.html"), name).seen()
+    figure.reached("[data-link]").scroll_into_view_if_needed()
+    assert len(set(figure.root.locator(".buttons > div > button").evaluate_all(LINES))) == 1
