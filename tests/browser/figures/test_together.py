@@ -21,3 +21,12 @@ def test_pin_and_link_share_a_line(reader: Callable[..., Reader], page: str, nam
     figure = Figure(reader(390, 844, reduced_motion="reduce").open(f"{page}.html"), name).seen()
     figure.reached("[data-link]").scroll_into_view_if_needed()
     assert len(set(figure.root.locator(".buttons > div > button").evaluate_all(LINES))) == 1
+
+
+def test_a_thumbnail_has_its_whole_name(reader: Callable[..., Reader]) -> None:
+    """*3½ · The nearest surface* used to end like *3 · The nearest point*."""
+    figure = Figure(reader(390, 844, reduced_motion="reduce").open("index.html"), "fig-map").seen()
+    names = figure.root.locator(".figure-panel:not(.large) > .panel-caption > :first-child")
+    assert names.count() == 7
+    cut = "all => all.filter((e) => e.scrollHeight > e.clientHeight + 2).map((e) => e.textContent)"
+    assert names.evaluate_all(cut) == []
