@@ -10,6 +10,13 @@ from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 
 LINES = "all => all.map((e) => Math.round(e.getBoundingClientRect().top))"
+# Lines of a label that begin left of its first letter.
+UNDER = """all => all.flatMap((e) => {
+  const words = new Range();
+  words.selectNodeContents(e);
+  const [first, ...more] = [...words.getClientRects()];
+  return more.filter((line) => line.left < first.left - 1).map(() => e.textContent);
+})"""
 
 
 @pytest.mark.parametrize(
@@ -21,6 +28,15 @@ def test_pin_and_link_share_a_line(reader: Callable[..., Reader], page: str, nam
     figure = Figure(reader(390, 844, reduced_motion="reduce").open(f"{page}.html"), name).seen()
     figure.reached("[data-link]").scroll_into_view_if_needed()
     assert len(set(figure.root.locator(".buttons > div > button").evaluate_all(LINES))) == 1
+
+
+@pytest.mark.parametrize(("page", "name"), [("uncertainty", "fig-hall"), ("drive", "fig-four-poses")])
+def test_a_long_label_does_not_run_under_its_dot(reader: Callable[..., Reader], page: str, name: str) -> None:
+    figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).seen()
+    figure.reached(".readout >> nth=-1")
+    labels = figure.root.locator('.readout[class*=" "] dt')
+    assert labels.count() >= 1
+    assert labels.evaluate_all(UNDER) == []
 
 
 def test_a_thumbnail_has_its_whole_name(reader: Callable[..., Reader]) -> None:
