@@ -30,6 +30,15 @@ def test_pin_and_link_share_a_line(reader: Callable[..., Reader], page: str, nam
     assert len(set(figure.root.locator(".buttons > div > button").evaluate_all(LINES))) == 1
 
 
+@pytest.mark.parametrize(("page", "name"), [("search", "fig-everywhere"), ("drive", "fig-four-poses")])
+def test_no_option_stands_alone(reader: Callable[..., Reader], page: str, name: str) -> None:
+    """Beside a picture, where the column of the controls is narrow."""
+    figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).seen()
+    for options in figure.root.locator(".figure-desk .options").all():
+        lines = options.locator("label").evaluate_all(LINES)
+        assert lines.count(lines[-1]) > 1, options.text_content()
+
+
 @pytest.mark.parametrize(("page", "name"), [("uncertainty", "fig-hall"), ("drive", "fig-four-poses")])
 def test_a_long_label_does_not_run_under_its_dot(reader: Callable[..., Reader], page: str, name: str) -> None:
     figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).seen()
