@@ -10,6 +10,7 @@ from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 
 LINES = "all => all.map((e) => Math.round(e.getBoundingClientRect().top))"
+LEFT = "e => e.getBoundingClientRect().left"
 # Lines of a label that begin left of its first letter.
 UNDER = """all => all.flatMap((e) => {
   const words = new Range();
@@ -46,6 +47,15 @@ def test_a_long_label_does_not_run_under_its_dot(reader: Callable[..., Reader], 
     labels = figure.root.locator('.readout[class*=" "] dt')
     assert labels.count() >= 1
     assert labels.evaluate_all(UNDER) == []
+
+
+def test_readouts_begin_where_the_picture_above_them_does(reader: Callable[..., Reader]) -> None:
+    """And the status is not taken for the help of the control above it."""
+    waves = Figure(reader(reduced_motion="reduce").open("mmd.html"), "fig-waves").seen()
+    picture = waves.root.locator(".figure-stage > .figure-panel").last
+    assert abs(waves.root.locator(".readouts").first.evaluate(LEFT) - picture.evaluate(LEFT)) < 1
+    [desk], [status] = waves.boxes(".figure-desk"), waves.boxes(".figure-status")
+    assert status["y"] - desk["y"] - desk["height"] > 16
 
 
 def test_a_thumbnail_has_its_whole_name(reader: Callable[..., Reader]) -> None:
