@@ -36,7 +36,7 @@ from sitegen.markup.located import Citation, NoteMark, located
 from sitegen.markup.math import formula_of
 from sitegen.markup.parser import blocks, parser, text_of, unbroken
 from sitegen.markup.slips import CONTAINERS
-from sitegen.markup.typography import apostrophes
+from sitegen.markup.typography import apostrophes, whole_options
 from sitegen.problems import Place, hint
 
 
@@ -85,6 +85,7 @@ class _Renderer:
         self._options = parser().options
         rules = {
             "text": lambda token: escapeHtml(unbroken(token.content)),
+            "code_inline": lambda token: f"<code>{whole_options(token.content)}</code>",
             "heading_open": self._heading_open,
             "heading_close": self._heading_close,
             "fence": self._fence,

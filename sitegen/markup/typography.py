@@ -1,4 +1,5 @@
-"""Typography that Markdown lacks: curly apostrophes, punctuation that stays with its formula, names that may wrap."""
+"""Typography that Markdown lacks: curly apostrophes, punctuation that stays with its formula, whole options, names
+that may wrap."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from markupsafe import Markup, escape
 
 # Skips code in backticks and text in quotes.
 _APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z])|(?<=s)'(?![\w'])")
+_OPTION = re.compile(r"(?<![\w-])--\w[\w-]*")
 # An inline formula with the punctuation that touches it.
 _BESIDE = re.compile(r"([(\[“‘]*)(<math\b.*?</math>)([,.;:!?)\]’”]*)", re.DOTALL)
 
@@ -17,6 +19,11 @@ def held(html: str) -> str:
     since they treat a formula as an object rather than a letter.
     """
     return _BESIDE.sub(lambda at: f'<span class="held">{at[0]}</span>' if at[1] or at[3] else at[0], html)
+
+
+def whole_options(code: str) -> Markup:
+    """Inline code as HTML in which no line ends after the hyphens of an option. A word joiner would be copied too."""
+    return Markup(_OPTION.sub(r'<span class="held">\g<0></span>', str(escape(code))))
 
 
 def apostrophes(text: str) -> str:

@@ -9,7 +9,7 @@ from markupsafe import escape
 
 from sitegen.html_reader import Tag, read
 from sitegen.markup.parser import Source, parse
-from sitegen.markup.typography import apostrophes, breakable, held
+from sitegen.markup.typography import apostrophes, breakable, held, whole_options
 from sitegen.problems import Problems
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
@@ -49,6 +49,26 @@ def test_what_is_curved_and_what_is_left(text: str, expected: str) -> None:
 )
 def test_signs_keep_to_their_formula(html: str, expected: str) -> None:
     assert held(html) == expected
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("test --changed main~3", 'test <span class="held">--changed</span> main~3'),
+        ("--offline-check", '<span class="held">--offline-check</span>'),
+        ("a --b <c>", 'a <span class="held">--b</span> &lt;c&gt;'),
+        ("i--, --, -x, ---y, k--n", "i--, --, -x, ---y, k--n"),
+    ],
+)
+def test_options_in_code_stay_whole(code: str, expected: str) -> None:
+    assert whole_options(code) == expected
+
+
+def test_options_stay_whole_on_the_page_of_commands(site: Path) -> None:
+    """In its tables and in its text."""
+    page = (site / "docs-commands.html").read_text("utf-8")
+    assert 'test <span class="held">--changed</span></code></td>' in page
+    assert '(<code><span class="held">--out</span> FILE</code>)' in page
 
 
 @pytest.mark.parametrize(
