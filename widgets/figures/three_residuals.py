@@ -133,7 +133,7 @@ def _key() -> list[Mark]:
     """The names of the lines, in a corner that lines hardly ever reach: at the lines' ends, names would overlap."""
     marks: list[Mark] = []
     for y, (name, label) in zip(KEY, NAMES.items(), strict=True):
-        marks.append(Segments([28.6, y], [30.4, y], ROLES[name], dashed=name == "gicp"))
+        marks.append(Segments([27.0, y], [28.8, y], ROLES[name], dashed=name == "gicp"))
         marks.append(Label([STEPS - 0.4, y], label, ROLES[name], "end", dy=4))
     return marks
 

@@ -22,6 +22,14 @@ COVERED = """() => [...document.querySelectorAll('.slide .legend')].flatMap(lege
     panel.getBoundingClientRect().bottom > legend.getBoundingClientRect().top + 1)
   .map(panel => `${legend.closest('.slide').id}: the legend lies on ${panel.dataset.panel}`))"""
 
+# Words of a chart that its left edge cuts off, or that lie on a line of its key.
+CUT_KEY = """() => [...document.querySelectorAll('#fig-three [data-panel=errors] text')].filter(word => {
+  const svg = word.closest('svg'), r = word.getBoundingClientRect();
+  const lines = [...svg.querySelectorAll('path.line:not(.guide)')].map(e => e.getBoundingClientRect());
+  return r.left < svg.getBoundingClientRect().left || lines.some(line =>
+    line.width && line.right > r.left && line.left < r.right && line.bottom > r.top && line.top < r.bottom);
+}).map(word => word.textContent)"""
+
 
 @pytest.mark.parametrize(
     ("deck", "figure"), [("four", "fig-four"), ("mmd", "fig-waves"), ("race", "fig-race"), ("search", "fig-everywhere")]
@@ -37,6 +45,14 @@ def test_a_slide_fits_after_the_run(reader: Callable[..., Reader], deck: str, fi
     for width, height in [(1280, 720), (1024, 768), (1920, 1080)]:
         page.set_viewport_size({"width": width, "height": height})
         assert remaining(page, MISFITS, CUT, WIDE_CAPTIONS, COVERED) == [], (width, height)
+
+
+def test_a_chart_among_four_panels_is_whole(reader: Callable[..., Reader]) -> None:
+    """Its longest number is not cut off, and the lines of its key end before their names."""
+    page = page_of(reader, "slides-surfaces.html")
+    for width, height in [(1280, 720), (1024, 768), (1920, 1080)]:
+        page.set_viewport_size({"width": width, "height": height})
+        assert remaining(page, CUT_KEY) == [], (width, height)
 
 
 def test_charts_beside_two_maps_share_a_row(reader: Callable[..., Reader]) -> None:
