@@ -328,7 +328,7 @@ WIDGET = Widget(
     legend=(
         Key("inlier", "match within ε of the best pose", "line"),
         Key("outlier", "match outside", "dashed"),
-        Key("pair", "match, before there is a pose", "line"),
+        Key("pair", "match, before there is a pose", "dashed"),
         Key("source", "source; its façade at the best pose", "line"),
         Key("target", "target", "square"),
         Key("target", "partner outside ε", "ring"),

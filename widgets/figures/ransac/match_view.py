@@ -64,7 +64,7 @@ def match_panel(content: Shown) -> Panel:
             Segments(p[inliers], q[inliers], "inlier", weight=np.full(inliers.sum(), 0.5)),
         ]
     else:
-        marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5)))
+        marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5), dashed=True))
     marks += [
         Points(q, "ghost", "ring", radius=content.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
