@@ -70,7 +70,7 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
     before = cells.readout("mean")
     page.mouse.move(*pixel(cells, 0.5, 1.4))  # a wall
     cells.changes("mean", before)
-    page.evaluate("new Promise(done => setTimeout(done, 50))")
+    page.evaluate("new Promise(done => setTimeout(done, Ladder.limits.pause))")  # after the timer of any announcement
     assert announcements(page) == [], "the pointer's passing was told"
     cross = cells.root.locator(".crosshair")
     cross.focus()
