@@ -13,7 +13,6 @@ from solvers.studies.race import CONTESTANTS, Controls
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure
 
-STOPPED_MS = 100
 LONG = 180_000  # ms for a whole benchmark on a busy machine
 
 
@@ -32,7 +31,7 @@ def rows(figure: Figure) -> list[list[str]]:
 
 
 def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
-    """While it runs, a step of the race is answered; Stop ends it within 100 ms, and it can begin again."""
+    """While it runs, a step of the race is answered; Stop ends it within the click, and it can begin again."""
     page, begin, stop = race.page, *(job(race).locator(f'[data-do="{action}"]') for action in ("begin", "stop"))
     begin.click()
     expect(job(race)).to_have_attribute("data-state", "running")
@@ -41,16 +40,12 @@ def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
     race.settled()
     assert race.frames() > before
     expect(job(race)).to_have_attribute("data-state", "running")
-    took = page.evaluate(
-        """() => new Promise((done) => {
-          const box = document.querySelector('section.job');
-          const began = performance.now();
-          const seen = new MutationObserver(() => { if (box.dataset.state === '') done(performance.now() - began); });
-          seen.observe(box, { attributes: true });
-          box.querySelector('[data-do=stop]').click();
-        })"""
-    )
-    assert took < STOPPED_MS
+    ended = page.evaluate("""() => {
+      const box = document.querySelector('section.job');
+      box.querySelector('[data-do=stop]').click();
+      return box.dataset.state === '';
+    }""")
+    assert ended, "Stop waits for no worker"
     expect(stop).to_be_disabled()
     expect(begin).to_be_enabled()
     expect(job(race).locator(".job-words")).to_contain_text("Stopped")
