@@ -15,7 +15,7 @@ from sitegen.serve import live
 
 ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["tests.recorded"]
-# Busy machines exceed the usual 200 ms. The same examples in every run: what fails is of the change, not of the day.
+# Busy machines exceed the usual 200 ms. The same examples in every run: a failure comes from the change, not the draw.
 settings.register_profile("any machine", deadline=None, derandomize=True)
 settings.load_profile("any machine")
 PATIENCE = 30.0  # seconds until a wait counts as failed

@@ -19,15 +19,14 @@ README = "README.md"
 # A link definition that nothing uses: the one kind of hidden text in Markdown that needs no HTML.
 MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
 COLD = "runtime start, cold"  # with the stock start, it shows how fast the machine is
-HELD = "Checked at every test run:"
+HELD = "Checked by tests, at every run unless an option is named:"
 SHOWN = ("what", "target", "measured", "result")
 
 
 @dataclass(frozen=True)
 class Line:
     """A line of the table. aim: the target in words, if it is not that of the rows. rows: prefixes of the names of its
-    rows in the bench; of several rows the one farthest from its target is shown. tests: the tests that check it at
-    every run. headline: whether it is in the README too."""
+    rows in the bench; of several rows the one farthest from its target is shown. tests: the tests that check it. headline: whether it is in the README too."""
 
     what: str
     aim: str
@@ -89,14 +88,14 @@ LINES = (
     ),
     Line("requests to another origin", "", ("requests to another",)),
     Line(
-        "offline, the server gone after the first visit", "every page and every figure works",
+        "offline, the server gone after the first visit", "every page opens, and a figure of a page never visited answers",
         tests=(
             "tests/browser/runtime/test_offline.py::test_every_page_of_the_site_is_kept",
             "tests/browser/runtime/test_offline.py::test_a_figure_of_a_page_never_visited_answers_without_the_server",
         ),
     ),
     Line(
-        "axe-core, both themes, 1280 and 390 px", "0 violations",
+        "axe-core, light at 1280 px and dark at 390 px", "0 violations",
         tests=("tests/browser/accessibility/test_axe.py::test_axe_finds_nothing_on_any_page",),
     ),
     Line(
@@ -118,7 +117,7 @@ LINES = (
         tests=("tests/browser/figures/test_growth.py::test_a_thousand_actions_leave_the_worker_s_heap_alone",),
     ),
     Line(
-        "Chromium, Firefox and WebKit", "static, tape, live, drag, offline",
+        "Chromium, Firefox and WebKit, with `--engines`", "static, tape, live, drag, offline",
         tests=tuple(
             f"tests/browser/engines/test_engines.py::{name}"
             for name in (

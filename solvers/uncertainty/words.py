@@ -26,7 +26,7 @@ def said(direction: AnyArray, centre: FloatArray, radius: float, deviations: Flo
         turn = f"{np.degrees(deviations[0] / radius):.2g}° for the turn about {place(centre, radius)}"
         return f"equal in all directions, σ = {deviations[0]:.2g} u; {turn}"
     if equal == 2:
-        return f"widest: two directions equally, σ = {deviations[0]:.2g} u"
+        return f"two directions are equally wide, σ = {deviations[0]:.2g} u"
     omega = abs(float(direction[0]))
     if omega < SLIDE:
         return f"widest: {motion}, σ = {deviations[0]:.2g} u"

@@ -322,8 +322,8 @@ def _description(state: State, stats: _Numbers) -> str:
         f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
         f" regions and in {stats.held[1]} of Censi’s."
     )
-    largest = f"{round(stats.share * state.drawn)} of the ends in the largest"
-    words.append(f"Clusters of over 5 % of the ends: {stats.modes}, with {largest}.")
+    largest = round(stats.share * state.drawn)
+    words.append(f"Clusters that hold over 5 % of the ends: {stats.modes}. The largest holds {largest}.")
     return " ".join(words)
 
 

@@ -77,8 +77,9 @@ QUICK = {"resultTypes": ["violations"], "preload": False}
 VIOLATIONS = """({ within, ...options }) => axe.run(within ? { include: window[within] } : document, options)
   .then(({ violations }) => violations.flatMap(({ id, nodes }) =>
     nodes.map(({ target }) => `${id}: ${JSON.stringify(target)}`)))"""
-# One text of each look: its colour, size and weight, and what lies behind it, which is the looks of everything around
-# it. Contrast depends on nothing else; what is placed over other parts may have anything behind it, and is all taken.
+# Three texts of each look: its colour, size and weight, and what lies behind it, which is the looks of everything
+# around it. Contrast depends on nothing else; what is placed over other parts may have anything behind it, and is all
+# taken.
 LOOKS = """() => {
   const known = new Map(), looks = new Map(), firsts = new Map(), placed = [];
   const look = (e) => {
@@ -93,11 +94,12 @@ LOOKS = """() => {
   };
   for (const e of document.querySelectorAll("body *")) {
     if (![...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()) || !e.checkVisibility()) continue;
+    if (e.closest(":disabled, [aria-disabled=true]")) continue; // not measured
     const [which, above] = look(e);
     if (above) placed.push(e);
-    else if (!firsts.has(which)) firsts.set(which, e);
+    else firsts.set(which, [...(firsts.get(which) ?? []), e].slice(0, 3));
   }
-  window.looks = [...firsts.values(), ...placed];
+  window.looks = [...firsts.values(), placed].flat();
   return window.looks.length;
 }"""
 CONTRAST = {"runOnly": {"type": "rule", "values": ["color-contrast"]}}

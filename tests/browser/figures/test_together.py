@@ -35,7 +35,9 @@ def test_pin_and_link_share_a_line(reader: Callable[..., Reader], page: str, nam
 def test_no_option_stands_alone(reader: Callable[..., Reader], page: str, name: str) -> None:
     """Beside a picture, where the column of the controls is narrow."""
     figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).seen()
-    for options in figure.root.locator(".figure-desk .options").all():
+    choices = figure.root.locator(".figure-desk .options").all()
+    assert choices
+    for options in choices:
         lines = options.locator("label").evaluate_all(LINES)
         assert lines.count(lines[-1]) > 1, options.text_content()
 

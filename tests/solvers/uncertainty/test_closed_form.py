@@ -157,7 +157,7 @@ def test_of_equally_wide_directions_none_is_named(rng):
         told = f"equal in all directions, σ = {sigma:.2g} u; {turn:.2g}° for the turn about ({centre})"
         assert spread.words() == told
     slides = from_matrix(np.diag([1e-4, 0.02, 0.02]) ** 2, Pose.identity(), radius=3.0)
-    assert slides.words() == "widest: two directions equally, σ = 0.02 u"
+    assert slides.words() == "two directions are equally wide, σ = 0.02 u"
 
 
 def test_one_place_leaves_the_deviations_of_its_four_points():

@@ -87,18 +87,20 @@ def test_a_conditioning_near_zero_keeps_a_digit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "controls", "sign", "said"),
+    ("name", "controls", "sign", "said", "readout"),
     [
-        ("hall", {"trust": 160.0}, "prediction", ("160.1°", "≤ 160°")),
-        ("default", {"outliers": 60.0, "least": 0.0}, "residual", ("0.1801 u", "≤ 0.18 u")),
+        ("hall", {"trust": 160.0}, "prediction", ("160.1°", "≤ 160°"), ("prediction", "160.1")),
+        ("default", {"outliers": 60.0, "least": 0.0}, "residual", ("0.1801 u", "≤ 0.18 u"), ("rms", "0.1801")),
     ],
 )
 def test_a_limit_that_is_missed_does_not_read_as_met(
-    name: str, controls: dict[str, Any], sign: str, said: tuple[str, str]
+    name: str, controls: dict[str, Any], sign: str, said: tuple[str, str], readout: tuple[str, str]
 ) -> None:
-    """Rounded as usual, both would be the limit itself."""
-    (found,) = (s for s in run(FINISH, name=name, **controls).judgement.signs if s.name == sign)
+    """Rounded as usual, both would be the limit itself. The readout has the sign's digits."""
+    state = run(FINISH, name=name, **controls)
+    (found,) = (s for s in state.judgement.signs if s.name == sign)
     assert (found.said, found.asked, found.met) == (*said, False)
+    assert texts(state)[readout[0]] == readout[1]
 
 
 def test_a_small_budget_makes_a_worse_proposal() -> None:

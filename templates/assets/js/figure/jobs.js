@@ -161,13 +161,14 @@ function job(figure, box) {
     if (runtime.state === "file") return tell("A page opened from disk has no Python to run this.");
     /** @type {{ record: FigureRecord, rows: boolean }} */
     const mine = { record: figure.record, rows: false };
+    let lives = runtime.state === "live"; // or has been heard
     run = mine;
     begin.disabled = true;
     stop.disabled = false;
     stop.focus({ preventScroll: true });
     box.dataset.state = "running";
     bar.value = 0;
-    tell(runtime.state === "live" ? "Running." : "Python is starting; the run begins when it is ready.");
+    tell(lives ? "Running." : "Python is starting; the run begins when it is ready.");
     if (runtime.state === "failed") runtime.restart();
     else runtime.start();
     const began = performance.now();
@@ -178,6 +179,7 @@ function job(figure, box) {
         {
           going: () => run === mine,
           hear(fraction, message) {
+            lives = true;
             if (performance.now() < due) return;
             due = performance.now() + TELL_EVERY;
             bar.value = fraction;
@@ -192,10 +194,9 @@ function job(figure, box) {
       );
       if (run === mine) end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
     } catch (error) {
-      const reason = runtime.stopped
-        ? "Python stopped before the run was finished"
-        : runtime.message || messageOf(error); // the message: why Python did not start
-      if (run === mine) end(`${reason}.`);
+      const stopped = error instanceof Error && "stopped" in error;
+      const reason = lives ? "Python stopped before the run was finished" : runtime.message; // why it did not start
+      if (run === mine) end(`${(stopped && reason) || messageOf(error)}.`);
     }
   }
 
