@@ -25,6 +25,7 @@ from solvers.core.method import Method
 from solvers.core.numbers import array, unequal
 from solvers.core.pose import Pose
 from solvers.core.registry import method_of
+from solvers.core.status import Status
 from solvers.geometry import downsample, nearest
 from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
@@ -247,7 +248,8 @@ def halves(
     Returns
     -------
     ndarray of shape (...)
-        The RMS distance between where the two end poses put the source, world units.
+        The RMS distance between where the two end poses put the source, world units; NaN if a run is degenerate: where
+        half of the points do not determine a pose, agreement would say nothing.
 
     Raises
     ------
@@ -279,11 +281,12 @@ def halves(
         raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
     q = validate.matched(p, cast(ArrayLike, target))[1] if method_of(method).paired else None
     w = None if weights is None else validate.weights(cast(ArrayLike, weights), p.shape[-2])
-    ends = []
+    ends, found = [], np.True_
     for part in (0, 1):
         half = None if w is None else w[..., part::2]
         fixed = target if q is None else q[..., part::2, :]
         result = register(p[..., part::2, :], fixed, method, start=pose, weights=half, **options)
         ends.append(result.pose.apply(p))
+        found = found & (np.asarray(result.status) != Status.DEGENERATE)
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
-    return apart[()]
+    return np.where(found, apart, np.nan)[()]

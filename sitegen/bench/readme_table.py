@@ -26,7 +26,8 @@ SHOWN = ("what", "target", "measured", "result")
 @dataclass(frozen=True)
 class Line:
     """A line of the table. aim: the target in words, if it is not that of the rows. rows: prefixes of the names of its
-    rows in the bench; of several rows the one farthest from its target is shown. tests: the tests that check it. headline: whether it is in the README too."""
+    rows in the bench; of several rows the one farthest from its target is shown. tests: the tests that check it.
+    headline: whether it is in the README too."""
 
     what: str
     aim: str
@@ -88,7 +89,8 @@ LINES = (
     ),
     Line("requests to another origin", "", ("requests to another",)),
     Line(
-        "offline, the server gone after the first visit", "every page opens, and a figure of a page never visited answers",
+        "offline, the server gone after the first visit",
+        "every page opens, and a figure of a page never visited answers",
         tests=(
             "tests/browser/runtime/test_offline.py::test_every_page_of_the_site_is_kept",
             "tests/browser/runtime/test_offline.py::test_a_figure_of_a_page_never_visited_answers_without_the_server",

@@ -51,6 +51,9 @@ class Chain:
         Whether a link is a match; otherwise it is the prediction. True for the first.
     share : ndarray of shape (n,)
         The explained fraction of each scan at its match; 1 for the first.
+    reference : ndarray of int64, shape (n,)
+        The scan from which each is measured: the previous one, or for a match to a map, the last scan matched to it
+        before. 0 for the first.
 
     Examples
     --------
@@ -67,8 +70,19 @@ class Chain:
     information: FloatArray
     believed: BoolArray
     share: FloatArray
+    reference: IntArray
 
     __repr__ = brief
+
+    @property
+    def measured(self) -> Pose:
+        """n links, each from a scan's coordinates to those of its `reference`; the first is the identity. Scans between
+        the two did not match, so the match says nothing of their motions.
+        """
+        over = self.reference < np.arange(len(self.reference)) - 1
+        across = self.poses[self.reference].inverse().compose(self.poses)
+        R = np.where(over[:, None, None], across.R, self.motion.R)
+        return Pose(R, np.where(over[:, None], across.t, self.motion.t))
 
 
 def scan_to_scan(
@@ -236,13 +250,14 @@ def scan_to_map(
     poses = [Pose.identity()]
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     link_information = np.zeros((n, 3, 3))
+    reference = np.maximum(np.arange(n) - 1, 0)
     begin = int(np.argmax(scans.weights.any(axis=1)))  # the scans before it are empty, so there is no map yet
     for k in range(1, begin + 1):
         poses.append(poses[-1].compose(motion[k]))
         believed[k], share[k] = False, 0.0
         if progress is not None:
             progress(k, n - 1)
-    recent = [begin]
+    recent, last = [begin], begin  # the map's keyframes; the last scan whose pose on the map is measured
     index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
     for k in range(begin + 1, n):
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
@@ -255,9 +270,11 @@ def scan_to_map(
             # The map may lie behind for good, as after a gap: begin a new one if the scan fits the previous scan.
             previous = match_pairs(scans, row, row - 1, motion[k : k + 1], options)
             if previous.believed[0]:
-                match, recent, frame = previous, [k - 1], poses[-1]
+                match, recent, last, frame = previous, [k - 1], k - 1, poses[-1]
                 index, surface = local_map(scans, recent, Pose.identity(batch=(1,)))
         believed[k], share[k], link_information[k] = match.believed[0], match.share[0], match.information[0]
+        if believed[k]:
+            reference[k], last = last, k
         pose = frame.compose(match.pose[0] if believed[k] else start)
         # Make R a rotation again: its rounding error would double with every keyframe that is inverted.
         poses.append(Pose.from_angle(pose.angle, pose.t))
@@ -269,7 +286,7 @@ def scan_to_map(
             progress(k, n - 1)
     whole = stacked(poses)
     links = whole[:-1].inverse().compose(whole[1:])
-    return Chain(whole, concatenated([Pose.identity(batch=(1,)), links]), link_information, believed, share)
+    return Chain(whole, concatenated([Pose.identity(batch=(1,)), links]), link_information, believed, share, reference)
 
 
 def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
@@ -287,4 +304,6 @@ def _chain(matches: Matches, predicted: Pose) -> Chain:
         ),
     ])  # fmt: skip
     link_information = np.concatenate([np.zeros((1, 3, 3)), matches.information])
-    return Chain(chained(links), links, link_information, np.append(True, ok), np.append(1.0, matches.share))
+    reference = np.maximum(np.arange(len(ok) + 1) - 1, 0)
+    shares = np.append(1.0, matches.share)
+    return Chain(chained(links), links, link_information, np.append(True, ok), shares, reference)

@@ -276,7 +276,8 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     Raises
     ------
     ValueError
-        If `chain` is not a Chain, `loops` are not Matches, or `used` is not one bool per loop.
+        If `chain` is not a Chain, `loops` are not Matches, `used` is not one bool per loop, or names a loop
+        that could not be matched.
 
     Examples
     --------
@@ -293,10 +294,12 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     of_kind(loops, Matches, "loops")
     rows = np.flatnonzero(loops.believed if used is None else checks.mask(used, len(loops.source), "used", "a loop"))
     link = np.where(chain.believed[1:, None, None], chain.information[1:], SOFT)
+    for k in rows[~loops.information[rows].any(axis=(1, 2))]:
+        raise ValueError(f"used: loop {k}, of scans {loops.source[k]} and {loops.target[k]}, could not be matched")
     edges = Edges(
-        np.concatenate([np.arange(n - 1), loops.target[rows]]),
+        np.concatenate([chain.reference[1:], loops.target[rows]]),
         np.concatenate([np.arange(1, n), loops.source[rows]]),
-        concatenated([chain.motion[1:], loops.pose[rows]]),
+        concatenated([chain.measured[1:], loops.pose[rows]]),
         np.concatenate([link, loops.information[rows]]),
     )
     return edges, np.arange(n - 1 + len(rows)) >= n - 1

@@ -36,9 +36,9 @@ def match_to_map(
     scans: Scans, source: IntArray, target: IntArray, poses: Pose, around: int, start: Pose, options: MatchOptions
 ) -> Matches:
     """`match` for a single pair, with the target extended by up to `around` scans before and after it, at the chain's
-    `poses`.
+    `poses`; not by the source, which fits itself wherever the chain has it.
     """
     j = int(target[0])
-    rows = range(max(j - around, 0), min(j + around + 1, len(scans)))
-    index, surface = local_map(scans, rows, poses[j].inverse().compose(poses[rows.start : rows.stop]))
+    rows = [k for k in range(max(j - around, 0), min(j + around + 1, len(scans))) if k != int(source[0])]
+    index, surface = local_map(scans, rows, poses[j].inverse().compose(poses[rows]))
     return matches_of(source, target, matched(scans, source, index, surface, start, options), options)

@@ -79,8 +79,8 @@ class Sign:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The clouds' evidence at a pose, how far apart two halves end (u; None at the start, before any run), by how many
-    degrees the predicted turn is missed, and the five signs in order."""
+    """The clouds' evidence at a pose, how far apart two halves end (u; None at the start, before any run, and where one
+    finds no pose), by how many degrees the predicted turn is missed, and the five signs in order."""
 
     evidence: Evidence
     apart: float | None
@@ -99,8 +99,9 @@ def _evidence(scene: Scene, stage: Stage) -> Evidence:
 
 
 @lru_cache(maxsize=16)
-def _halves_apart(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
-    return float(halves(scene.source, scene.target, stage.pose, METHODS_OF[residual], gate=gate))
+def _halves_apart(scene: Scene, stage: Stage, residual: str, gate: float) -> float | None:
+    apart = float(halves(scene.source, scene.target, stage.pose, METHODS_OF[residual], gate=gate))
+    return None if np.isnan(apart) else apart
 
 
 def judged(
@@ -135,7 +136,7 @@ def _small(name: str, value: float | None, limit: float, full: float, unit: str,
     gap = "" if unit == "°" else " "
     requirement = f"≤ {limit:g}{gap}{unit}" if limit < full else "not required"
     if value is None:
-        return Sign(name, "–", requirement, True, None, limit / full, False)
+        return Sign(name, "–", requirement, limit >= full, None, limit / full, False)
     met = value <= limit + 1e-6
     text = f"{number(value, decimals if met else _apart(value, limit, decimals))}{gap}{unit}"
     return Sign(name, text, requirement, met, min(value / full, 1.0), min(limit / full, 1.0), False)
