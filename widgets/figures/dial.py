@@ -251,9 +251,9 @@ def _description(state: State, count: int | None, hits: int | None) -> str:
     rung, course = state.dial.rung, state.course
     words = [
         f"Rung {rung.number}, {rung.phrase}. A room in the middle, with noise of σ ="
-        f" {number(state.controls.noise)} u, and around it a ring: {rung.objective}, for every heading of the robot,"
-        f" which is at its true position; higher is farther out, and the truth is at the top. The robot starts"
-        f" {degrees(state.heading)}° from the truth."
+        f" {number(state.controls.noise)} u, and around it a ring: {rung.objective}"
+        f"{'' if rung.flat else ', for every heading of the robot; higher is farther out'}. The robot is at its true"
+        f" position and starts {degrees(state.heading)}° from the true heading, which is at the top."
     ]
     if count is not None:
         words.append(f"The ring has {amount(count, 'valley')}.")
@@ -265,8 +265,8 @@ def _description(state: State, count: int | None, hits: int | None) -> str:
         )
     if hits is not None:
         words.append(
-            f"Of {STARTS} starts around the ring, each marked inside it, {hits} end at the truth: squares mark those"
-            " that do, crosses those that do not."
+            f"Starts that end at the truth, of {STARTS} around the ring: {hits}. Inside it squares mark those that do,"
+            " crosses those that do not."
         )
     return " ".join(words)
 
@@ -379,7 +379,7 @@ WIDGET = Widget(
         Key("guide", "how a point moved", "line", under=("rung", "flow")),
         Key("normal", "normal of the target", "line"),
         Key("target", "Gaussian of a cell, two σ", "ring", under=("rung", "cells")),
-        Key("outlier", "wrong pair", "dashed"),
+        Key("outlier", "wrong pair, or one beyond the cap", "dashed"),
     ),
     handles=("turn",),
     # Running a flow from every start takes a while, in the build too.

@@ -235,7 +235,7 @@ def _note(state: State, stats: _Numbers) -> str:
     if state.mirrored:
         return f"Solved uncorrected: {residual}, by a reflection, not a motion."
     if stats.det < 0:
-        difference = number(stats.now - stats.free, 4)
+        difference = small(stats.now - stats.free)
         return f"Solved in closed form: {residual}. A reflection would leave {difference} u less."
     return f"Solved in closed form: {residual}; the start played no part."
 

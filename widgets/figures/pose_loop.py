@@ -238,7 +238,7 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
             "outlier",
         ),
         Readout("steps", "Steps", str(run.steps)),
-        Readout("stop", "Status", run.status.label),
+        Readout("stop", "Status", run.status.label if run.steps or run.done else "not begun"),
     )  # fmt: skip
 
 
@@ -266,7 +266,7 @@ def _description(state: State, stats: _Numbers) -> str:
             f" {number(float(run.chi2[FALSE]), 1)}, its weight {number(float(run.weights[FALSE]), 3)}."
         )
     if c.kernel != "none":
-        words.append(f"The loop’s edges have the kernel {KERNEL_NAMES[c.kernel]}.")
+        words.append(f"Loop edges have the kernel {KERNEL_NAMES[c.kernel]}.")
     after = f"is {run.status.label} after {amount(run.steps, 'step')}"
     progress = after if run.steps or run.done else "has not begun"
     words.append(

@@ -212,8 +212,9 @@ def _robot(pose: Pose, role: Role) -> tuple[Mark, ...]:
 
 
 def _true_mode(spread: Spread, truth: Pose) -> int:
-    """The cluster whose mean is nearest to the truth."""
-    return int(np.argmin([np.linalg.norm(mode.mean.matrix - truth.matrix) for mode in spread.modes]))
+    """The cluster whose mean is nearest to the truth; stray ends are none."""
+    away = [np.linalg.norm(mode.mean.matrix - truth.matrix) for mode in spread.modes]
+    return int(np.argmin(np.where(spread.shares >= min(STRAY, spread.shares[0]), away, np.inf)))
 
 
 def _close_up(state: State) -> Panel:
@@ -322,8 +323,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
         f" regions and in {stats.held[1]} of Censi’s."
     )
-    largest = round(stats.share * state.drawn)
-    words.append(f"Clusters that hold over 5 % of the ends: {stats.modes}. The largest holds {largest}.")
+    words.append(f"Clusters of over 5 % of the ends: {stats.modes}. In the largest: {round(stats.share * state.drawn)}.")
     return " ".join(words)
 
 

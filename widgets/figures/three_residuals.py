@@ -168,9 +168,13 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         out += [
             Readout(f"{name}_rotation", f"{short}: rotation error", number(last.rotation, 1), "°", ROLES[name]),
             Readout(f"{name}_translation", f"{short}: translation error", number(last.translation), "u"),
-            Readout(f"{name}_steps", f"{short}: steps", f"{run.steps}, {run.status.label}"),
+            Readout(f"{name}_steps", f"{short}: steps", f"{run.steps}, {_status(run)}"),
         ]
     return tuple(out)
+
+
+def _status(run: Run) -> str:
+    return run.status.label if run.steps or run.done else "not begun"
 
 
 def _note(state: State) -> str:
@@ -196,7 +200,7 @@ def _description(state: State) -> str:
     for name, run in state.runs.items():
         last = run.course[-1]
         words.append(
-            f"{NAMES[name]} after {amount(run.steps, 'step')}, {run.status.label}:"
+            f"{NAMES[name]} after {amount(run.steps, 'step')}, {_status(run)}:"
             f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth;"
             f" {run.freedom or 'its pairs constrain every direction'}."
         )

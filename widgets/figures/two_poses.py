@@ -201,7 +201,7 @@ def _description(state: State, near: float, turn: float, shift: float) -> str:
     k = len(scans.source)
     words = (
         f"A robot has scanned a room with two pillars from two poses, {number(c.distance, 1)} u and"
-        f" {number(c.turn, 0)}° apart, with {k} rays each and noise of σ = {number(c.noise)} u."
+        f" {number(abs(c.turn), 0)}° apart, with {k} rays each and noise of σ = {number(c.noise)} u."
         f" In the target’s coordinates the robot of the source scan stands at ({number(x, 1)}, {number(y, 1)}) u and"
         f" faces {degrees(heading)}°; its points are {number(near, 3)} u RMS from the nearest target points, and its"
         f" pose {number(turn, 1)}° and {number(shift)} u from the true one."

@@ -105,6 +105,15 @@ def test_the_end_is_a_proof_and_nothing_is_left_to_press() -> None:
         assert set(frame["disabled"]) == {"step", "finish"}
 
 
+def test_not_all_headings_are_ruled_out_while_one_is_left() -> None:
+    """255 of 256 are no 100 %."""
+    state = after(9, "default", search="turns", cap=0.2)
+    assert 0.995 < state.floors.share_gone < 1.0
+    picture = figure.draw(state)
+    assert picture.note == "Step 9: 99 % of the headings are ruled out; boxes left: 1."
+    assert "Boxes examined: " in picture.description
+
+
 @pytest.mark.parametrize(("name", "word"), [("turns", "heading"), ("default", "pose")])
 def test_a_proof_over_headings_does_not_speak_of_poses(name: str, word: str) -> None:
     """With the position held at the truth, a pose elsewhere may be better than the floor, and in this room one is."""
@@ -132,5 +141,5 @@ def test_thousands_of_boxes_have_a_comma() -> None:
     left, examined = int(state.now.left[0]), int(state.now.examined[0])
     assert left > 1000
     assert (values["left"], values["examined"]) == (f"{left:,}", f"{examined:,}")
-    assert f"{left:,} boxes are left" in figure.draw(state).note
-    assert f"{examined:,} boxes have been examined and {left:,} are left" in figure.draw(state).description
+    assert f"boxes left: {left:,}." in figure.draw(state).note
+    assert f"Boxes examined: {examined:,}; left: {left:,}." in figure.draw(state).description

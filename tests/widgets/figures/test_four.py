@@ -181,6 +181,13 @@ def test_each_panel_says_why_it_stopped() -> None:
     assert "Stopped after 120 steps: the cap of 120 steps was reached." in words[1]
 
 
+def test_the_fifth_stage_is_spoken_of_while_cpd_has_one() -> None:
+    """From half a turn CPD stops after 52 steps, the others later."""
+    notes = [draw(run(*[ITERATE] * count, stage(5), turn=180.0)).note for count in (1, 60)]
+    assert notes[0] == "Only CPD has a fifth stage; the others hold their fourth."
+    assert notes[1] == "Iteration 61, stage 5 of 5."
+
+
 def test_captions_keep_to_one_line_on_a_wide_page() -> None:
     """No line of a caption exceeds 84 characters, in any stage of the first three iterations or at the end."""
     for scene in SCENES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import dist
 from typing import Any
 
@@ -42,6 +43,12 @@ def test_every_start_gives_the_same_solution(scene: str, starts: list[tuple[floa
     widest = max(np.linalg.norm(a - b, axis=-1).max() for a in places for b in places)
     assert widest < 1e-13
     assert state.spread == pytest.approx(widest, abs=0.0)
+
+
+def test_a_small_difference_is_not_called_none() -> None:
+    """In some draws a reflection leaves less by a few hundred-thousandths only."""
+    state = run(SOLVE, scene="reflect", seed=599, noise=0.02)
+    assert re.search(r"would leave \d·10⁻⁵ u less\.$", WIDGET.draw(state).note)
 
 
 @pytest.mark.parametrize("scene", SCENES)

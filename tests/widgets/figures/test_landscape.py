@@ -43,9 +43,15 @@ def test_the_colours_span_the_map(objective: str, length: float) -> None:
     assert len(set(words)) == len(words) >= 2
 
 
-@pytest.mark.parametrize(("length", "words"), [(2.4, "in 1 place."), (1.0, " places.")])
+@pytest.mark.parametrize(("length", "words"), [(2.4, "which end in 1 place,"), (1.0, " places,")])
 def test_ends_are_counted_in_words(length: float, words: str) -> None:
     assert words in draw(run(SOW, objective="mmd", length=length), BANDS).description
+
+
+def test_descents_that_have_begun_are_on_their_way() -> None:
+    """The coarsest picture, which comes first, does not know where they end."""
+    captions = [draw(run(*log), 0).panels[1].caption for log in ((), (SOW,))]
+    assert captions == ["No descent yet: the source at the truth", "On their way: the source at the truth"]
 
 
 @OBJECTIVES

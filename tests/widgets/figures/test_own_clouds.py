@@ -101,6 +101,21 @@ def test_given_clouds_are_thinned_sliced_and_told() -> None:
     assert "step" in frame["disabled"]
 
 
+def test_a_slice_without_points_does_not_ask_for_the_file() -> None:
+    host = Host()
+    solid = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 9.0], [1.0, 1.0, 9.0]])
+    source = give(host, "solid.csv", text(solid))["key"]
+    note = host.render("f", record(source, thickness=2.0, height=50.0))["note"]
+    assert note == "No source point lies in this slice. Move or thicken it."
+
+
+def test_points_are_called_faint_only_if_some_are() -> None:
+    for presses, words in ((0, "; the others are faint."), (3, "0.430 u.")):
+        log = [["press", "ten"]] * presses
+        frame = Host().render("f", {**preset(WIDGET).plain(), "log": log})
+        assert words in frame["description"], frame["description"]
+
+
 def test_one_cloud_or_none_is_a_state_too() -> None:
     """A link whose files are missing asks for them, and shows its state once they are given."""
     host = Host()

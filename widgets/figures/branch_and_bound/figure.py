@@ -197,7 +197,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("ceiling", "Ceiling: best value found", number(ceiling, 4), "u²", "source"),
         Readout("floor", f"Floor: no {_sought(state)} is below", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
-        Readout("headings", "Headings ruled out", number(100.0 * state.floors.share_gone, 0), "%"),
+        Readout("headings", "Headings ruled out", _gone(state), "%"),
         Readout("left", "Boxes left", f"{int(now.left[0]):,}"),
         Readout("examined", "Boxes examined", f"{int(now.examined[0]):,}"),
         Readout("truth", "Objective at the truth", number(state.truth, 4), "u²", "truth"),
@@ -205,6 +205,12 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("translation_error", "Translation error", number(float(rte(state.pose, truth))), "u"),
         Readout("stop", "Status", _status(state)),
     )
+
+
+def _gone(state: State) -> str:
+    """The percentage of headings ruled out; 100 only if all are."""
+    share = state.floors.share_gone
+    return number(100.0 if share == 1.0 else min(100.0 * share, 99.0), 0)
 
 
 def _sought(state: State) -> str:
@@ -225,8 +231,7 @@ def _note(state: State) -> str:
     if state.now.status[0] == Status.PROVED:
         better = f"no {_sought(state)} is better by more than {number(ceiling - floor, 4)} u²"
         return f"Proved at step {steps}: {better}{', at the true position' if state.held else ''}."
-    percent = number(100.0 * state.floors.share_gone, 0)
-    return f"Step {steps}: {percent} % of the headings are ruled out, {int(state.now.left[0]):,} boxes are left."
+    return f"Step {steps}: {_gone(state)} % of the headings are ruled out; boxes left: {int(state.now.left[0]):,}."
 
 
 _WORDS = {
@@ -246,7 +251,7 @@ def _ends(count: int) -> str:
 
 def _description(state: State) -> str:
     c, now, (ceiling, floor) = state.controls, state.now, state.course[-1]
-    steps, share = len(state.course) - 1, state.floors.share_gone
+    steps = len(state.course) - 1
     error = number(float(np.degrees(rre(state.pose, state.scene.truth))), 1)
     words = [
         f"{_WORDS[c.scene]}: {len(state.scene.source)} source points and {len(state.scene.target)} target points, each"
@@ -267,8 +272,8 @@ def _description(state: State) -> str:
         f" no {_sought(state)} is below {number(floor, 4)} u²."
     )
     words.append(
-        f"{int(now.examined[0]):,} boxes have been examined and {int(now.left[0]):,} are left;"
-        f" {number(100.0 * share, 0)} % of the headings are ruled out."
+        f"Boxes examined: {int(now.examined[0]):,}; left: {int(now.left[0]):,}."
+        f" {_gone(state)} % of the headings are ruled out."
     )
     if state.batch.done:
         words.append(f"The run has ended: {Status(int(now.status[0])).label}, {now.reason[0]}.")

@@ -126,7 +126,7 @@ def _note(walk: Walk, looks: tuple[Look, ...]) -> str:
             f"All four have stopped by iteration {walk.iteration}, {close} of 4 within {CLOSE_DEGREES:g}° and"
             f" {CLOSE_DISTANCE:g} u. Stopping certifies nothing."
         )
-    if walk.stage == STAGES:
+    if walk.stage == STAGES and not next(look for look in looks if look.track.name == "cpd").track.rests:
         return "Only CPD has a fifth stage; the others hold their fourth."
     if walk.iteration == 1 and walk.stage == 1:
         return ""

@@ -73,7 +73,7 @@ def _twist(look: Look) -> Shown:
 
 
 def _pause(look: Look) -> Shown:
-    return Shown(_motion_marks(look), "Held while CPD finds its variance; here it came with the twist.")
+    return Shown(_motion_marks(look), "Held: this stage is CPD’s, for its variance; here it came with the twist.")
 
 
 def _motion_marks(look: Look) -> tuple[Mark, ...]:

@@ -214,4 +214,4 @@ def arc(angle: float, first: float, radius: float) -> Array:
 
 def held(look: Look) -> Shown:
     """The fifth stage, in which only CPD has something to find."""
-    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")
+    return Shown(carried(look), "Held: this stage is CPD’s, for its variance; there is none here.")

@@ -229,8 +229,9 @@ def _room(state: State, stats: _Numbers) -> Panel:
         Points(state.terrain.turned + at, "source", radius=2.0),
     )
     name = "The source over the target, where the last descent ended or at the truth"
-    has_ended = stats.ends is not None and len(stats.ends) > 0
-    caption = "Where the last descent ended" if has_ended else "No descent yet: the source at the truth"
+    caption = "No descent yet: the source at the truth"
+    if state.count:
+        caption = "Where the last descent ended" if stats.ends is not None else "On their way: the source at the truth"
     return Panel("room", name, ROOM, marks, caption=caption)
 
 
@@ -320,9 +321,11 @@ def _description(state: State, stats: _Numbers) -> str:
         words.append(f"The map has {amount(stats.minima, 'local minimum', 'local minima')}.")
     if stats.status is not None and stats.ends is not None:
         u, v = stats.ends[-1].tolist()
+        if state.count > 1:
+            ends = amount(places(stats.ends, 0.1), "place")
+            words.append(f"Of {state.count} descents, which end in {ends}, {stats.reached} end at the truth.")
         words.append(
-            f"Of {state.count} descents {stats.reached} end within {number(NEAR, 1)} u of the truth;"
-            f" together they end in {amount(places(stats.ends, 0.1), 'place')}. The last one {ENDS[stats.status]} at"
+            f"{'The last one' if state.count > 1 else 'The descent'} {ENDS[stats.status]} at"
             f" ({number(u)}, {number(v)}) u, {number(stats.end_away, 3)} u from the truth, with an objective of"
             f" {number(stats.end_value, 4)}."
         )

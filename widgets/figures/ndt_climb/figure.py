@@ -210,7 +210,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     """The readouts in rows of three: a reference, then the two runs."""
     truth, cells = state.scene.truth, state.one.now.maps[0]
     scores, poses = _scores(state), {name: run.pose for name, run in state.runs.items()}
-    stop = {name: f"{run.status.label}, {run.steps}" for name, run in state.runs.items()}
+    stop = {name: f"{run.status.label if run.steps else 'not begun'}, {run.steps}" for name, run in state.runs.items()}
 
     def pair(name: str, label: str, values: dict[str, str], unit: str = "") -> list[Readout]:
         return [Readout(f"{name}_{k}", f"{NAMES[k]}: {label}", values[k], unit) for k in NAMES]
@@ -263,9 +263,9 @@ def _description(state: State) -> str:
     for name, run in state.runs.items():
         sizes = " → ".join(number(h, 1) for h in _cells(c, name))
         error = f"{number(_turn(run.pose, truth), 1)}° and {number(_distance(run.pose, truth))} u from the truth"
-        progress = f"after {amount(run.steps, 'step')}, {error}," if run.steps else "at its start"
+        told = f"{run.status.label} after {amount(run.steps, 'step')}, {error}," if run.steps else "at its start"
         words.append(
-            f"{NAMES[name]} ({sizes} u) is {run.status.label} {progress} with a score of {number(scores[name], 1)} on"
+            f"{NAMES[name]} ({sizes} u) is {told} with a score of {number(scores[name], 1)} on"
             f" cells of {number(c.cell, 1)} u; the true pose scores {number(run.truth[-1], 1)} there."
         )
         caps = [cap for cap in run.caps if cap]

@@ -187,9 +187,11 @@ def _length(run: Run) -> str:
 def _note(state: State) -> str:
     run, c = state.run, state.clouds
     if not c.whole:
-        missing = [name for name, cloud in (("source", c.source), ("target", c.target)) if not len(cloud)]
-        if c.raw.source is not None and c.raw.target is not None:
-            return f"No {' and no '.join(missing)} point lies in this slice. Move or thicken it."
+        clouds = {"source": (c.raw.source, c.source), "target": (c.raw.target, c.target)}
+        missing = [name for name, (given, _) in clouds.items() if given is None]
+        empty = [name for name, (given, cloud) in clouds.items() if given is not None and not len(cloud)]
+        if empty:
+            return f"No {' and no '.join(empty)} point lies in this slice. Move or thicken it."
         return f"Choose or draw a {' and a '.join(missing)} first."
     if run.done:
         return f"Stopped at step {run.steps}: {_reason(run) or run.status}."
@@ -229,8 +231,9 @@ def _description(state: State) -> str:
             f"After {steps} of {OWN[run.method].label} the pose turns the source"
             f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"
             f" {number(float(run.pose.t[1]), c.decimals)}) {c.unit}.",
-            f"{number(100 * float(run.evidence.share), 0)} % of the source points have a target point within"
-            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}; the others are faint.",
+            f"{number(100 * float(run.evidence.share), 1)} % of the source points have a target point within"
+            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}"
+            f"{'' if run.evidence.explained.all() else '; the others are faint'}.",
         ]
     if run.done and run.reason:
         words.append(f"The run has stopped: {_reason(run)}.")

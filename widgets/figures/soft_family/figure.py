@@ -239,9 +239,10 @@ def _note(c: Controls, run: Run) -> str:
         return f"Stopped at step {run.steps}: {run.stop}."
     if run.steps:
         a, b = run.course[-2:]
+        places = 4 if c.method == "gmmreg" else 3
         rise = ", a rise" if run.steps in run.rises else ", another function" if b.staged else ""
         return (
-            f"Step {run.steps}: objective {number(a.objective, 3)} → {number(b.objective, 3)}{rise};"
+            f"Step {run.steps}: objective {number(a.objective, places)} → {number(b.objective, places)}{rise};"
             f" σ {number(a.sigma, 3)} → {number(b.sigma, 3)} u."
         )
     if c.method == "gmmreg":
@@ -266,7 +267,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
     (x, y), heading = place(run.pose, ANCHOR)
     words = [
         f"{METHODS[c.method]}: {len(scene.source)} moving and {len(scene.target)} fixed points on the outline of a"
-        f" bird, with noise of σ = {number(c.noise)} u and {number(c.junk, 0)} clutter points in each cloud.",
+        f" bird, with noise of σ = {number(c.noise)} u and {amount(round(c.junk), 'clutter point')} in each cloud.",
         f"{_WHO[linkage.side]}, with a width of {number(last.sigma, 3)} u.",
         f"After {amount(run.steps, 'step')} the moving bird is centred at ({number(x, 1)},"
         f" {number(y, 1)}) u, turned by {degrees(heading)}° and scaled by {number(last.scale, 3)}:"

@@ -78,4 +78,4 @@ class Eye:
     def words(self) -> str:
         """The eye's azimuth and elevation as text."""
         around, above = float(np.degrees(self.azimuth)) % 360.0, float(np.degrees(self.elevation))
-        return f"{number(around, 0)}° round, {number(above, 0)}° up"
+        return f"{round(around) % 360}° round, {number(above, 0)}° up"
