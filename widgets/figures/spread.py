@@ -323,7 +323,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
         f" regions and in {stats.held[1]} of Censi’s."
     )
-    words.append(f"Clusters of over 5 % of the ends: {stats.modes}. In the largest: {round(stats.share * state.drawn)}.")
+    words.append(f"Clusters of over 5 % of ends: {stats.modes}. In the largest: {round(stats.share * state.drawn)}.")
     return " ".join(words)
 
 
