@@ -7,6 +7,7 @@ not by the file's name: PLY and PCD say what they are, everything else is lines 
 from __future__ import annotations
 
 import codecs
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,8 @@ from solvers.io.text import check_size, delimited, file_bytes, lines_of
 MOST_BYTES = 24_000_000
 MOST_POINTS = 1_000_000
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-_PCD = (b"# .PCD", b"VERSION", b"FIELDS")
+# Possessive: "# # #" can be split into comments in many ways, and all of them would be tried.
+_PCD = re.compile(rb"\s*+(?:#[ \t]*\.PCD|(?:#[^\r\n]*\s+)*+(?:VERSION|FIELDS)(?!\S))")
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +90,12 @@ def read(data: bytes) -> CloudText:
     """
     data = file_bytes(data)
     check_size(len(data), MOST_BYTES)
+    data = data.removeprefix(codecs.BOM_UTF8)
     notices: list[str] = []
     if data.startswith((b"ply\n", b"ply\r", b"ply ")):
         points, how = ply.points(data, MOST_POINTS)
         kind = f"PLY, {how}"
-    elif data.startswith(_PCD):
+    elif _PCD.match(data):
         points, how = pcd.points(data, MOST_POINTS)
         kind = f"PCD, {how}"
     else:
@@ -124,4 +127,4 @@ def _decoded(data: bytes) -> str:
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"line {line}: a zero byte was found; expected text, PLY or PCD")
-    return data.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")
+    return data.decode("utf-8", "replace")

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solvers.io.clouds import MOST_POINTS, read
+from solvers.io.clouds import _PCD, MOST_POINTS, read
 from solvers.io.pcd import points
 from solvers.io.text import _without_tail
 from tests.solvers.io.compression import compress
@@ -284,6 +284,35 @@ def test_a_field_of_several_numbers_moves_the_columns_of_a_pcd():
     head = "VERSION 0.7\nFIELDS normal x y\nSIZE 4 4 4\nTYPE F F F\nCOUNT 3 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n"
     text = f"# .PCD v0.7\n{head}DATA ascii\n9 9 9 1 2\n8 8 8 3 4\n"
     assert points(text.encode(), 10)[0].tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
+@pytest.mark.parametrize(
+    "head", [b"# made by foo\n", b"#.PCD v.7\n", b"\n", b"\r\n", b" \n#\n\n# a\n", b"\xef\xbb\xbf", b""]
+)
+def test_a_pcd_may_begin_with_comments_blank_lines_or_a_byte_order_mark(head, kind):
+    p = np.arange(12.0).reshape(4, 3)
+    cloud = read(head + pcd(p, kind).removeprefix(b"# .PCD v0.7\n"))
+    assert cloud.format.startswith("PCD")
+    assert cloud.points.tolist() == p.tolist()
+
+
+@pytest.mark.parametrize("head", [b"# VERSION 7\n", b"# a\n# .PCD v.7 was its source\n", b"VERSIONS FIELDS\n"])
+def test_text_with_a_pcd_s_words_is_text(head):
+    cloud = read(head + b"1 2\n")
+    assert cloud.format == "text separated by spaces"
+    assert cloud.points.tolist() == [[1, 2]]
+
+
+@pytest.mark.parametrize("filling", [b"#\n", b"# a\n\n", b"\n", b"# ", b" \n#\t"])
+def test_a_file_is_recognised_in_one_pass(filling):
+    """A pattern that tries a comment's parts in turn takes minutes for a million of them."""
+    assert not _PCD.match(filling * 1_000_000 + b"\n1 2\n")
+    assert _PCD.match(filling * 1_000_000 + b"\nFIELDS x y\n")
+
+
+def test_a_ply_may_begin_with_a_byte_order_mark():
+    assert read(b"\xef\xbb\xbf" + ply(np.eye(3))).points.tolist() == np.eye(3).tolist()
 
 
 def test_compressed_points_that_are_not_all_there_are_refused():
