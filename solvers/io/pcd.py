@@ -4,6 +4,7 @@ compressed ones.
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
@@ -100,14 +101,15 @@ def _fields(header: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[s
     if len(counts) != len(names) or not all(_is_count(c) for c in counts):
         expected = f"expected a whole number from 1 to {MOST_COUNT} for each field"
         raise ValueError(f"line {at}: COUNT {told(' '.join(counts))}; {expected}")
-    sizes, types = (
-        header.get(key, (line, ["4" if key == "SIZE" else "F"] * len(names)))[1] for key in ("SIZE", "TYPE")
-    )
-    if len(sizes) != len(names) or len(types) != len(names):
-        raise ValueError(f"line {line}: SIZE and TYPE are to name one entry for each of the {len(names)} fields")
+    size_line, sizes = header.get("SIZE", (line, ["4"] * len(names)))
+    type_line, types = header.get("TYPE", (line, ["F"] * len(names)))
+    for at, entries in ((size_line, sizes), (type_line, types)):
+        if len(entries) != len(names):
+            raise ValueError(f"line {at}: SIZE and TYPE are to name one entry for each of the {len(names)} fields")
     for size, kind in zip(sizes, types, strict=True):
         if size not in SIZES.get(kind, ()):
-            raise ValueError(f"line {line}: a field of TYPE {told(kind)} and SIZE {told(size)} is unknown")
+            at = size_line if kind in SIZES else type_line
+            raise ValueError(f"line {at}: a field of TYPE {told(kind)} and SIZE {told(size)} is unknown")
     return names, [f"<{KINDS[kind]}{size}" for size, kind in zip(sizes, types, strict=True)], [int(c) for c in counts]
 
 
@@ -117,12 +119,13 @@ def _is_count(word: str) -> bool:
 
 def _count(header: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:
     """How many points the header promises."""
-    product = 1
+    found = []
     for key in ("POINTS",) if "POINTS" in header else ("WIDTH", "HEIGHT"):
         at, value = header.get(key, (line, []))
         if len(value) != 1 or not value[0].isascii() or not value[0].isdigit() or len(value[0]) > 12:
             raise ValueError(f"line {at}: {key} {told(' '.join(value))}; expected a whole number")
-        product *= int(value[0])
+        found.append((int(value[0]), at))
+    product = math.prod(number for number, _ in found)
     if product > most:
-        raise ValueError(f"line {line}: {product} points are more than the limit of {most}")
+        raise ValueError(f"line {max(found)[1]}: {product} points are more than the limit of {most}")
     return product

@@ -29,12 +29,13 @@ END = re.compile(rb"([\r\n])end_header")
 
 @dataclass
 class _Element:
-    """One element of the header; its properties are names with numpy's types, which are
+    """One element of the header and its line there; its properties are names with numpy's types, which are
     empty for lists.
     """
 
     name: str
     count: int
+    line: int
     properties: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -70,7 +71,7 @@ def _header(lines: Sequence[str]) -> tuple[str, list[_Element]]:
             case ["format", kind, _] if kind in ORDERS:
                 order = kind
             case ["element", name, count] if count.isascii() and count.isdigit() and len(count) < 12:
-                elements.append(_Element(name, int(count)))
+                elements.append(_Element(name, int(count), k))
             case ["property", "list", _, _, name] if elements:
                 elements[-1].properties.append((name, ""))
             case ["property", kind, name] if elements and kind in TYPES:
@@ -93,11 +94,11 @@ def _vertices(elements: Sequence[_Element], line: int, most: int) -> tuple[Seque
     properties = [name for name, _ in vertex.properties]
     if not {"x", "y"} <= set(properties) or len(set(properties)) < len(properties):
         listing = ", ".join(properties) or "nothing"
-        raise ValueError(f"line {line}: the vertices have {listing}; expected x and y, each once")
+        raise ValueError(f"line {vertex.line}: the vertices have {listing}; expected x and y, each once")
     if not all(kind for _, kind in vertex.properties):
-        raise ValueError(f"line {line}: a property of the vertices is a list; expected numbers")
+        raise ValueError(f"line {vertex.line}: a property of the vertices is a list; expected numbers")
     if vertex.count > most:
-        raise ValueError(f"line {line}: {vertex.count} vertices are more than the limit of {most}")
+        raise ValueError(f"line {vertex.line}: {vertex.count} vertices are more than the limit of {most}")
     return before, vertex
 
 
