@@ -87,7 +87,7 @@ def read_drive(
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith("#")]
     if not rows:
         raise ValueError("line 1: no line was found; expected columns of ranges, or a CARMEN log")
-    table = lines[rows[0]].strip().lower().startswith("seconds")
+    table = lines[rows[0]].strip().lstrip('"').lower().startswith("seconds")
     seconds, motion, ranges = (_table if table else _carmen)(lines, rows)
     if len(seconds) < 2:
         raise ValueError(f"line {rows[-1] + 1}: the drive ends after {amount(len(seconds), 'scan')}; two are the least")
@@ -108,7 +108,7 @@ def _degrees(beams: int, view: float | None, logged: bool) -> FloatArray:
 
 
 def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
-    names = [field.strip().lower() for field in lines[rows[0]].split(",")]
+    names = [field.strip().strip('"').lower() for field in lines[rows[0]].split(",")]
     beams = len(names) - len(_NAMES)
     expected = [*_NAMES, *(f"r{k}" for k in range(max(beams, 3)))]
     for column, name in zip([*names, *[""] * len(expected)], expected, strict=False):

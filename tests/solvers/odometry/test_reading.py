@@ -29,6 +29,15 @@ def test_a_table_is_read() -> None:
     assert np.allclose(drive.points(0), [[0.78, -1.0], [2.78, 0.0]])
 
 
+def test_names_and_numbers_may_stand_in_quotes() -> None:
+    """As R's write.csv writes them; a name that is wrong is told without its quotes."""
+    fields = [[f'"{field}"' for field in line.split(",")] for line in GOOD.split()]
+    quoted = "\r\n".join(map(",".join, fields))
+    assert read_drive(quoted.encode()).ranges.tolist() == read_drive(GOOD.encode()).ranges.tolist()
+    with pytest.raises(ValueError, match=r"line 1: .*expected dx_m, found 'dx'"):
+        read_drive(quoted.replace("dx_m", "dx").encode())
+
+
 @pytest.mark.parametrize("field", ["inf", "Infinity", "nan", "NaN"])
 def test_a_range_that_is_infinite_or_no_number_is_no_echo(field: str) -> None:
     """As in a `Drive`; many recorders write these."""
