@@ -116,6 +116,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
             raise ValueError(f"line {rows[0] + 1}: the columns are seconds,dx_m,dy_m,dphi_rad,r0,r1,…;"
                              f" expected {name}, found {told(column)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
+    table[:1, 1:4] = 0.0  # it has no scan before it: what is written there does not count
     table[:, 4:][~(table[:, 4:] < np.inf)] = 0.0  # NaN too
     for at, row in zip(rows[1:], table, strict=True):
         if not np.isfinite(row).all() or np.abs(row[1:]).max() > 1e9 or abs(row[0]) > 1e12:  # seconds may be since 1970
@@ -124,7 +125,6 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
             raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0, inf or nan for no echo")
     _in_order(table[:, 0], rows[1:])
     motion = table[:, 1:4].copy()
-    motion[:1] = 0.0
     ranges = np.where(table[:, 4:] == 0.0, np.inf, table[:, 4:] / 100.0)
     return table[:, 0] - table[:1, 0], Pose.from_angle(motion[:, 2], motion[:, :2]), ranges
 

@@ -38,6 +38,14 @@ def test_names_and_numbers_may_stand_in_quotes() -> None:
         read_drive(quoted.replace("dx_m", "dx").encode())
 
 
+@pytest.mark.parametrize("field", ["nan", "-inf", "1e10", "5"])
+def test_the_first_scan_s_motion_is_not_used(field: str) -> None:
+    """There is no scan before it, and some recorders write nan."""
+    drive = read_drive(GOOD.replace("10,0,0,0,", f"10,{field},{field},{field},").encode())
+    assert drive.motion.t.tolist() == [[0.0, 0.0], [0.1, 0.01]]
+    assert drive.motion.angle[0] == 0.0
+
+
 @pytest.mark.parametrize("field", ["inf", "Infinity", "nan", "NaN"])
 def test_a_range_that_is_infinite_or_no_number_is_no_echo(field: str) -> None:
     """As in a `Drive`; many recorders write these."""
