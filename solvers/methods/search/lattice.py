@@ -171,8 +171,11 @@ def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -
     margin = int(np.ceil(clouds.farthest / cell)) + 1
     shape = rows + 2 * margin + 2**levels, columns + 2 * margin + 2**levels
     squares = len(angles) * -(-columns // 2**levels) * -(-rows // 2**levels)
-    if shape[0] * shape[1] > _MOST_CELLS or squares > _MOST_SQUARES or len(angles) * len(source) > _MOST_PLACES:
+    if shape[0] * shape[1] > _MOST_CELLS or squares > _MOST_SQUARES:
         return f"the cells are too small: {columns} by {rows} translations and {len(angles)} angles are too many"
+    if len(angles) * len(source) > _MOST_PLACES:
+        points = f"{len(source)} source points at {len(angles)} angles are too many"
+        return f"{points}: thin the source, or give a larger cell or angle"
     at = np.floor(_turned(clouds.source, angles) / cell).astype(np.int32) + np.int32(margin)
     none = np.empty(0, dtype=np.int64)
     return _with_squares(Lattice(

@@ -1,5 +1,7 @@
 """The correlative search: its table, its bounds, exhaustive enumeration, the runner-up, hopeless scenes."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -257,6 +259,13 @@ def test_scenes_without_an_answer():
         fine = register(source, target, "correlative", cell=cell)
         assert fine.status is Status.DEGENERATE
         assert "cells are too small" in fine.reason
+
+
+def test_too_many_source_points_are_not_blamed_on_the_cells():
+    source = np.random.default_rng(2).uniform(-2.0, 2.0, (70_000, 2))
+    message = r"70000 source points at \d+ angles are too many: thin the source, or give a larger cell or angle"
+    assert re.fullmatch(message, build(source, source[:5000], Pose.identity(), EVERYWHERE))
+    assert not isinstance(build(source[::100], source[:5000], Pose.identity(), EVERYWHERE), str)
 
 
 @pytest.mark.parametrize(
