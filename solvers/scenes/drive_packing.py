@@ -24,7 +24,7 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
     motion : ndarray of shape (n, 3)
         dx, dy in metres and dφ in radians.
     centimetres : ndarray of shape (n, k)
-        Whole numbers below 65536, of which neighbours differ by less than 32768.
+        Whole numbers below 65536; neighbours differ by less than 32768, and the first of a row is below 32768.
 
     Returns
     -------
@@ -47,6 +47,8 @@ def unpacked(data: bytes, n: int, k: int) -> FloatArray:
     begins = np.ones(len(raw), dtype=np.bool_)
     for at in np.flatnonzero(raw == ESCAPE).tolist():
         if begins[at]:
+            if at + 2 >= len(raw):
+                raise ValueError("scans: the data end within a difference of two bytes")
             begins[at + 1 : at + 3] = False
     first = np.flatnonzero(begins)
     if len(first) != n * k:

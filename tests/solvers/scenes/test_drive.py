@@ -56,6 +56,20 @@ def test_a_file_of_another_length_is_refused() -> None:
         unpacked(data[4 + 32 : -1], 2, 3)
 
 
+@pytest.mark.parametrize("left", [1, 2])
+def test_a_file_cut_within_a_long_difference_is_refused(left: int) -> None:
+    """The number of beams alone is right: the last one's mark is there, but not both of its bytes."""
+    data = packed(np.zeros(1), np.zeros((1, 3)), np.array([[70, 80, 900]]))[4 + 16 :]
+    assert unpacked(data, 1, 3).tolist() == [[70.0, 80.0, 900.0]]
+    with pytest.raises(ValueError, match="the data end within a difference of two bytes"):
+        unpacked(data[: left - 3], 1, 3)
+
+
+def test_ranges_are_packed_up_to_their_limits() -> None:
+    table = np.array([[32767, 65534, 65535, 32768]])
+    assert (unpacked(packed(np.zeros(1), np.zeros((1, 3)), table)[4 + 16 :], 1, 4) == table).all()
+
+
 def test_a_scan_s_points_lie_at_their_ranges_from_the_laser() -> None:
     drive = telecom_loop()
     points = drive.points(10)
