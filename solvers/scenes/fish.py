@@ -85,7 +85,8 @@ def fish(
     seed : int, default 40
         The seed of the random numbers.
     noise : float, optional
-        σ on both clouds, in u. None is the scene's own.
+        σ on both clouds, in u, before the moving one is made smaller. None is the
+        scene's own.
     clutter : float or sequence of two floats, optional
         The fraction, 0 to 1, of both clouds or (moving, fixed). None is the scene's
         own.
