@@ -7,12 +7,10 @@ import math
 import warnings
 import zipfile
 import zlib
-from dataclasses import replace
 
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.amounts import amount
 from solvers.core.arrays import AnyArray
 from solvers.io import clouds
 from solvers.io.clouds import CloudText
@@ -91,11 +89,7 @@ def _cloud(data: bytes, what: str) -> CloudText:
         raise ValueError(f"{len(values)} points are more than the limit of {clouds.MOST_POINTS}")
     with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond float64 are left out below
         points = values.astype(np.float64)
-    whole = np.isfinite(points).all(axis=1)
-    left = int((~whole).sum())
-    if left == len(points):
+    points, notices, gaps = clouds.finite_rows(points)
+    if not len(points):
         raise ValueError(f"{what} contains no points")
-    cloud = CloudText(validate.cloud(points[whole], "points"), what)
-    if not left:
-        return cloud
-    return replace(cloud, notices=(f"{amount(left, 'row')} with NaN or infinity left out",), gaps=left)
+    return CloudText(validate.cloud(points, "points"), what, notices, gaps)

@@ -104,18 +104,23 @@ def read(data: bytes) -> CloudText:
             raise ValueError(f"{len(lines)} lines are more than the limit of {2 * MOST_POINTS}")
         points, separator, notices = delimited(lines)
         kind = f"text separated by {separator}"
-    finite = np.isfinite(points).all(axis=1)
-    dropped = int(np.count_nonzero(~finite))
-    if dropped:
-        notices.append(f"{amount(dropped, 'row')} with NaN or infinity left out")
-        points = points[finite]
+    points, left_out, gaps = finite_rows(points)
     if not len(points):
         raise ValueError("no point is left; expected at least one row of finite numbers")
     if len(points) > MOST_POINTS:
         raise ValueError(f"{len(points)} points are more than the limit of {MOST_POINTS}")
     if np.abs(points).max() > LARGEST:
         raise ValueError(f"a coordinate is {np.abs(points).max():.3g}; expected none beyond {LARGEST:g}")
-    return CloudText(points, kind, tuple(notices), dropped)
+    return CloudText(points, kind, (*notices, *left_out), gaps)
+
+
+def finite_rows(points: FloatArray) -> tuple[FloatArray, tuple[str, ...], int]:
+    """The rows of finite numbers, a notice if there are others, and how many others."""
+    finite = np.isfinite(points).all(axis=1)
+    gaps = int(np.count_nonzero(~finite))
+    if not gaps:
+        return points, (), 0
+    return points[finite], (f"{amount(gaps, 'row')} with NaN or infinity left out",), gaps
 
 
 def _decoded(data: bytes) -> str:

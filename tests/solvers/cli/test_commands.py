@@ -228,6 +228,7 @@ def test_rows_that_are_not_finite_are_left_out_and_told():
     result = arrays.read(npy(np.array([[0.0, 1.0], [np.nan, 2.0], [3.0, 4.0]])))
     assert result.points.tolist() == [[0.0, 1.0], [3.0, 4.0]]
     assert result.notices == ("1 row with NaN or infinity left out",)
+    assert result.gaps == 1
 
 
 def test_what_float64_cannot_hold_is_left_out_without_a_warning():
