@@ -15,13 +15,21 @@ from widgets.drawing.picture import Mark, Panel, Picture, Readout, View, number
 from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import slider
 from widgets.parts import dial_marks as marks
-from widgets.parts.dial import EVERY, MOST, RUNGS, Course, Dial, made, valleys
+from widgets.parts.dial import EVERY, MOST, RUNGS, Course, Dial, Rung, made, valleys
 
 SIZE = 8.05  # u from the centre to the border, for the ring and a ball on it; a small dial has no handle
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=300.0)
 NOISE = 0.02  # u
-NAMES: Mapping[str, str] = {name: f"{rung.number} · {rung.says}" for name, rung in RUNGS.items()}
 DETAILS = 3  # the coarse rings; the ends; the full rings
+
+
+def _named(rung: Rung) -> str:
+    """A rung's number and title, without an article, so that it fits two lines under a thumbnail."""
+    says = rung.says.removeprefix("The ")
+    return f"{rung.number} · {says[0].upper()}{says[1:]}"
+
+
+NAMES: Mapping[str, str] = {name: _named(rung) for name, rung in RUNGS.items()}
 
 
 @dataclass(frozen=True)
