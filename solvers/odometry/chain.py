@@ -78,6 +78,15 @@ class Chain:
     def measured(self) -> Pose:
         """n links, each from a scan's coordinates to those of its `reference`; the first is the identity. Scans between
         the two did not match, so the match says nothing of their motions.
+
+        Examples
+        --------
+        >>> from solvers.odometry import prepare, scan_to_scan
+        >>> from solvers.drives import simulated_drive
+        >>> drive, truth = simulated_drive(scans=30)
+        >>> chain = scan_to_scan(prepare(drive), drive.motion)
+        >>> (chain.measured.t == chain.motion.t).all()
+        np.True_
         """
         over = self.reference < np.arange(len(self.reference)) - 1
         across = self.poses[self.reference].inverse().compose(self.poses)

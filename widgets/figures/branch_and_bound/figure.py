@@ -195,7 +195,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     now, (ceiling, floor), truth = state.now, state.course[-1], state.scene.truth
     return (
         Readout("ceiling", "Ceiling: best value found", number(ceiling, 4), "u²", "source"),
-        Readout("floor", f"Floor: no {_sought(state)} is below", number(floor, 4), "u²", "accent"),
+        Readout("floor", "Floor: no pose searched is below", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
         Readout("headings", "Headings ruled out", _gone(state), "%"),
         Readout("left", "Boxes left", f"{int(now.left[0]):,}"),
