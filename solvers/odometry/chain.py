@@ -76,8 +76,9 @@ class Chain:
 
     @property
     def measured(self) -> Pose:
-        """n links, each from a scan's coordinates to those of its `reference`; the first is the identity. Scans between
-        the two did not match, so the match says nothing of their motions.
+        """n links, each from a scan's coordinates to those of its `reference`.
+
+        The first is the identity. Scans between the two did not match, so the match says nothing of their motions.
 
         Examples
         --------
