@@ -140,7 +140,7 @@ def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[...
     assert own.frames() == before
     assert own.root.locator("img").count() == 0
     choose(own, "source", "nul.ply", b"ply\nformat ascii 1.0\nelement vertex 3\nend_header\n")
-    expect(status).to_contain_text("nul.ply: line 4: the vertices have nothing", timeout=60_000)
+    expect(status).to_contain_text("nul.ply: line 3: the vertices have nothing", timeout=60_000)
     own.button("step").click()
     expect(status).not_to_contain_text("nul.ply")
 
