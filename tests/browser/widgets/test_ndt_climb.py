@@ -45,7 +45,7 @@ def test_a_key_moves_the_start_and_both_begin_anew(reader: Callable[..., Reader]
     page.keyboard.press("Shift+ArrowLeft")
     after = climb.changes("translation_start", before)
     assert [climb.settled().readout(f"translation_{name}") for name in ("one", "fine")] == [after, after]
-    assert climb.readout("stop_one") == "running, 0"
+    assert climb.readout("stop_one") == "not begun, 0"
 
 
 def test_presets_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:

@@ -50,7 +50,7 @@ def test_a_drag_in_one_panel_starts_all_three(reader: Callable[..., Reader], nam
     three.drag(f"{name}-source", 25, 15)
     three.settled()
     assert three.readout("point_rotation") == three.readout("plane_rotation") == three.readout("gicp_rotation")
-    assert [three.readout(f"{key}_steps") for key in ("point", "plane", "gicp")] == ["0, running"] * 3
+    assert [three.readout(f"{key}_steps") for key in ("point", "plane", "gicp")] == ["0, not begun"] * 3
     before = three.readout("point_rotation")
     three.handle(f"{name}-turn").focus()
     page.keyboard.press("Shift+ArrowLeft")
