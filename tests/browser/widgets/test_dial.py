@@ -23,4 +23,4 @@ def test_the_slider_of_the_start_turns_a_robot_that_was_dragged(reader: Callable
     dial.set("turn", "180")
     dial.settled()
     assert dial.record()["log"] == [["press", "roll"]]
-    assert "starts 180° from the truth" in dial.frame()["description"]
+    assert "starts 180° from the true heading" in dial.frame()["description"]
