@@ -281,12 +281,12 @@ def halves(
         raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
     q = validate.matched(p, cast(ArrayLike, target))[1] if method_of(method).paired else None
     w = None if weights is None else validate.weights(cast(ArrayLike, weights), p.shape[-2])
-    ends, found = [], np.True_
+    ends, valid = [], np.True_
     for part in (0, 1):
         half = None if w is None else w[..., part::2]
         fixed = target if q is None else q[..., part::2, :]
         result = register(p[..., part::2, :], fixed, method, start=pose, weights=half, **options)
         ends.append(result.pose.apply(p))
-        found = found & (np.asarray(result.status) != Status.DEGENERATE)
+        valid = valid & (np.asarray(result.status) != Status.DEGENERATE)
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
-    return np.where(found, apart, np.nan)[()]
+    return np.where(valid, apart, np.nan)[()]

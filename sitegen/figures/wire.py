@@ -46,6 +46,6 @@ def _control(control: Spec) -> Plain:
     return common
 
 
-def undrawn(shown: Plain) -> Plain:
+def without_drawings(shown: Plain) -> Plain:
     """A frame or a job's result without its drawings, which are already in the page."""
     return {**shown, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in shown["panels"]]}

@@ -17,7 +17,7 @@ from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
-from sitegen.figures.wire import Plain, dumps, spec, undrawn
+from sitegen.figures.wire import Plain, dumps, spec, without_drawings
 from sitegen.markup.typography import apostrophes, breakable
 from widgets.drawing.picture import ROLES, number
 from widgets.engine.contract import Button, Key, Lead, Widget
@@ -202,7 +202,7 @@ def figure_view(
     figure: Figure, state: Plain, frame: Plain, tape: Tape, sentence: Markup = EMPTY, caption: Markup = EMPTY
 ) -> FigureView:
     """The view of a figure with its drawn frame and finished jobs. sentence: the leading one."""
-    record = {"record": state, "frame": undrawn(frame), "spec": spec(figure.widget)}
+    record = {"record": state, "frame": without_drawings(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
         figure.number,
@@ -214,7 +214,7 @@ def figure_view(
         sentence,
         caption,
         tuple(
-            JobView(job.name, job.label, result, Markup(dumps(undrawn(result))))
+            JobView(job.name, job.label, result, Markup(dumps(without_drawings(result))))
             for job, result in zip(figure.widget.jobs, tape.results, strict=True)
         ),
         figure.lead,

@@ -119,13 +119,13 @@ def _is_count(word: str) -> bool:
 
 def _count(header: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:
     """How many points the header promises."""
-    found = []
+    factors = []
     for key in ("POINTS",) if "POINTS" in header else ("WIDTH", "HEIGHT"):
         at, value = header.get(key, (line, []))
         if len(value) != 1 or not value[0].isascii() or not value[0].isdigit() or len(value[0]) > 12:
             raise ValueError(f"line {at}: {key} {told(' '.join(value))}; expected a whole number")
-        found.append((int(value[0]), at))
-    product = math.prod(number for number, _ in found)
+        factors.append((int(value[0]), at))
+    product = math.prod(number for number, _ in factors)
     if product > most:
-        raise ValueError(f"line {max(found)[1]}: {product} points are more than the limit of {most}")
+        raise ValueError(f"line {max(factors)[1]}: {product} points are more than the limit of {most}")
     return product

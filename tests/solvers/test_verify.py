@@ -101,6 +101,17 @@ def test_halves_without_noise_agree():
     assert halves(scene.target, scene.target, Pose.from_angle(0.02, (0.05, 0.0)), "point-to-plane") < 1e-3
 
 
+def test_halves_that_cannot_be_matched_do_not_agree():
+    """Neither moves, so they end at one pose, which says nothing. So in a batch, and if one half has no weight."""
+    scene = room("clean")
+    far = scene.target + 100.0
+    assert np.isnan(halves(scene.source, far, Pose.identity(), gate=0.5))
+    both = halves(scene.source, np.stack([far, scene.target]), scene.truth, gate=0.5)
+    assert np.isnan(both).tolist() == [True, False]
+    every_second = np.arange(len(scene.source)) % 2.0
+    assert np.isnan(halves(scene.source, scene.target, scene.truth, gate=0.5, weights=every_second))
+
+
 def test_each_half_has_its_weights():
     """With the wrong points at weight zero the halves agree, for odd and for even counts of points."""
     scene = room("clean", noise=0.0)

@@ -23,13 +23,13 @@ NOISE = 0.02  # u
 DETAILS = 3  # the coarse rings; the ends; the full rings
 
 
-def _named(rung: Rung) -> str:
+def _short_name(rung: Rung) -> str:
     """A rung's number and title, without an article, so that it fits two lines under a thumbnail."""
     says = rung.says.removeprefix("The ")
     return f"{rung.number} · {says[0].upper()}{says[1:]}"
 
 
-NAMES: Mapping[str, str] = {name: _named(rung) for name, rung in RUNGS.items()}
+NAMES: Mapping[str, str] = {name: _short_name(rung) for name, rung in RUNGS.items()}
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import pytest
 from axe_playwright_python.base import AXE_SCRIPT
 from playwright.sync_api import Page, expect
 
+from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, figures
 from tests.browser.layout import CUT, DETAILS, SIDEWAYS, SMALL_TEXT, STOPS, count_figures, low, remaining
 from tests.browser.visits import QUIET, Found
@@ -186,6 +187,16 @@ def test_axe_finds_nothing_on_any_page(wide: Found) -> None:
     """At both widths, one in the light theme and one in the dark, with figures after their main button, words open and
     a run pinned."""
     assert wide["axe"] == []
+
+
+def test_one_pale_text_among_many_is_found(reader: Callable[..., Reader]) -> None:
+    """Though contrast is not measured on every text."""
+    page = reader(color_scheme="light").open("docs-commands.html")
+    assert list(all_violations(page, "as it is")) == []
+    page.evaluate("document.querySelectorAll('main p')[7].style.color = '#bbb'")
+    faults = list(all_violations(page, "one paler"))
+    assert faults
+    assert all("color-contrast" in fault for fault in faults)
 
 
 def test_names_roles_and_order_on_every_page(wide: Found) -> None:

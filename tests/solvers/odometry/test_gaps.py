@@ -36,6 +36,19 @@ def test_a_match_to_a_map_across_a_gap_is_an_edge_across_it() -> None:
     assert squares[matched].max() < 30.0
 
 
+def test_after_a_kidnapping_a_new_map_is_measured_from_its_first_scan() -> None:
+    """The robot was carried, says the odometry: scan 14 fits neither the map nor scan 13. Scan 15 fits scan 14 alone,
+    and an edge from 13 would carry the error of the odometry."""
+    drive, truth = simulated_drive(scans=30)
+    carried = drive.motion[BLANK : BLANK + 1].compose(Pose.from_angle(2.0, (5.0, 5.0)))
+    motion = concatenated([drive.motion[:BLANK], carried, drive.motion[BLANK + 1 :]])
+    chain = scan_to_map(prepare(drive), motion)
+    assert np.flatnonzero(~chain.believed).tolist() == [BLANK]
+    assert chain.reference[BLANK : BLANK + 3].tolist() == [BLANK - 1, BLANK, BLANK + 1]
+    later = truth[BLANK:-1].inverse().compose(truth[BLANK + 1 :])
+    assert rte(chain.measured[BLANK + 1 :], later).max() < 0.05
+
+
 def test_a_scan_is_not_matched_to_itself() -> None:
     """The scans around a loop's partner extend it, but not by the scan that is matched, which fits wherever it is: it
     stayed 0.14 m off."""

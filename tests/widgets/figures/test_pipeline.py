@@ -78,6 +78,19 @@ def test_where_nothing_is_explained_there_is_no_residual() -> None:
     assert (by_name["conditioning"].said, by_name["conditioning"].met) == ("–", False)
 
 
+def test_a_sign_without_a_value_is_not_met_once_it_is_required() -> None:
+    """Far from everything no half finds a pose; and where no stage runs, the halves are not tried."""
+    clean = {"scene": "clean", "noise": 0.02, "outliers": 0.0, "gate": 0.1, "draws": 0.0, "least": 0.0}
+    away = run(Action("drag", "source", -6.4, -4.6), FINISH, **clean)
+    untried = run(FINISH, draws=0.0, refine="none", turn=0.0, offset=0.0)
+    for state in (away, untried):
+        assert texts(state)["halves"] == "–"
+        assert "two halves" in state.judgement.failed
+        assert "two halves not known" in draw(state).description
+        assert not state.accepted
+    assert run(FINISH, trust=180.0).accepted, "what is not required does not refuse"
+
+
 def test_a_conditioning_near_zero_keeps_a_digit() -> None:
     """In a corridor the cross is not at the end of the scale, and the number beside it is not 0.000."""
     (sign,) = (sign for sign in run(FINISH, scene="corridor").judgement.signs if sign.name == "conditioning")

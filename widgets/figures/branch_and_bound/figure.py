@@ -195,9 +195,9 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     now, (ceiling, floor), truth = state.now, state.course[-1], state.scene.truth
     return (
         Readout("ceiling", "Ceiling: best value found", number(ceiling, 4), "u²", "source"),
-        Readout("floor", "Floor: no pose searched is below", number(floor, 4), "u²", "accent"),
+        Readout("floor", "Floor: proved lower bound", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
-        Readout("headings", "Headings ruled out", _gone(state), "%"),
+        Readout("headings", "Headings ruled out", _ruled_out(state), "%"),
         Readout("left", "Boxes left", f"{int(now.left[0]):,}"),
         Readout("examined", "Boxes examined", f"{int(now.examined[0]):,}"),
         Readout("truth", "Objective at the truth", number(state.truth, 4), "u²", "truth"),
@@ -207,13 +207,13 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     )
 
 
-def _gone(state: State) -> str:
+def _ruled_out(state: State) -> str:
     """The percentage of headings ruled out; 100 only if all are."""
     share = state.floors.share_gone
     return number(100.0 if share == 1.0 else min(100.0 * share, 99.0), 0)
 
 
-def _sought(state: State) -> str:
+def _candidate(state: State) -> str:
     """What the floor holds for: with the position fixed, other places may have better poses."""
     return "heading" if state.held else "pose"
 
@@ -229,9 +229,9 @@ def _note(state: State) -> str:
     if not steps:
         return ""
     if state.now.status[0] == Status.PROVED:
-        better = f"no {_sought(state)} is better by more than {number(ceiling - floor, 4)} u²"
+        better = f"no {_candidate(state)} is better by more than {number(ceiling - floor, 4)} u²"
         return f"Proved at step {steps}: {better}{', at the true position' if state.held else ''}."
-    return f"Step {steps}: {_gone(state)} % of the headings are ruled out; boxes left: {int(state.now.left[0]):,}."
+    return f"Step {steps}: {_ruled_out(state)} % of the headings are ruled out; boxes left: {int(state.now.left[0]):,}."
 
 
 _WORDS = {
@@ -269,11 +269,11 @@ def _description(state: State) -> str:
     words.append(
         f"After {amount(steps, 'step')} the best pose is turned by {degrees(float(state.pose.angle))}°,"
         f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²;"
-        f" no {_sought(state)} is below {number(floor, 4)} u²."
+        f" no {_candidate(state)} is below {number(floor, 4)} u²."
     )
     words.append(
         f"Boxes examined: {int(now.examined[0]):,}; left: {int(now.left[0]):,}."
-        f" {_gone(state)} % of the headings are ruled out."
+        f" {_ruled_out(state)} % of the headings are ruled out."
     )
     if state.batch.done:
         words.append(f"The run has ended: {Status(int(now.status[0])).label}, {now.reason[0]}.")

@@ -263,9 +263,9 @@ def _description(state: State) -> str:
     for name, run in state.runs.items():
         sizes = " → ".join(number(h, 1) for h in _cells(c, name))
         error = f"{number(_turn(run.pose, truth), 1)}° and {number(_distance(run.pose, truth))} u from the truth"
-        told = f"{run.status.label} after {amount(run.steps, 'step')}, {error}," if run.steps else "at its start"
+        progress = f"{run.status.label} after {amount(run.steps, 'step')}, {error}," if run.steps else "at its start"
         words.append(
-            f"{NAMES[name]} ({sizes} u) is {told} with a score of {number(scores[name], 1)} on"
+            f"{NAMES[name]} ({sizes} u) is {progress} with a score of {number(scores[name], 1)} on"
             f" cells of {number(c.cell, 1)} u; the true pose scores {number(run.truth[-1], 1)} there."
         )
         caps = [cap for cap in run.caps if cap]

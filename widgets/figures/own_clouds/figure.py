@@ -188,8 +188,8 @@ def _note(state: State) -> str:
     run, c = state.run, state.clouds
     if not c.whole:
         clouds = {"source": (c.raw.source, c.source), "target": (c.raw.target, c.target)}
-        missing = [name for name, (given, _) in clouds.items() if given is None]
-        empty = [name for name, (given, cloud) in clouds.items() if given is not None and not len(cloud)]
+        missing = [name for name, (raw, _) in clouds.items() if raw is None]
+        empty = [name for name, (raw, cloud) in clouds.items() if raw is not None and not len(cloud)]
         if empty:
             return f"No {' and no '.join(empty)} point lies in this slice. Move or thicken it."
         return f"Choose or draw a {' and a '.join(missing)} first."

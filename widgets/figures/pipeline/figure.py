@@ -197,16 +197,16 @@ def _scale(sign: Sign, y: float) -> tuple[Mark, ...]:
 def _readouts(state: State) -> tuple[Readout, ...]:
     turn, shift = errors(state.pose, state.scene.truth)
     judgement = state.judgement
-    said = {sign.name: sign.said.removesuffix("°").partition(" ")[::2] for sign in judgement.signs}  # number, unit
+    texts = {sign.name: sign.said.removesuffix("°").partition(" ")[::2] for sign in judgement.signs}  # number, unit
     verdict = ("accepted" if state.accepted else "refused") if state.verdict else "–"
     return (
         Readout("stop", "The last stage stopped", state.stages[-1].stop or "–"),
         Readout("verdict", "Verdict", verdict),
-        Readout("share", "Source explained", *said["overlap"]),
-        Readout("rms", "RMS of what is explained", *said["residual"]),
-        Readout("conditioning", "Smallest eigenvalue / largest", *said["conditioning"]),
-        Readout("halves", "Gap between two halves", *said["two halves"]),
-        Readout("prediction", "Angle from the prediction", said["prediction"][0], "°"),
+        Readout("share", "Source explained", *texts["overlap"]),
+        Readout("rms", "RMS of what is explained", *texts["residual"]),
+        Readout("conditioning", "Smallest eigenvalue / largest", *texts["conditioning"]),
+        Readout("halves", "Gap between two halves", *texts["two halves"]),
+        Readout("prediction", "Angle from the prediction", texts["prediction"][0], "°"),
         Readout("right", "Within 5° and 0.2\u00a0u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°", "truth"),
         Readout("translation_error", "Translation error", number(shift), "u", "truth"),

@@ -115,15 +115,15 @@ def judged(
     has_share = share > 0.0  # if nothing is explained, there are no residuals, and nothing constrains the pose
     apart = _halves_apart(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
-    held = weakest >= LEAST_HELD
-    conditioning = ratio(weakest, np.inf if held else LEAST_HELD)
+    is_held = weakest >= LEAST_HELD
+    conditioning = ratio(weakest, np.inf if is_held else LEAST_HELD)
     enough = share >= least - 1e-9
     share_text = f"{number(100 * share, 0 if enough else _apart(100 * share, 100 * least, 0))} %"
     signs = (
         Sign("overlap", share_text, f"≥ {number(100 * least, 0)} %", enough, share, least, True),
         _small("residual", rms if has_share else None, LARGEST_RMS, 0.3, "u", 3),
         Sign(
-            "conditioning", conditioning if has_share else "–", f"≥ {LEAST_HELD}", held,
+            "conditioning", conditioning if has_share else "–", f"≥ {LEAST_HELD}", is_held,
             _decades(weakest) if has_share else None, _decades(LEAST_HELD), True,
         ),
         _small("two halves", apart, FARTHEST_HALVES, 0.5, "u", 3),

@@ -36,7 +36,7 @@ export function runDeck(root) {
   const progress = find(bar, ".deck-progress");
   let current = 0; // the current slide, from 0
   let marked = 0; // the slide that last had the focus in the overview
-  let pointed = false; // whether the reader acted with a pointer last, and not with a key
+  let byPointer = false; // whether the reader acted with a pointer last, and not with a key
   let frameRequest = 0; // the animation frame that will check the scroll position
 
   /**
@@ -212,10 +212,10 @@ export function runDeck(root) {
   on(root, "focusin", (event) => {
     const index = slideAround(event.target);
     if (page.dataset.slides === "grid") marked = index;
-    else if (index >= 0 && index !== current && !pointed) go(index); // what is pressed stays under the pointer
+    else if (index >= 0 && index !== current && !byPointer) go(index); // what is pressed stays under the pointer
   });
-  on(document, "pointerdown", () => (pointed = true), { capture: true });
-  on(document, "keydown", () => (pointed = false), { capture: true });
+  on(document, "pointerdown", () => (byPointer = true), { capture: true });
+  on(document, "keydown", () => (byPointer = false), { capture: true });
   on(document, "scroll", () => (frameRequest ||= requestAnimationFrame(look)), { passive: true });
   on(globalThis, "resize", resized);
   on(globalThis, "hashchange", linked);

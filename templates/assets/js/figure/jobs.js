@@ -161,14 +161,14 @@ function job(figure, box) {
     if (runtime.state === "file") return tell("A page opened from disk has no Python to run this.");
     /** @type {{ record: FigureRecord, rows: boolean }} */
     const mine = { record: figure.record, rows: false };
-    let lives = runtime.state === "live"; // or has been heard
+    let isLive = runtime.state === "live"; // or has answered since
     run = mine;
     begin.disabled = true;
     stop.disabled = false;
     stop.focus({ preventScroll: true });
     box.dataset.state = "running";
     bar.value = 0;
-    tell(lives ? "Running." : "Python is starting; the run begins when it is ready.");
+    tell(isLive ? "Running." : "Python is starting; the run begins when it is ready.");
     if (runtime.state === "failed") runtime.restart();
     else runtime.start();
     const began = performance.now();
@@ -179,7 +179,7 @@ function job(figure, box) {
         {
           going: () => run === mine,
           hear(fraction, message) {
-            lives = true;
+            isLive = true;
             if (performance.now() < due) return;
             due = performance.now() + TELL_EVERY;
             bar.value = fraction;
@@ -195,7 +195,7 @@ function job(figure, box) {
       if (run === mine) end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
     } catch (error) {
       const stopped = error instanceof Error && "stopped" in error;
-      const reason = lives ? "Python stopped before the run was finished" : runtime.message; // why it did not start
+      const reason = isLive ? "Python stopped before the run was finished" : runtime.message; // why it did not start
       if (run === mine) end(`${(stopped && reason) || messageOf(error)}.`);
     }
   }

@@ -52,7 +52,7 @@ function tried(event) {
 }
 
 /** @type {Map<string, string>} the state that the address last gave to a figure */
-const given = new Map();
+const lastStates = new Map();
 
 /**
  * Shows the state in the address; returns true if there is one.
@@ -66,8 +66,8 @@ function linked(known) {
   const details = moreOf(figure.root);
   if (details && suffix !== undefined) details.open = true;
   visit(figure);
-  if (known && given.get(name) === data) return true; // by Back: the work that began with it stays
-  given.set(name, data);
+  if (known && lastStates.get(name) === data) return true; // by Back: the work that began with it stays
+  lastStates.set(name, data);
   history.replaceState(true, "");
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);

@@ -134,7 +134,7 @@ function dialog() {
   const box = make("dialog", { class: "search", "aria-label": "Search" }, make("div", { class: "search-head" }, field, close), status, list);
   let request = 0;
   /** @type {EventTarget | null} */
-  let pressed = null; // where the last press began: a selection may end outside
+  let pressTarget = null; // where the last press began: a selection may end outside
 
   const options = () => /** @type {HTMLElement[]} */ ([...list.children]);
   const chosen = () => options().findIndex((node) => node.getAttribute("aria-selected") === "true");
@@ -195,9 +195,9 @@ function dialog() {
   on(field, "input", ask);
   on(field, "keydown", key);
   on(close, "click", () => box.close());
-  on(box, "pointerdown", ({ target }) => (pressed = target));
+  on(box, "pointerdown", ({ target }) => (pressTarget = target));
   on(box, "click", (event) => {
-    if ((event.target === box && pressed === box) || around(event, '[role="option"]')) box.close();
+    if ((event.target === box && pressTarget === box) || around(event, '[role="option"]')) box.close();
   });
   document.body.append(box);
   return () => {
