@@ -177,7 +177,7 @@ def test_the_end_certifies_nothing() -> None:
 def test_each_panel_says_why_it_stopped() -> None:
     """From 120° the filter runs into its cap of steps in the walk's last iteration."""
     words = captions(run(FINISH, turn=120.0))
-    assert all("at rest" in text and "Stopped after" in text for text in words)
+    assert all(": ended" in text and "Stopped after" in text for text in words)
     assert "Stopped after 120 steps: the cap of 120 steps was reached." in words[1]
 
 

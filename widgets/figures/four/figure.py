@@ -80,10 +80,10 @@ def _panel(look: Look) -> Panel:
     at = min(walk.stage, len(part.STAGES))
     waits = walk.stage > at
     if look.track.rests or (walk.ended and waits):
-        stage, content = "at rest", Shown(carried(look), f"Stopped after {amount(look.steps, 'step')}: {look.stopped}.")
+        stage, content = "ended", Shown(carried(look), f"Stopped after {amount(look.steps, 'step')}: {look.stopped}.")
     else:
         stage, content = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
-    suffix = ", held" if waits and stage != "at rest" else ""
+    suffix = ", held" if waits and stage != "ended" else ""
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {amount(look.steps, 'step')}"
     caption = "\n".join((f"{part.NAME}: {stage}{suffix}", content.words, errors))
