@@ -23,6 +23,7 @@ from playwright.sync_api import (
 )
 
 from sitegen.check.browsers import FLAGS
+from tests.browser.figure import await_attribute
 from tests.browser.server import SiteServer
 from tests.browser.visits import Check, Found, findings
 
@@ -196,7 +197,7 @@ def keep_python_up(context: BrowserContext, origin: str) -> None:
     page = context.new_page()
     page.goto(f"{origin}/{KEPT}")
     page.locator("figure.figure").first.scroll_into_view_if_needed()
-    expect(page.locator("html")).to_have_attribute("data-runtime", "live", timeout=TIMEOUT)
+    await_attribute(page, "html", "data-runtime", "live")
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,12 @@ LIVE = 60_000  # ms: a start of Python on a busy machine
 TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it waits each time
 
 
+def await_attribute(page: Page, selector: str, name: str, value: str) -> None:
+    """Wait until an element has an attribute of this value. For a message of its own, `expect` describes the whole
+    element, or the page if it is hidden, at every look that fails: of a page or figure, a third of a second of work."""
+    page.wait_for_selector(f'{selector}[{name}="{value}"]', state="attached", timeout=LIVE)
+
+
 class Figure:
     """One figure on an open page."""
 
@@ -27,17 +33,17 @@ class Figure:
 
     def becomes(self, state: str) -> Figure:
         """Wait for the figure's state: static, tape, waiting, live or failed."""
-        expect(self.root).to_have_attribute("data-state", state, timeout=LIVE)
+        await_attribute(self.page, f"#{self.name}", "data-state", state)
         return self
 
     def live(self) -> Figure:
         self.seen()
-        expect(self.page.locator("html")).to_have_attribute("data-runtime", "live", timeout=LIVE)
+        await_attribute(self.page, "html", "data-runtime", "live")
         return self
 
     def warm(self) -> Figure:
         """Wait until Python's warm-up for this figure is over."""
-        expect(self.live().root).to_have_attribute("data-warm", "", timeout=LIVE)
+        await_attribute(self.live().page, f"#{self.name}", "data-warm", "")
         return self
 
     def boxes(self, selector: str) -> list[FloatRect]:
@@ -65,13 +71,17 @@ class Figure:
         return self.root.locator(f'[data-readout="{name}"] .value').text_content() or ""
 
     def shows(self, name: str, value: str) -> Figure:
-        expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value, timeout=LIVE)
+        until(self.page, f"{self._value(name)} === {json.dumps(value)}")
         return self
 
     def changes(self, name: str, before: str) -> str:
         """Wait until the readout is no longer `before` and no request is pending: after a drag, its last frame."""
-        expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before, timeout=LIVE)
+        until(self.page, f"{self._value(name)} !== {json.dumps(before)}")
         return self.settled().readout(name)
+
+    def _value(self, name: str) -> str:
+        """The script of a readout's text."""
+        return f"document.querySelector({json.dumps(f'#{self.name} [data-readout={name}] .value')}).textContent"
 
     def frames(self) -> int:
         return int(self.root.get_attribute("data-frame") or 0)

@@ -8,7 +8,7 @@ from pathlib import Path
 from playwright.sync_api import Route, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, await_attribute
 from tests.browser.server import SiteServer
 
 
@@ -40,7 +40,7 @@ def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader],
     server.hold("/runtime/.*wasm")
     page = reader().open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    expect(page.locator("html")).to_have_attribute("data-runtime", "loading")
+    await_attribute(page, "html", "data-runtime", "loading")
     start = solve.readout("rms")
     solve.drag("source", 60, 40)
     solve.becomes("waiting")
@@ -59,7 +59,7 @@ def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reade
     visitor.expect("Access to font", "ERR_FAILED", "A preload for")
     page = visitor.page()
     page.goto((site / "kabsch.html").as_uri())
-    expect(page.locator("html")).to_have_attribute("data-runtime", "file")
+    await_attribute(page, "html", "data-runtime", "file")
     solve = Figure(page, "fig-solve").seen()
     start = solve.readout("rms")
     solve.button("solve").click()

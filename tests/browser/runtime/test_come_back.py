@@ -9,7 +9,7 @@ from playwright.sync_api import Playwright, expect
 from sitegen.check.browsers import FLAGS
 from sitegen.check.offline import ask
 from tests.browser.conftest import Reader, whole_chromium
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, await_attribute
 from tests.browser.server import SiteServer
 
 
@@ -61,7 +61,7 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         assert solve.readout("rms") == moved
         expect(page.locator(".card:not([hidden])")).to_have_count(0)
         expect(solve.root.locator(".runs tbody tr")).to_have_count(1)
-        expect(page.locator("html")).to_have_attribute("data-runtime", "live")
+        await_attribute(page, "html", "data-runtime", "live")
         ask(page, "fig-solve")
         solve.shows("rms", before)
     finally:

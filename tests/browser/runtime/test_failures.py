@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Locator, Route, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import LIVE, Figure
+from tests.browser.figure import LIVE, Figure, await_attribute
 from tests.browser.server import SiteServer, published_anew
 
 FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: true } });"
@@ -61,7 +61,7 @@ def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., R
     server.forbid(r"/runtime/.*numpy")
     page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=60_000)
+    await_attribute(page, "html", "data-runtime", "failed")
     solve.drag("source", 50, 50)
     expect(solve.root.locator(".figure-status")).to_contain_text("numpy")
     server.forbid(None)
@@ -115,7 +115,7 @@ def test_why_python_failed_is_not_hidden_by_what_was_said_in_passing(reader: Cal
     expect(words).to_have_text("Run 1 pinned.")
     page.evaluate("""() => { const { limits, runtime } = Ladder; limits.frame = 1500; runtime.kill();
       runtime.frame({ figure: "fig-wrong", record: {} }).catch(() => {}); }""")
-    expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=LIVE)
+    await_attribute(page, "html", "data-runtime", "failed")
     expect(words).to_contain_text("Python has not answered")
 
 
@@ -138,7 +138,7 @@ def test_a_wrong_file_is_named_and_does_not_stay(
     server.spoilt = {file: fault}
     page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=60_000)
+    await_attribute(page, "html", "data-runtime", "failed")
     expect(solve.root.locator(".figure-status")).to_contain_text(WRONG[file, fault])
     start = solve.readout("rms")
     solve.button("solve").click()
@@ -160,7 +160,7 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
     server.hold("/runtime/.*wasm")
     page = visitor.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    expect(page.locator("html")).to_have_attribute("data-runtime", "loading")
+    await_attribute(page, "html", "data-runtime", "loading")
     page.evaluate("Ladder.runtime.kill()")
     server.release()
     before = solve.readout("rms")
