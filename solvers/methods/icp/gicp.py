@@ -116,8 +116,9 @@ def start(problem: Problem, options: GicpOptions) -> SurfaceState:
     index = nearest.build(problem.target)
     surface = normals(index, options.neighbours, options.roundness)
     own = normals(nearest.build(problem.source), options.neighbours, options.roundness)
-    covariances = tuple(surface_covariances(x, options.tangent, options.normal) for x in (own, surface))
-    return surface_icp.start(problem, options, index, surface, (covariances[0], covariances[1]))
+    of_source = surface_covariances(own, options.tangent, options.normal)
+    of_target = surface_covariances(surface, options.tangent, options.normal)
+    return surface_icp.start(problem, options, index, surface, (of_source, of_target))
 
 
 GICP = Method(
