@@ -40,6 +40,7 @@ from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.methods.pairs.capped_grid import CappedGrid
+from solvers.methods.pairs.consensus import capped_sum
 from solvers.numerics.fits import fit_pairs, lengths
 
 SEPARATION, TOLERANCE, INLIER = 0.6, 0.1, 0.1
@@ -157,7 +158,7 @@ class _Score:
 def _score(source: FloatArray, index: Index, pose: Pose, inlier: FloatArray) -> _Score:
     with np.errstate(over="ignore", under="ignore"):
         rows, squares = index.nearest(pose.apply(source))
-        return _Score(pose, rows, squares, np.minimum(squares, np.square(inlier)[:, None]).sum(axis=1))
+        return _Score(pose, rows, squares, capped_sum(squares, inlier[:, None]))
 
 
 def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
