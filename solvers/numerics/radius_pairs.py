@@ -30,7 +30,7 @@ from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import changed
-from solvers.numerics.fits import fit_pairs, rms_motion, rms_radius, typical_radius
+from solvers.numerics.fits import fit_pairs, lengths, rms_motion, rms_radius
 
 MOST = 14_000_000
 """The most pairs, m n, that a problem may have."""
@@ -269,8 +269,7 @@ def few_enough(problem: Problem, method: str) -> None:
 def initial(problem: Problem, options: Any) -> dict[str, Any]:
     """The fields of a schedule's state before the first association."""
     b, m, _ = problem.source.shape
-    size = typical_radius(problem.target)
-    first, last = _lengths(options.first, 0.3, size), _lengths(options.last, 0.03, size)
+    first, last = lengths(options.first, 0.3, problem.target), lengths(options.last, 0.03, problem.target)
     last = np.minimum(last, first) if options.last is None else last
     return {
         "problem": problem,
@@ -288,10 +287,6 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
         "change": np.full(b, np.inf),
         "condition": np.full(b, np.inf),
     }
-
-
-def _lengths(length: float | None, share: float, size: FloatArray) -> FloatArray:
-    return share * size if length is None else np.full(size.shape, length, dtype=np.float64)
 
 
 def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
