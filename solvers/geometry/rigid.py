@@ -227,11 +227,14 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         R, turn = _turn(H)
         return R, turn, turn
     V, values, Ut, sign = _signed_svd(H)
-    signed_values = values.copy()
-    signed_values[..., -1] *= sign
+    return *_joined(V, values, Ut, sign), values[..., -2] + sign * values[..., -1]
+
+
+def _joined(V: FloatArray, values: FloatArray, Ut: FloatArray, flip: AnyArray) -> tuple[FloatArray, FloatArray]:
+    """`V D Uᵀ` and `tr(Λ D)`, with the last entry of D set to `flip`."""
     D = np.ones_like(values)
-    D[..., -1] = sign
-    return (V * D[..., None, :]) @ Ut, signed_values.sum(axis=-1), values[..., -2] + signed_values[..., -1]
+    D[..., -1] = flip
+    return (V * D[..., None, :]) @ Ut, (values * D).sum(axis=-1)
 
 
 def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -307,13 +310,9 @@ def _spatial(m: Moments, proper: bool) -> Turned:
     # rotation is as good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
-    signed_values = values.copy()
-    signed_values[..., -1] *= flip
-    D = np.ones_like(values)
-    D[..., -1] = flip
-    R = (V * D[..., None, :]) @ Ut
+    R, trace = _joined(V, values, Ut, flip)
     gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
-    return R, signed_values.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap
+    return R, trace, values, np.where(tied, np.int8(0), sign), gap
 
 
 def _pose(
