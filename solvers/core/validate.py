@@ -77,20 +77,20 @@ def weights(values: ArrayLike | None, count: int, name: str = "weights", text: s
     return w
 
 
-def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "pairs") -> IntArray:
+def pairs(values: ArrayLike, source_count: int, target_count: int) -> IntArray:
     """Index pairs (..., k, 2) of source row and target row, k ≥ 1, within range."""
-    k = array(values, name)
+    k = array(values, "pairs")
     if k.ndim < 2 or k.shape[-1] != 2:
-        raise ValueError(f"{name}: expected shape (..., k, 2), source row and target row, got {k.shape}")
+        raise ValueError(f"pairs: expected shape (..., k, 2), source row and target row, got {k.shape}")
     if k.size == 0:
-        raise ValueError(f"{name}: is empty, shape {k.shape}; at least one pair is needed")
+        raise ValueError(f"pairs: is empty, shape {k.shape}; at least one pair is needed")
     if k.dtype.kind not in "iu":
-        raise ValueError(f"{name}: expected integers, got {k.dtype}")
+        raise ValueError(f"pairs: expected integers, got {k.dtype}")
     for column, count, cloud_name in ((0, source_count, "source"), (1, target_count, "target")):
         low, high = int(k[..., column].min()), int(k[..., column].max())
         if low < 0 or high >= count:
             raise ValueError(
-                f"{name}: column {column} names {cloud_name} row {low if low < 0 else high}, "
+                f"pairs: column {column} names {cloud_name} row {low if low < 0 else high}, "
                 f"but the rows go from 0 to {count - 1}"
             )
     return k.astype(np.int64)
