@@ -195,7 +195,7 @@ def _hint(wrong: str, method: Method[Any], options: list[str]) -> str:
     names = [*parameters, "start", "seed", "max_steps"]
     candidates = [name for name in _MEANT[wrong] if name in names] if wrong in _MEANT else [wrong]
     near = validate.nearest(candidates[0], names) if candidates else ""
-    return f"{near}; it takes: {', '.join(parameters)}"
+    return f"{near}; it takes: {', '.join(parameters)}" if parameters else f"{near}; it takes no options"
 
 
 def _problem(

@@ -13,7 +13,7 @@ import pytest
 from solvers import METHODS, Pose, Status, register
 from solvers.core.arrays import FloatArray, ReasonArray, StatusArray
 from solvers.scenes import room, room_start
-from solvers.stepper import Method, Problem
+from solvers.stepper import Method, NoOptions, Problem
 from solvers.uncertainty import from_matrix, from_starts, monte_carlo
 from solvers.verify import halves
 
@@ -68,6 +68,9 @@ def test_a_method_of_one_s_own_runs() -> None:
     assert np.array_equal(batch[1].correspondences, result.correspondences)
     with pytest.raises(ValueError, match=r"^shares: no option of method 'centred', did you mean 'share'"):
         register(SCENE.source, SCENE.target, CENTRED, shares=0.5)
+    bare = replace(CENTRED, name="bare", options=NoOptions, weighted=False)
+    with pytest.raises(ValueError, match=r"^xyzzy: no option of method 'bare'; it takes no options$"):
+        register(SCENE.source, SCENE.target, bare, xyzzy=1)
 
 
 def test_a_listed_method_is_itself() -> None:
