@@ -31,6 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.core.amounts import place
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
 from solvers.core.rotations import planar, spatial
@@ -173,6 +174,6 @@ def freedom(system: System, i: int) -> str:
         # The twist's fixed point: v + ω J (x − c) = 0.
         omega = a[0] / system.radius[i]
         x = system.centre[i] + np.array([-v[1], v[0]]) / omega
-        return f"the pairs leave the turn about ({x[0]:.2f}, {x[1]:.2f}) free"
+        return f"the pairs leave the turn about {place(x, system.radius[i])} free"
     direction = ", ".join(f"{x:.2f}" for x in a / np.linalg.norm(a))
     return f"the pairs leave a turn about the direction ({direction}) free"

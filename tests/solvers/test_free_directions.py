@@ -85,6 +85,9 @@ def test_on_a_circle_the_turn_is_free():
     result = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
     assert result.status is Status.DEGENERATE
     assert "turn about (3.00, 1.00)" in result.reason
+    start = Pose.from_angle(0.05, (0.2e-3, -0.1e-3))
+    small = register(1e-3 * circle, 1e-3 * circle, "point-to-plane", start=start)
+    assert "turn about (0.00300, 0.00100)" in small.reason
     np.testing.assert_allclose(np.linalg.norm(result.transform(circle) - [3.0, 1.0], axis=1), 2.0, atol=1e-3)
 
 
