@@ -206,6 +206,7 @@ class Covariance:
         """
         back = self.mean.inverse()
         rigid = se2.rigid(pose)
+        validate.batch_shape(pose=rigid.batch, mean=back.batch)
         apart = rigid.compose(back) if self.frame == "target" else back.compose(rigid)
         shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))

@@ -170,6 +170,11 @@ def test_what_else_is_refused():
             call(np.eye(3))
         with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions"):
             call(Pose.identity(3))
+    for frame in ("target", "source"):
+        batch = from_matrix(np.stack([np.eye(3)] * 2), Pose.identity(batch=(2,))).to(frame)
+        for call in (batch.covers, batch.distance, batch.along):
+            with pytest.raises(ValueError, match=r"^pose, mean: leading axes .*: pose \(3,\), mean \(2,\)$"):
+                call(Pose.identity(batch=(3,)))
     with pytest.raises(ValueError, match=r"^radius: must be positive, but the smallest is -2$"):
         from_matrix(np.eye(3), Pose.identity(), radius=-2.0)
     with pytest.raises(ValueError, match=r"^mean: expected a Pose, got ndarray"):
