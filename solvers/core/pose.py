@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike
 from solvers.core.arrays import FloatArray, leading, restored
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, moderate, numbers
-from solvers.core.proper import apart, check, fits, of_one_batch, rotation
+from solvers.core.proper import apart, check, fits, identities, of_one_batch, rotation
 from solvers.core.rotations import angle, planar, rotvec, spatial
 
 
@@ -128,7 +128,7 @@ class Pose:
         Pose
             Identities of shape `batch`.
         """
-        return cls.trusted(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
+        return cls.trusted(identities(d, batch), np.zeros(d))
 
     @classmethod
     def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:

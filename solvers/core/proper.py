@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import several, shown
 from solvers.core.numbers import finite, numbers
 
 ROUNDING = 1e-12
@@ -50,6 +51,15 @@ def fits(axes: tuple[int, ...], batch: tuple[int, ...], name: str) -> None:
             np.broadcast_shapes(batch, axes)
         except ValueError:
             raise ValueError(f"{name}: leading axes {axes} do not broadcast with {batch}") from None
+
+
+def identities(d: int, batch: tuple[int, ...]) -> FloatArray:
+    """The identity matrix (d, d) over leading axes; raises ValueError for what is no dimension or no shape."""
+    axes = several(batch, "batch", "sizes, such as (3,)")
+    for size, name, least in (d, "d", 1), *((axis, "batch", 0) for axis in axes):
+        if isinstance(size, bool) or not isinstance(size, int | np.integer) or size < least:
+            raise ValueError(f"{name}: expected an integer of at least {least}, got {shown(size)}")
+    return np.broadcast_to(np.eye(d), (*axes, d, d))
 
 
 def check(t: FloatArray, scale: FloatArray) -> None:

@@ -267,6 +267,10 @@ def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, message):
         (lambda: Pose.from_matrix("x"), "matrix: expected real numbers"),
         (lambda: Pose.identity(2, (3,)).apply(np.zeros((2, 5, 2))), r"points: leading axes \(2,\) do not broadcast"),
         (lambda: Pose.identity().apply("x"), "points: expected real numbers"),
+        (lambda: Pose.identity(batch=3), r"batch: expected a sequence of sizes, such as \(3,\), got 3$"),
+        (lambda: Pose.identity(batch=(2.5,)), r"batch: expected an integer of at least 0, got 2\.5$"),
+        (lambda: Pose.identity(batch=(-1,)), "batch: expected an integer of at least 0, got -1$"),
+        (lambda: Pose.identity((3,)), r"d: expected an integer of at least 1, got \(3,\)$"),
     ],
 )
 def test_what_is_no_number_is_refused_by_name(make, message):
