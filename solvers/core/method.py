@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 
 
@@ -61,6 +62,8 @@ class Problem:
     weights: FloatArray
     start: Pose
     seed: IntArray
+
+    __repr__ = brief
 
     @property
     def size(self) -> int:

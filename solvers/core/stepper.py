@@ -70,6 +70,8 @@ class Batch(Generic[S]):
     part: S
     steps: IntArray
 
+    __repr__ = brief
+
     @property
     def done(self) -> bool:
         """Whether every problem has stopped."""

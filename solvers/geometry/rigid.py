@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 from solvers.core.status import Status, ended, reasons, statuses
 from solvers.geometry.moments import Moments, checked, moments, why
@@ -73,6 +74,8 @@ class Fit:
     determinant: AnyArray
     cost: FloatArray
     condition: FloatArray
+
+    __repr__ = brief
 
     @property
     def ended(self) -> BoolArray | bool:

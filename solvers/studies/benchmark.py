@@ -16,6 +16,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.kinds import function, of_kind, or_usual, several
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
@@ -68,6 +69,8 @@ class Line:
     status: StatusArray
     pose: Pose
     seconds: float
+
+    __repr__ = brief
 
     @property
     def median_rre(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 
@@ -104,6 +105,16 @@ assert dir(solvers).count("io") == ("solvers.io" in sys.modules)
 def test_what_was_importable_stays_importable(module: str) -> None:
     public = import_module(f"solvers.{module}")
     assert [name for name in NAMES[module].split() if not hasattr(public, name)] == []
+
+
+@pytest.mark.parametrize("module", ["", *NAMES])
+def test_no_public_record_shows_whole_arrays(module: str) -> None:
+    public = vars(import_module(f"solvers.{module}".rstrip(".")))
+    records = [value for value in public.values() if isinstance(value, type) and is_dataclass(value)]
+    arrays = [kind for kind in records if any(str(f.type).endswith("Array") for f in fields(kind))]
+    # A dataclass's own repr is wrapped, for records that hold themselves. An option holds a few numbers.
+    names = [kind.__name__ for kind in arrays if hasattr(kind.__repr__, "__wrapped__")]
+    assert [name for name in names if not name.endswith("Options")] == []
 
 
 @pytest.mark.parametrize("module", [name for name in NAMES if hasattr(import_module(f"solvers.{name}"), "__all__")])

@@ -37,6 +37,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -124,6 +125,8 @@ class FlowState:
     rigidity: FloatArray
     chosen: IntArray
     taken: IntArray
+
+    __repr__ = brief
 
 
 def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bool) -> FlowState:

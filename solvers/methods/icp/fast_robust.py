@@ -38,6 +38,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -142,6 +143,8 @@ class FastRobustState:
     depth: IntArray
     change: FloatArray
     condition: FloatArray
+
+    __repr__ = brief
 
 
 def _pair(problem: Problem, index: Index, nu: FloatArray, pose: Pose) -> Welsch:

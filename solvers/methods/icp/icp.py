@@ -38,6 +38,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
@@ -240,8 +241,7 @@ class Pairing:
 
 @dataclass(frozen=True, eq=False)
 class IcpState:
-    """A pose and the pairs at it; the objective and the fields of `pairing` are at
-    `pose`.
+    """A pose and the pairs at it; the objective and the fields of `pairing` are at `pose`.
 
     reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the robust weight, or None. radius: (b,)
     RMS radius of the source points in use. change: (b,) how far the last step moved them, root mean square, as a
@@ -261,6 +261,8 @@ class IcpState:
     radius: FloatArray
     change: FloatArray
     condition: FloatArray
+
+    __repr__ = brief
 
 
 def finish(

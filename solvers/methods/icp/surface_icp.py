@@ -24,6 +24,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import at_one_place
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
@@ -159,6 +160,8 @@ class SurfaceState:
     change: FloatArray
     taken: IntArray
     anchor: FloatArray
+
+    __repr__ = brief
 
 
 def start(

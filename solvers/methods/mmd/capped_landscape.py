@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.status import Status, statuses
 from solvers.methods.mmd.landscape import Path, axis, course_of, one_cloud, translations
 
@@ -72,6 +73,8 @@ class CappedField:
     side: float
     shape: tuple[int, int]
     candidates: IntArray
+
+    __repr__ = brief
 
     def nearest(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, FloatArray]:
         """The target row nearest to each point (x, y), and its capped squared distance.

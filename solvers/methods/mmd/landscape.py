@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.kinds import shown
 from solvers.core.numbers import moderate, numbers
 from solvers.core.status import Status, statuses
@@ -55,6 +56,8 @@ class Path:
     objective: FloatArray
     steps: IntArray
     status: StatusArray
+
+    __repr__ = brief
 
 
 def one_cloud(points: ArrayLike, name: str) -> FloatArray:
@@ -105,6 +108,8 @@ class MmdField:
     frequencies: FloatArray
     moving: FloatArray
     fixed: FloatArray
+
+    __repr__ = brief
 
     def values(self, t: ArrayLike) -> FloatArray:
         """The objective at translations.

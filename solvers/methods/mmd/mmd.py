@@ -43,6 +43,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.kinds import shown
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -165,6 +166,8 @@ class MmdState:
     condition: FloatArray
     weak: FloatArray
     change: FloatArray
+
+    __repr__ = brief
 
 
 def _planes(d: int) -> list[tuple[int, int]]:

@@ -31,6 +31,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.kinds import shown
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -158,6 +159,8 @@ class NdtState:
     accepted: BoolArray
     condition: FloatArray
     weak: FloatArray
+
+    __repr__ = brief
 
 
 def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:

@@ -21,6 +21,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray
+from solvers.core.brief import brief
 from solvers.core.extent import at_one_place
 from solvers.core.kinds import shown
 from solvers.core.numbers import finite, numbers
@@ -109,6 +110,8 @@ class NdtMap:
     first: FloatArray
     shape: FloatArray
     table: AnyArray
+
+    __repr__ = brief
 
     def lookup(self, points: FloatArray, which: IntArray) -> IntArray:
         """The number of the kept cell that holds each point.
@@ -335,9 +338,7 @@ def _floored(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[F
     return np.where(wide[..., None], np.maximum(values, FLOOR * high[..., None]), 1.0), vectors, wide
 
 
-def _box(
-    mask: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
-) -> tuple[FloatArray, FloatArray]:
+def _box(mask: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int) -> tuple[FloatArray, FloatArray]:
     first, last = np.full((b * grids, 2), np.inf), np.full((b * grids, 2), -np.inf)
     np.minimum.at(first, group[mask], cell[mask])
     np.maximum.at(last, group[mask], cell[mask])

@@ -27,6 +27,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.numbers import numbers
 from solvers.core.tree import distinct
 from solvers.methods.ndt.mixture import check_share, constants
@@ -74,6 +75,8 @@ class Score:
     hessian: FloatArray
     cells: IntArray
     values: FloatArray
+
+    __repr__ = brief
 
 
 def evaluate(

@@ -12,6 +12,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.brief import brief
 from solvers.core.status import Status
 from solvers.methods.ndt.ndt_map import NdtMap
 from solvers.methods.ndt.score import evaluate
@@ -55,6 +56,8 @@ class Climb:
     damping: FloatArray
     status: Status
     reason: str
+
+    __repr__ = brief
 
     @property
     def places(self) -> FloatArray:

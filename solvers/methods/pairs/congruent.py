@@ -31,6 +31,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
@@ -143,6 +144,8 @@ class CongruentState:
     target_pair: IntArray
     scored: IntArray
     tried: IntArray
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)

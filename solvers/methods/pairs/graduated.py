@@ -34,6 +34,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
@@ -103,6 +104,8 @@ class GraduatedState:
     shares: FloatArray
     residuals: FloatArray
     count: IntArray
+
+    __repr__ = brief
 
 
 def tls_weights(ratio: FloatArray, mu: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core.arrays import AnyArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, NoOptions, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
@@ -33,6 +34,8 @@ class KabschState:
     singular_values: FloatArray
     determinant: AnyArray
     condition: FloatArray
+
+    __repr__ = brief
 
 
 def _start(problem: Problem, scaled: bool) -> KabschState:

@@ -37,6 +37,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
@@ -179,6 +180,8 @@ class RansacState:
     last_sample: IntArray
     last_pose: Pose
     last_count: IntArray
+
+    __repr__ = brief
 
 
 def _squares(pose: Pose, source: FloatArray, target: FloatArray) -> FloatArray:

@@ -31,6 +31,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -177,6 +178,8 @@ class BranchAndBoundState:
     left: IntArray
     status: StatusArray
     reason: ReasonArray
+
+    __repr__ = brief
 
 
 def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundState:

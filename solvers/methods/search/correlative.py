@@ -34,6 +34,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -132,6 +133,8 @@ class CorrelativeState:
     runner_place: IntArray
     second: BoolArray
     cut: IntArray
+
+    __repr__ = brief
 
 
 def _start(problem: Problem, options: CorrelativeOptions) -> CorrelativeState:

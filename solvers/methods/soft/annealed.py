@@ -31,6 +31,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.tree import CONSTANT, SHARED
@@ -99,6 +100,8 @@ class SoftState:
     used: BoolArray
     change: FloatArray
     condition: FloatArray
+
+    __repr__ = brief
 
 
 def _associate(state: SoftState) -> SoftState:

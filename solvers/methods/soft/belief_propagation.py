@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.tree import CONSTANT, SHARED, changed, take
@@ -109,6 +110,8 @@ class BpState:
     taken: FloatArray
     change: FloatArray
     condition: FloatArray
+
+    __repr__ = brief
 
 
 def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> FloatArray:

@@ -45,6 +45,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -157,6 +158,8 @@ class CpdState:
     moved: FloatArray  # (b, m, d)
     moments: FloatArray
     scatter: FloatArray
+
+    __repr__ = brief
 
     @property
     def column(self) -> FloatArray:

@@ -40,6 +40,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -158,6 +159,8 @@ class FilterRegState:
     twist: FloatArray
     condition: FloatArray
     change: FloatArray
+
+    __repr__ = brief
 
 
 def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:

@@ -32,6 +32,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.extent import at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -119,6 +120,8 @@ class GmmRegState:
     hessian: FloatArray
     damping: FloatArray
     change: FloatArray
+
+    __repr__ = brief
 
 
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:

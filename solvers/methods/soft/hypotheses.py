@@ -31,6 +31,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark
@@ -128,6 +129,8 @@ class HypothesisState:
     condition: FloatArray
     taken: IntArray
     anchor: FloatArray
+
+    __repr__ = brief
 
 
 def greedy(pairs: Candidates, psi: FloatArray, miss: float) -> AnyArray:

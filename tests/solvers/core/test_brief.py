@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from solvers import Pose, cloud_text, g2o, register
+from solvers import METHODS, Pose, cloud_text, fit_rigid, g2o, ndt_map, ndt_score, register
 from solvers.drives import telecom_loop
 from solvers.mug_scene import mug
 from solvers.odometry import match, prepare
 from solvers.posegraph import Edges, begin, optimise
+from solvers.race import Controls, race_problem
 from solvers.scans import two_scans
 from solvers.scenes import kabsch_scene
+from solvers.stepper import begin as begin_run
 from solvers.uncertainty import spread_of
 from solvers.verify import evidence
+
+PROBLEM = race_problem(Controls(setting="clean"), seeds=[40])[0]
 
 
 def records() -> Iterator[object]:
@@ -31,6 +36,9 @@ def records() -> Iterator[object]:
     yield spread_of(poses, centre=(0.0, 0.0), radius=1.0)
     yield match(scans, [1, 2], [0, 1], drive.motion[[1, 2]])
     yield evidence(scene.source, scene.target, result.pose)
+    cells = ndt_map.build(scene.target[None], 1.0)
+    yield from (cells, ndt_score.evaluate(cells, scene.source[None], np.zeros((1, 2))))
+    yield from (fit_rigid(scene.source, scene.target), begin_run(METHODS["icp"], PROBLEM), PROBLEM)
 
 
 @pytest.mark.parametrize("record", list(records()), ids=lambda record: type(record).__name__)
@@ -39,6 +47,18 @@ def test_a_record_shows_itself_in_a_short_line(record: object) -> None:
     assert text.startswith(f"{type(record).__name__}(")
     assert "\n" not in text
     assert len(text) < 700
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_state_shows_itself_in_a_line(name: str) -> None:
+    """Records within it that would be long stand by their names: what a method keeps beside its pose may be large."""
+    p, q = PROBLEM.source, PROBLEM.target
+    m = min(p.shape[1], q.shape[1])
+    problem = replace(PROBLEM, source=p[:, :m], target=q[:, :m], weights=np.ones((1, m)))  # rows may be pairs
+    text = repr(begin_run(METHODS[name], problem).state())
+    assert "State(problem=Problem(…), " in text
+    assert "\n" not in text
+    assert len(text) < 900
 
 
 def test_small_arrays_are_shown_whole_and_large_ones_by_shape() -> None:
