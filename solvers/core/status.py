@@ -95,9 +95,9 @@ def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusA
     return np.full(batch, status, dtype=np.int8)
 
 
-def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
-    """An array of one reason, of shape `batch`; empty strings by default."""
-    return np.full(batch, words, dtype=object)
+def reasons(batch: tuple[int, ...]) -> ReasonArray:
+    """An array of empty reasons, of shape `batch`."""
+    return np.full(batch, "", dtype=object)
 
 
 def mark(

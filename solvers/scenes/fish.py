@@ -36,12 +36,12 @@ _KNOTS = np.array(
 )  # fmt: skip
 
 
-def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
+def _smooth(knots: FloatArray) -> FloatArray:
     """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated
     at the end.
     """
     a, b, c, d = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
-    u = np.linspace(0.0, 1.0, between, endpoint=False)[None, :, None]
+    u = np.linspace(0.0, 1.0, 10, endpoint=False)[None, :, None]
     pieces = 2.0 * b + (c - a) * u
     pieces = pieces + (2.0 * a - 5.0 * b + 4.0 * c - d) * u**2
     pieces = 0.5 * (pieces + (3.0 * b - a - 3.0 * c + d) * u**3)

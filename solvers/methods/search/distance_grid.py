@@ -61,8 +61,8 @@ class DistanceGrid:
     >>> grid = build(np.array([[0.0, 0.0], [1.0, 0.0]]), cell=0.1, margin=0.5)
     >>> grid.shape
     (20, 10)
-    >>> at_most = grid.floor(np.array([[0.5, 0.2]]))
-    >>> bool(at_most[0] <= np.hypot(0.5, 0.2) <= at_most[0] + 2.0 * grid.error)
+    >>> x, y = (np.array([0.5, 0.2]) - grid.low) / grid.cell
+    >>> bool(abs(grid.look_up(x, y) - np.hypot(0.5, 0.2)) <= grid.error)
     True
     """
 
@@ -73,24 +73,6 @@ class DistanceGrid:
     error: float
     listed: FloatArray
     others: FloatArray
-
-    def floor(self, points: FloatArray) -> FloatArray:
-        """A lower bound of the distance from points to the cloud.
-
-        Parameters
-        ----------
-        points : ndarray of shape (..., 2)
-            Any points.
-
-        Returns
-        -------
-        ndarray of shape (...)
-            Too low by at most twice `error` within the grid; never negative.
-        """
-        cells = ((points - self.low) / self.cell).astype(np.float32)
-        error = self.error + ROUNDING * self.cell * np.abs(cells).max(initial=1.0)
-        floor: FloatArray = np.maximum(self.look_up(cells[..., 0], cells[..., 1]) - error, 0.0)
-        return floor
 
     def look_up(self, x: AnyArray, y: AnyArray) -> AnyArray:
         """The distances stored in the cells, float32. x, y: (...) float32, in cells from `low`."""
