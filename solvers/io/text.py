@@ -145,9 +145,13 @@ def _resplit(fields: list[str], line: str, width: int) -> list[str]:
 
 
 def _columns(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
-    """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice."""
+    """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice.
+    Raises ValueError if x and y are there and an axis is named twice."""
     if axes := _axes(fields, len(fields)):
         return axes
+    letters = _letters(fields)
+    if "x" in letters and "y" in letters:
+        raise ValueError(f"line {row + 1}: the columns are {told(', '.join(fields))}; expected x and y, each once")
     if len(fields) > 1:
         count = min(3, len(fields))
         notices.append(f"no columns are called x and y in line {row + 1}: the first {count} were taken")
@@ -157,11 +161,16 @@ def _columns(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
 
 def _axes(names: Sequence[str], width: int) -> list[int]:
     """Which of `width` columns are x, y and, if there is one, z; empty unless the names assign one column to each."""
-    matches = [AXIS.fullmatch(name) for name in names] if len(names) == width else []
-    letters = [match[1].lower() if match else "" for match in matches]
+    letters = _letters(names) if len(names) == width else []
     if letters.count("x") != 1 or letters.count("y") != 1 or letters.count("z") > 1:
         return []
     return [letters.index(axis) for axis in "xyz" if axis in letters]
+
+
+def _letters(names: Sequence[str]) -> list[str]:
+    """The axis that each name stands for: x, y or z, or ""."""
+    matches = [AXIS.fullmatch(name) for name in names]
+    return [match[1].lower() if match else "" for match in matches]
 
 
 def _comment_before(lines: Sequence[str], row: int, separator: str | None) -> list[str]:

@@ -14,6 +14,7 @@ from solvers.core.cloud_lists import one_by_one
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import numbers
 from solvers.core.result import Result
+from solvers.core.status import Status
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
 from solvers.numerics import gauss_newton
@@ -140,6 +141,10 @@ def covariance(
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if how == "hessian":
             matrix, free = _hessian(at, J, sigma, result.pose.batch, free_below)
+            # JᵀJ has the source's lever arms alone: partners at one place, or mirrored, leave the turn free unseen.
+            unseen = (result.states[0].status == Status.DEGENERATE) & ~free.any(axis=(1, 2))
+            turn = unseen[:, None, None] * np.diag([1.0, 0.0, 0.0])
+            matrix, free = (np.eye(3) - turn) @ matrix @ (np.eye(3) - turn), free + turn
         else:
             of_source, of_target = (0.0 if noise is None else noise for noise in (source_noise, target_noise))
             matrix, free = _censi(at, J, of_source, of_target, result.pose.batch, free_below)

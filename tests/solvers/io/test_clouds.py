@@ -175,6 +175,15 @@ def test_columns_are_taken_by_name():
     assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
 
 
+@pytest.mark.parametrize("names", ["x,y,x,y", "id,x,y,x", "X,Y,Z,x,y,z", "x_m,x,y"])
+def test_an_axis_named_twice_is_refused(names):
+    """Of two clouds side by side, the first three columns would be a cloud in space."""
+    width = names.count(",") + 1
+    message = f"line 1: the columns are '{names.replace(',', ', ')}'; expected x and y, each once"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        read(f"{names}\n{','.join(map(str, range(width)))}\n".encode())
+
+
 @pytest.mark.parametrize(
     "data",
     [

@@ -137,6 +137,18 @@ def test_one_place_leaves_the_turn_about_it_free():
     assert estimate.words() == "the turn about (2.00, 3.00) is free"
 
 
+@pytest.mark.parametrize(("method", "factors"), [("kabsch", (1.0, -1.0)), ("kabsch", (0.0, 0.0)), ("icp", (0.0, 0.0))])
+def test_partners_that_leave_the_turn_undefined_leave_it_free(method, factors):
+    """Mirrored partners cost the same at every angle, and so do partners at one place; the source's lever arms, which
+    the Hessian is made of, show neither."""
+    square = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    estimate = covariance(register(square, square * factors, method), sigma=0.1)
+    np.testing.assert_allclose(estimate.deviations, [np.inf, 0.05, 0.05])
+    assert estimate.words() == "the turn about (0.00, 0.00) is free"
+    upright = covariance(register(square, square, method), sigma=0.1)
+    assert upright.deviations.max() < 0.1
+
+
 def test_a_turn_is_told_in_degrees_and_none_as_none():
     """A pose that mainly turns, by 0.01 rad, one that mainly slides, and one without any spread."""
     turning = from_matrix(np.diag([0.01, 1e-4, 1e-4]) ** 2, Pose.identity(), radius=3.0)
