@@ -11,7 +11,7 @@ import numpy as np
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.stepper import advance
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, line
+from solvers.studies.benchmark import CLOSE_DEGREES, is_close, line
 from solvers.studies.race import Contestant, Controls, contestants, race_problem
 
 BATCH = 25  # problems per run, as in the race's benchmark: the first 25 seeds of the table are that benchmark
@@ -39,8 +39,7 @@ def run_unit(unit: Unit) -> dict[str, list[float]]:
 
 def close(runs: Mapping[str, Sequence[float]]) -> list[bool]:
     """Which runs ended near the truth: below 5° and 0.2 u."""
-    is_close = (np.asarray(runs["rre"]) < CLOSE_DEGREES) & (np.asarray(runs["rte"]) < CLOSE_DISTANCE)
-    return [bool(flag) for flag in is_close]
+    return [bool(flag) for flag in is_close(runs["rre"], runs["rte"])]
 
 
 def turned(runs: Mapping[str, Sequence[float]]) -> list[bool]:

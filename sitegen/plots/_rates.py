@@ -10,7 +10,7 @@ import numpy as np
 from solvers import Pose
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import is_close
 
 SEEDS_FIRST, SEEDS_STEP = 40, 13
 
@@ -38,7 +38,7 @@ def percent(rate: float) -> str:
 
 def close(pose: Pose, truth: Pose) -> int:
     """How many of the poses are near the truth: below 5° and below 0.2 u, as in the race."""
-    return int(np.count_nonzero((np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)))
+    return int(np.count_nonzero(is_close(np.degrees(rre(pose, truth)), rte(pose, truth))))
 
 
 def clouds(scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import interval, seeds, wilson
+from sitegen.plots._rates import close, interval, seeds, wilson
 from sitegen.plots._sizes import sizes
 from solvers.core.stepper import run
-from solvers.metrics import rre, rte
 from solvers.scenes.fish import fish, fish_start
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.studies.walkthrough import begin_walk, scene_poses
@@ -52,8 +51,7 @@ def part(setting: str, method: str, angle: int) -> int:
     scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS // alike)]
     starts = [fish_start(angle)] * len(scenes)
     pose, truth = scene_poses(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
-    near = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
-    return alike * int(np.count_nonzero(near))
+    return alike * close(pose, truth)
 
 
 def whole(parts: Mapping[tuple[str, str, int], int]) -> Result:

@@ -13,9 +13,10 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import FloatArray, IntArray, StatusArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from solvers.core.brief import brief
 from solvers.core.kinds import function, of_kind, or_usual, several
 from solvers.core.pose import Pose
@@ -27,6 +28,31 @@ from solvers.studies.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Cont
 
 CLOSE_DEGREES = 5.0
 CLOSE_DISTANCE = 0.2
+
+
+def is_close(degrees: ArrayLike, distance: ArrayLike) -> BoolArray:
+    """Which poses are close to the truth: a rotation error below 5°, a translation error below 0.2 u.
+
+    Parameters
+    ----------
+    degrees : array_like of shape (...)
+        Rotation errors in degrees.
+    distance : array_like of shape (...)
+        Translation errors in world units.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        True where both are below.
+
+    Examples
+    --------
+    >>> from solvers.studies.benchmark import is_close
+    >>> is_close([4.9, 4.9, 5.0], [0.19, 0.2, 0.19])
+    array([ True, False, False])
+    """
+    close: BoolArray = np.less(degrees, CLOSE_DEGREES) & np.less(distance, CLOSE_DISTANCE)
+    return close
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +116,7 @@ class Line:
     @property
     def close(self) -> int:
         """How many have a rotation error below 5° and a translation error below 0.2 u."""
-        return int(np.count_nonzero((self.rre < CLOSE_DEGREES) & (self.rte < CLOSE_DISTANCE)))
+        return int(np.count_nonzero(is_close(self.rre, self.rte)))
 
     @property
     def median_steps(self) -> float:

@@ -17,7 +17,7 @@ from solvers.core.method import Problem
 from solvers.core.stepper import Batch, advance, begin
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene, room
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import is_close
 from widgets.drawing.picture import Array
 
 HEADINGS = 180  # on the full ring, 2° apart
@@ -253,7 +253,7 @@ def _arrivals(name: str, seed: int, noise: float, length: float, part: int) -> B
 def close(pose: Pose) -> BoolArray:
     """Which poses are the truth, the identity, by the race's measure."""
     truth = Pose.identity()
-    return np.asarray((np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE))
+    return is_close(np.degrees(rre(pose, truth)), rte(pose, truth))
 
 
 def headings() -> Array:

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, is_close
 from tests.widgets.states import frame_after, state_after
 from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import Action, preset
@@ -165,7 +165,7 @@ def test_every_start_is_a_run_of_its_own(name: str) -> None:
     assert second.slices == 2
     for k in (0, 14, 18, 25):
         course = dial.course(starts()[k])
-        close = course.rotation < CLOSE_DEGREES and course.translation < CLOSE_DISTANCE
+        close = is_close(course.rotation, course.translation)
         assert course.arrived == close == arrivals[k]
     assert 0 < arrivals.sum() < len(arrivals)
 

@@ -20,7 +20,7 @@ from solvers.core.arrays import BoolArray, IntArray
 from solvers.core.status import Status
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_START_DIRECTION, Scene, room
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import is_close
 from widgets.drawing.picture import Array, Role
 
 ROWS, COLUMNS = 48, 64
@@ -87,15 +87,15 @@ def starts(turn: Array, offset: Array) -> Pose:
 
 def kinds(pose: Pose, truth: Pose, status: Any) -> IntArray:
     """The kinds of ends, by their errors against the truth and by whether the run was capped or degenerate."""
-    turn, away = np.degrees(rre(pose, truth)), rte(pose, truth)
+    turn = np.degrees(rre(pose, truth))
     failed = np.isin(status, (int(Status.CAPPED), int(Status.DEGENERATE)))
-    near = (turn < CLOSE_DEGREES) & (away < CLOSE_DISTANCE)
+    near = is_close(turn, rte(pose, truth))
     return np.where(near, TRUTH, np.where(failed, NONE, SHIFTED + np.searchsorted(EDGES, turn, "right")))
 
 
 def alike(a: Pose, b: Pose) -> BoolArray:
     """Which ends are the same: as close to each other as an end must be to the truth."""
-    return np.asarray((np.degrees(rre(a, b)) < CLOSE_DEGREES) & (rte(a, b) < CLOSE_DISTANCE))
+    return is_close(np.degrees(rre(a, b)), rte(a, b))
 
 
 class Runs:

@@ -8,7 +8,7 @@ from typing import Any
 from solvers import Pose
 from solvers.core.amounts import amount
 from solvers.scenes.fish import FISH_SETTINGS, START_DEGREES, fish, fish_start
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, is_close
 from widgets.drawing.picture import Handle, Panel, Picture, Readout, degrees, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider, toggle
@@ -116,7 +116,7 @@ def _method_readouts(look: Look) -> tuple[Readout, ...]:
 
 def _close(look: Look) -> bool:
     rotation, translation, _ = look.errors()
-    return rotation < CLOSE_DEGREES and translation < CLOSE_DISTANCE
+    return bool(is_close(rotation, translation))
 
 
 def _note(walk: Walk, looks: tuple[Look, ...]) -> str:

@@ -13,7 +13,7 @@ from solvers.api import register
 from solvers.metrics import rre
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene, room
 from solvers.scenes.walls import corridor, hall
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import is_close
 from solvers.verify import Evidence, evidence, halves
 from widgets.drawing.picture import number
 from widgets.parts.room import errors
@@ -159,5 +159,4 @@ def _decades(value: float) -> float:
 
 def right(scene: Scene, pose: Pose) -> bool:
     """Whether both errors of a pose are below the benchmark's limits."""
-    turn, shift = errors(pose, scene.truth)
-    return turn < CLOSE_DEGREES and shift < CLOSE_DISTANCE
+    return bool(is_close(*errors(pose, scene.truth)))

@@ -12,7 +12,7 @@ from solvers import Pose
 from solvers.core.method import Problem
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import CLOSE_DEGREES, is_close
 from solvers.studies.race import CONTESTANTS, EXTRAS, Contestant
 from widgets.drawing.picture import Panel, Role, worded
 from widgets.parts.room import errors, single
@@ -157,7 +157,7 @@ class Run:
     @property
     def close(self) -> bool:
         """Whether both errors are below the demo's thresholds."""
-        return self.turned and self.translation[-1] < CLOSE_DISTANCE
+        return bool(is_close(self.rotation[-1], self.translation[-1]))
 
 
 def waiting(entry: Entry, problem: Problem, truth: Pose) -> Run:

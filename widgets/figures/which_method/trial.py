@@ -14,7 +14,7 @@ from solvers.api import register
 from solvers.metrics import rre, rte
 from solvers.scenes import room_start
 from solvers.scenes.rooms import kabsch_scene
-from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.benchmark import is_close
 from solvers.studies.race import SEEDS, Controls, race_problem
 from widgets.drawing.picture import Array
 from widgets.figures.which_method.rules import RUNGS, Answers
@@ -109,8 +109,7 @@ class Run:
     @property
     def found(self) -> int:
         """The number of scenes on which it ends within 5° and 0.2 u of the truth."""
-        turn, shift = self.errors
-        return int(np.count_nonzero((turn < CLOSE_DEGREES) & (shift < CLOSE_DISTANCE)))
+        return int(np.count_nonzero(is_close(*self.errors)))
 
     @property
     def turn(self) -> float:
