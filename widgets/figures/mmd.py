@@ -300,10 +300,6 @@ def python(state: State) -> str:
     )  # fmt: skip
 
 
-def _presses(name: str, times: int) -> tuple[str, ...]:
-    return (name,) * times
-
-
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "schedule": {"schedule": "schedule", "turn": 45.0, "offset": 1.43},
@@ -335,7 +331,7 @@ WIDGET = Widget(
         Key("ghost", "where the run began", "dotted"),
     ),
     handles=HANDLES,
-    tape=(({}, _presses("step", 8)), ({}, ("finish",)), ({}, ("resample",)), ({}, ("resample", "finish"))),
+    tape=(({}, ("step",) * 8), ({}, ("finish",)), ({}, ("resample",)), ({}, ("resample", "finish"))),
     motion=motion,
     python=python,
     lead=Lead(

@@ -287,10 +287,6 @@ def python(state: State) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _presses(name: str, times: int) -> tuple[str, ...]:
-    return (name,) * times
-
-
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "far": {"start": "far"},
@@ -322,7 +318,7 @@ WIDGET = Widget(
         Key("outlier", "a rise", "diamond"),
     ),
     handles=HANDLES,
-    tape=(({}, _presses("step", 16)), ({}, ("finish",)), ({"start": "far"}, _presses("step", 3))),
+    tape=(({}, ("step",) * 16), ({}, ("finish",)), ({"start": "far"}, ("step",) * 3)),
     motion=motion,
     python=python,
     lead=Lead(
