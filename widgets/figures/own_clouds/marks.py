@@ -24,7 +24,6 @@ from widgets.drawing.picture import (
 from widgets.engine.contract import Action
 from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.run import Run
-from widgets.parts.placing import place
 from widgets.parts.room import PLACING, VIEW
 from widgets.parts.scale_bar import scale_bar
 
@@ -72,18 +71,11 @@ def clouds_panel(run: Run) -> Panel:
         signs = run.evidence
         weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.55)
         in_view, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
-        stalk = (PLACING.stalk(_held(in_view, anchor), anchor),) if c.whole else ()
+        stalk = (PLACING.stalk(in_view, anchor),) if c.whole else ()
         dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
         marks.append(Group("source", (*stalk, dots, *robot(c, run.pose, "source"))))
     label = "Both clouds in the target’s coordinates, the source placed by the current pose"
     return Panel("main", label, VIEW, tuple(marks), grid=False)
-
-
-def _held(pose: Pose, anchor: Array) -> Pose:
-    """The pose of the handles: at the window's edge if a run took the cloud out of it."""
-    centre, heading = place(pose, anchor)
-    rotation = Pose.from_angle(heading)
-    return Pose(rotation.R, np.clip(centre, np.negative(PLACING.limit), PLACING.limit) - rotation.R @ anchor)
 
 
 def handles(run: Run) -> tuple[Handle, ...]:
@@ -92,7 +84,7 @@ def handles(run: Run) -> tuple[Handle, ...]:
     if not c.whole:
         return ()
     anchor = c.fit.put(c.anchor)
-    move, turn = PLACING.handles(_held(c.fit.seen(run.pose), anchor), anchor)
+    move, turn = PLACING.handles(c.fit.seen(run.pose), anchor)
     x, y = (number(float(v), c.decimals) for v in run.pose.apply(c.anchor[None])[0])
     return replace(move, value=f"x {x}, y {y} {c.unit}"), turn
 
