@@ -50,11 +50,6 @@ class Field:
         self._heats: dict[tuple[str | float, ...], Heat] = {}  # the host does not render the same mark object twice
 
     @property
-    def details(self) -> int:
-        """The number of levels."""
-        return self.bands + 1
-
-    @property
     def known(self) -> int:
         """The finest level already computed; 0 also if nothing is."""
         return max(self._level, 0)
