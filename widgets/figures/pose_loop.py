@@ -26,6 +26,7 @@ from widgets.drawing.picture import (
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider, toggle
+from widgets.parts.robot import disc
 
 VIEW = View(-6.4, 6.4, -4.6, 4.6)
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -41,7 +42,7 @@ LOOP, FALSE = 3, 4
 OFF = np.array([-3.4, -2.0])  # u, the error of the wrong loop
 BESIDE, BELOW = 42.0, 50.0  # px from a handle to text beside or below it: on a phone it covers 25 px around its centre
 CLEAR = 35.0  # px from a handle's centre to that of a number
-GLYPH = 0.34  # u, from a robot's centre to its nose
+GLYPH = disc(0.34, 0.6 * 0.34, 0.6, 24)
 POSES = ("second", "third", "fourth")
 KERNEL_NAMES = {"none": "None", "huber": "Huber", "cauchy": "Cauchy", "dcs": "Scaling (DCS)"}
 
@@ -160,9 +161,7 @@ def draw(state: State) -> Picture:
 
 
 def _glyph(pose: Pose, role: Role, filled: bool = True) -> Path:
-    turn = np.linspace(0.6, 2 * np.pi - 0.6, 24)
-    rim = 0.6 * GLYPH * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    return Path(pose.apply(np.concatenate([[(GLYPH, 0.0)], rim])), role, closed=True, filled=filled, dotted=not filled)
+    return Path(pose.apply(GLYPH), role, closed=True, filled=filled, dotted=not filled)
 
 
 def _role(edge: int) -> Role:

@@ -33,6 +33,7 @@ from widgets.drawing.picture import (
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.parts.field import within
+from widgets.parts.robot import disc
 
 PLAN = View(-6.4, 6.4, -2.75, 2.75, width=480.0)
 WINDOW = (-1.0, 1.0, -0.43, 0.43)
@@ -42,6 +43,7 @@ NEEDLE = np.array([2.1, 0.14])  # u: half sizes for a needle, which is drawn sho
 SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # factors on those ellipses, across and upwards: the dots reach farther
 BARS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # u
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
+GLYPH = disc(0.42, 0.25)
 DRAWS, PRESS = 200, 40
 NOSE = 0.34
 WALLS = (2.0, 6.0, 0.2)  # u: least and greatest distance of the end walls, and its step
@@ -206,9 +208,7 @@ def _plan(state: State) -> Panel:
 
 
 def _robot(pose: Pose, role: Role) -> tuple[Mark, ...]:
-    turn = np.linspace(0.7, 2.0 * np.pi - 0.7, 25)
-    rim = 0.25 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    return (Path(pose.apply(np.concatenate([[(0.42, 0.0)], rim])), role, closed=True, filled=True),)
+    return (Path(pose.apply(GLYPH), role, closed=True, filled=True),)
 
 
 def _true_mode(spread: Spread, truth: Pose) -> int:

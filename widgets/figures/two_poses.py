@@ -29,12 +29,13 @@ from widgets.drawing.picture import (
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import slider
 from widgets.parts.placing import HANDLES, Placing, place, written
+from widgets.parts.robot import disc
 
 WORLD = View(-5.2, 5.2, -3.5, 3.5, width=480.0)
 ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)
 PLACING = Placing(ROBOT, limit=(4.5, 3.0), reach=3.2, least=2.0, panel="robot")
 ROBOT_ITSELF = np.zeros(2)  # the origin of the robot's coordinates, where its scan is held
-GLYPH = 0.42  # u, from the robot's centre to its nose
+GLYPH = disc(0.42, 0.6 * 0.42)
 ICP: Final = "capped-icp"  # each scan sees walls that the other does not: points without a close partner must not pull
 FOUND = 3.0, 0.1  # degrees and u from the truth within which the scans are aligned
 
@@ -188,11 +189,7 @@ def _robot(state: State) -> tuple[Mark, ...]:
 
 
 def _glyph(pose: Pose, role: Role) -> tuple[Mark, ...]:
-    """A robot from above: a disc with a nose."""
-    turn = np.linspace(0.7, 2 * np.pi - 0.7, 25)
-    rim = 0.6 * GLYPH * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    outline = np.concatenate([[(GLYPH, 0.0)], rim])
-    return (Path(pose.apply(outline), role, closed=True, filled=True),)
+    return (Path(pose.apply(GLYPH), role, closed=True, filled=True),)
 
 
 def _description(state: State, near: float, turn: float, shift: float) -> str:

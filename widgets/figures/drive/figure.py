@@ -31,6 +31,7 @@ from widgets.drawing.picture import (
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import Value, choice, toggle
 from widgets.parts.drive_table import WRONG, table
+from widgets.parts.robot import ARROW
 from widgets.parts.scale_bar import scale_bar
 
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
@@ -130,11 +131,8 @@ def marks(state: State) -> tuple[Mark, ...]:
         out += wrong_loop(way, n)
     pose = way[n - 1]
     out.append(Points(inside(pose.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
-    out.append(Path(pose.apply(ROBOT), "source", closed=True, filled=True))
+    out.append(Path(pose.apply(ARROW), "source", closed=True, filled=True))
     return (*out, *scale_bar(VIEW, "m"))
-
-
-ROBOT = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
 
 
 def loops(state: State) -> Segments:

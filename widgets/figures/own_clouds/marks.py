@@ -24,10 +24,11 @@ from widgets.drawing.picture import (
 from widgets.engine.contract import Action
 from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.run import Run
+from widgets.parts.robot import ARROW
 from widgets.parts.room import PLACING, VIEW
 from widgets.parts.scale_bar import scale_bar
 
-ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # window units, however large a scan is
+ROBOT = 0.22 * ARROW  # window units, however large a scan is
 
 
 def plain(value: float, decimals: int = 3, most: float = 1e6, digits: int = 2) -> str:
