@@ -8,8 +8,8 @@ import pytest
 import solvers
 from solvers import Pose, metrics
 from solvers.scenes.rooms import ROOM_START_DIRECTION, room
+from solvers.studies.race import SEEDS
 
-SEEDS = range(40, 40 + 13 * 25, 13)
 TURNS, OFFSETS = -180.0 + (np.arange(16) + 0.5) * 22.5, (np.arange(12) + 0.5) * 0.25
 
 

@@ -14,8 +14,8 @@ from solvers.methods.ndt.score import evaluate, score_map
 from solvers.methods.ndt.translation import climb
 from solvers.metrics import rre, rte
 from solvers.scenes.walls import NDT_ROOM, PILLAR, ndt_room, sampled
+from solvers.studies.race import SEEDS
 
-SEEDS = [40 + 13 * k for k in range(25)]
 FRESH = range(10_000, 10_400)  # seeds that no other test uses
 AT = np.linspace(-1.5, 1.5, 31)
 DOWN_RIGHT = np.array([0.83205, -0.5547])

@@ -7,8 +7,8 @@ from solvers import register
 from solvers.numerics import gauss_newton
 from solvers.scenes.rooms import room_start
 from solvers.scenes.walls import sampled, single_wall
+from solvers.studies.race import SEEDS
 
-SEEDS = [40 + 13 * k for k in range(25)]
 CORNER = np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 2.0)])  # a long wall and a short one at its end
 ALONG = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)  # the one wall
 

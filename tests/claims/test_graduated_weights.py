@@ -5,8 +5,8 @@ import numpy as np
 from solvers import Pose, Status, register
 from solvers.metrics import rre, rte
 from solvers.scenes.facade import FACADE, FACADE_TRUTH, PERIOD, facade_scene
+from solvers.studies.race import SEEDS
 
-SEEDS = range(40, 40 + 13 * 25, 13)  # 25 draws
 FALSE_POSE = FACADE_TRUTH.compose(Pose.from_angle(0.0, (PERIOD, 0.0)))
 
 

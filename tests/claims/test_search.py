@@ -10,10 +10,11 @@ from solvers.odometry import match, prepare
 from solvers.scenes.drive import chained, telecom_loop
 from solvers.scenes.rooms import ROOM_SETTINGS, room
 from solvers.scenes.walls import hall
+from solvers.studies.race import SEEDS
 
 METHOD = "branch-and-bound"
 ASKED = {"cap": 0.4, "gap": 1e-3}
-DRAWS = [40 + 13 * k for k in range(12)]
+DRAWS = SEEDS[:12]
 
 
 def search_apart(scene, best, degrees, **options):

@@ -8,8 +8,7 @@ from solvers.collinear import poses_about_line
 from solvers.core.registry import method_of
 from solvers.metrics import residuals, rre
 from solvers.mug_scene import AXIS, RADIUS, TRUTH, mug, mug_pairs, mug_start
-
-SEEDS = [40 + 13 * k for k in range(25)]
+from solvers.studies.race import SEEDS
 
 
 def about(axis, degrees):

@@ -13,8 +13,8 @@ from solvers.metrics import rre, rte
 from solvers.numerics import gauss_newton, robust
 from solvers.scenes.rooms import room, room_start
 from solvers.scenes.walls import corridor, sampled, single_wall
+from solvers.studies.race import SEEDS
 
-SEEDS = [40 + 13 * k for k in range(25)]
 NEAR, MIDWAY, FARTHER = (15.0, 0.5), (45.0, 1.43), (75.0, 1.43)
 CORNER = np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 2.0)])  # a long wall and a short one at its end
 

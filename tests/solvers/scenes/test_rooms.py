@@ -6,8 +6,7 @@ from solvers.scenes.bird import bird_start
 from solvers.scenes.fish import fish, fish_start
 from solvers.scenes.hall_3d import hall
 from solvers.scenes.rooms import BIRD, KABSCH_SCENES, ROOM, ROOM_SETTINGS, kabsch_scene, room, room_start
-
-SEEDS = [40 + 13 * k for k in range(25)]
+from solvers.studies.race import SEEDS
 
 
 @pytest.mark.parametrize("make", [lambda n, s: kabsch_scene(n, seed=s), lambda n, s: room(n, seed=s)])

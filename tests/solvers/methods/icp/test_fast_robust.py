@@ -8,10 +8,9 @@ import pytest
 from solvers import Pose, Status, register
 from solvers.methods.icp.fast_robust import _coordinates, _posed
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.race import SEEDS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
-SEEDS = [40 + 13 * k for k in range(25)]
 
 
 def rooms(setting, degrees, distance=1.43):

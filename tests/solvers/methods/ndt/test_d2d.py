@@ -10,6 +10,7 @@ from solvers.methods.ndt import d2d_score, ndt, ndt_map
 from solvers.methods.ndt.score import evaluate
 from solvers.metrics import rre
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.race import SEEDS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -98,7 +99,7 @@ def test_d2d_does_not_care_how_both_clouds_are_turned(rng):
 
 def test_d2d_finds_the_truth_from_nearby_and_from_a_large_motion():
     """Over 25 seeds of the noisy room, started 8° and 0.25 u off a truth of 150°, at least 23 end within 3°."""
-    scenes = [room("noise", seed=40 + 13 * k) for k in range(25)]
+    scenes = [room("noise", seed=seed) for seed in SEEDS]
     truth = Pose.from_angle(np.radians(150.0), (3.0, -2.0))
     result = register(
         np.stack([s.source for s in scenes]), truth.apply(np.stack([s.target for s in scenes])), "ndt-d2d",
@@ -109,7 +110,7 @@ def test_d2d_finds_the_truth_from_nearby_and_from_a_large_motion():
 
 
 def test_a_d2d_batch_is_its_single_runs():
-    scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
+    scenes = [room("combo", seed=seed) for seed in SEEDS[:5]]
     source, target = (np.stack([getattr(s, x) for s in scenes]) for x in ("source", "target"))
     options = {"start": room_start(25.0, 0.7), "cells": (2.4, 1.2), "max_shift": 0.5}
     batch = register(source, target, "ndt-d2d", **options)

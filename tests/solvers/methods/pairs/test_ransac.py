@@ -14,10 +14,9 @@ from solvers.methods.pairs.congruent import CongruentOptions, _hypotheses
 from solvers.methods.pairs.consensus import trials
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
+from solvers.studies.race import SEEDS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
-SEEDS = [40 + 13 * k for k in range(25)]
 
 
 def matches(rng, truth, wrong, n=40, noise=0.06):

@@ -14,10 +14,10 @@ from solvers.methods.search.lattice import WORTH, Window, build
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
 from solvers.scenes.walls import hall
+from solvers.studies.race import SEEDS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
-SEEDS = [40 + 13 * k for k in range(25)]
 EVERYWHERE = Window(None, 1.0, None, None, None)
 
 

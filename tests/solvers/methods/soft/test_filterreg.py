@@ -10,6 +10,7 @@ from solvers.methods.soft.cpd import CpdOptions, responsibilities
 from solvers.methods.soft.filterreg import STAGES, FilterRegOptions
 from solvers.numerics import kernel_filters
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.race import SEEDS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -209,7 +210,7 @@ def test_a_filter_is_made_anew_only_when_sigma_has_changed():
 
 
 def test_a_batch_is_its_single_runs():
-    scenes = [room("combo", seed=40 + 13 * k) for k in range(4)]
+    scenes = [room("combo", seed=seed) for seed in SEEDS[:4]]
     source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
     for kind in ("lattice", "exact"):
         batch = register(source, target, "filterreg", start=room_start(30.0), max_steps=15, filter=kind)
@@ -262,7 +263,7 @@ def test_options_are_refused_by_name(name, value):
 def test_on_ordinary_scans_it_comes_to_rest(setting):
     """Ten rooms from 20° and 0.3 u with defaults: every run converges, and the median in fewer than 50 steps. If the
     lattice cannot tell a new σ from the previous one, the previous one is kept."""
-    scenes = [room(setting, seed=40 + 13 * k) for k in range(10)]
+    scenes = [room(setting, seed=seed) for seed in SEEDS[:10]]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     result = register(source, target, "filterreg", start=room_start(20.0, 0.3))
     assert (result.status == Status.CONVERGED).all()
