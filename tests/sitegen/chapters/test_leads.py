@@ -8,16 +8,9 @@ from typing import Any
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, cache_without_drawings
+from tests.sitegen.conftest import TOY, Project, cache_without_drawings
 from widgets.drawing.picture import Panel, Picture, Points, View
 from widgets.engine.contract import Key, Lead
-
-
-@pytest.fixture
-def desk(project: Project) -> Project:
-    """The small site, with a first chapter that refers to no other."""
-    project.write("content/00-start.md", START.partition("Read")[0])
-    return project
 
 
 def html_of(desk: Project, attributes: str, caption: str = "C") -> str:

@@ -7,15 +7,10 @@ import re
 
 import pytest
 
-from tests.sitegen.conftest import START, Project
+from tests.sitegen.conftest import Project
 
 FIGURE = re.compile(r'<figure class="picture" aria-label="[^"<>]+">.*?</figure>', re.DOTALL)
-
-
-@pytest.fixture(autouse=True)
-def alone(project: Project) -> None:
-    """A first chapter that refers to no other."""
-    project.write("content/00-start.md", START.partition("Read")[0])
+pytestmark = pytest.mark.usefixtures("desk")
 
 
 def picture(project: Project, attributes: str, caption: str = "C") -> str:

@@ -10,17 +10,12 @@ from typing import Any
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, cache_without_drawings
+from tests.sitegen.conftest import TOY, Project, cache_without_drawings
 from widgets.drawing.picture import Group, Label, Picture
 
 FIGURE = "::figure[C]{toy id=demo}"
 ASK = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
-
-
-@pytest.fixture(autouse=True)
-def alone(project: Project) -> None:
-    """A first chapter that refers to no other."""
-    project.write("content/00-start.md", START.partition("Read")[0])
+pytestmark = pytest.mark.usefixtures("desk")
 
 
 def question(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, str]], str]:

@@ -7,17 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project, State, cache_without_drawings
+from tests.sitegen.conftest import TOY, Project, State, cache_without_drawings
 from widgets.drawing.picture import Picture, Readout
 
 Fails = Callable[[str], list[str]]
-
-
-@pytest.fixture
-def desk(project: Project) -> Project:
-    """The small site, with a first chapter that refers to no other."""
-    project.write("content/00-start.md", START.partition("Read")[0])
-    return project
 
 
 def faults(desk: Project, body: str) -> list[tuple[str, str]]:
