@@ -8,24 +8,10 @@ from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.graduated import surrogate, tls_weights
 from solvers.metrics import rre, rte
+from tests.solvers.methods.pairs.matches import many, matches
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 METHOD = "graduated-nonconvexity"
-
-
-def matches(rng, truth, wrong, n=40, noise=0.06):
-    """n pairs, the first `wrong` of which have a random partner."""
-    d = truth.dim
-    source = rng.uniform(-3.0, 3.0, (n, d))
-    target = truth.apply(source) + noise * rng.standard_normal((n, d))
-    target[:wrong] = rng.uniform(-4.0, 4.0, (wrong, d))
-    return source, target
-
-
-def many(rng, random_pose, wrong, count=20, d=2, **options):
-    truth = random_pose(rng, d, (count,))
-    pairs = [matches(rng, truth[i], wrong, **options) for i in range(count)]
-    return np.stack([p for p, _ in pairs]), np.stack([q for _, q in pairs]), truth
 
 
 @pytest.mark.parametrize("mu", [1e-6, 0.01, 0.3, 1.0, 7.0, 1e4])

@@ -15,23 +15,9 @@ from solvers.methods.pairs.consensus import trials
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
 from solvers.studies.race import SEEDS
+from tests.solvers.methods.pairs.matches import many
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
-
-def matches(rng, truth, wrong, n=40, noise=0.06):
-    """n pairs, the first `wrong` of which have a random partner."""
-    d = truth.dim
-    source = rng.uniform(-3.0, 3.0, (n, d))
-    target = truth.apply(source) + noise * rng.standard_normal((n, d))
-    target[:wrong] = rng.uniform(-4.0, 4.0, (wrong, d))
-    return source, target
-
-
-def many(rng, random_pose, wrong, count=20, d=2):
-    truth = random_pose(rng, d, (count,))
-    pairs = [matches(rng, truth[i], wrong) for i in range(count)]
-    return np.stack([p for p, _ in pairs]), np.stack([q for _, q in pairs]), truth
 
 
 def spread(clouds):
