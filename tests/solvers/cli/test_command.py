@@ -23,6 +23,7 @@ from solvers.scenes.hall_3d import hall
 from solvers.scenes.rooms import room
 from solvers.studies.race import CONTESTANTS, EXTRAS
 from solvers.verify import usual_reach
+from tests.solvers.cli.calls import call
 
 pytestmark = pytest.mark.native
 ROOT = Path(__file__).resolve().parents[3]
@@ -38,12 +39,6 @@ def files(tmp_path):
     for name, points in (("b.xyz", scene.target), ("d.xyz", scans.target)):
         (tmp_path / name).write_text("\n".join(" ".join(map(repr, row)) for row in points.tolist()), "utf-8")
     return tmp_path
-
-
-def call(capsys, *arguments):
-    code = main([str(argument) for argument in arguments])
-    streams = capsys.readouterr()
-    return code, streams.out, streams.err
 
 
 def test_it_runs_as_a_module_beside_the_files(files):

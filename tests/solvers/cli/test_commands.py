@@ -19,14 +19,9 @@ from solvers import METHODS, Pose, register
 from solvers.cli import arrays
 from solvers.cli.command import main
 from solvers.scenes.rooms import room
+from tests.solvers.cli.calls import call
 
 pytestmark = pytest.mark.native
-
-
-def call(capsys, *arguments):
-    code = main([str(argument) for argument in arguments])
-    streams = capsys.readouterr()
-    return code, streams.out, streams.err
 
 
 def npy(values) -> bytes:
