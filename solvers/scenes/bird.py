@@ -9,6 +9,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
+from solvers.scenes.polyline import lengths, places
 from solvers.scenes.rooms import BIRD, Scene
 
 SHAPE = 1.4 * BIRD
@@ -114,9 +115,7 @@ def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tu
     (MOST, 2).
     """
     line = np.vstack([SHAPE, SHAPE[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    along = (np.arange(n) + phase) * lengths[-1] / n
-    points = np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
+    points = places(line, (np.arange(n) + phase) * lengths(line)[-1] / n)
     points += sigma * rng.standard_normal((n, 2))
     half = 0.5 * np.array(FIELD)
     return points, rng.uniform(-half, half, (MOST, 2))

@@ -14,6 +14,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.kinds import shown
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
+from solvers.scenes.polyline import lengths, places
 from solvers.scenes.rooms import Scene
 
 POINTS = 150
@@ -53,9 +54,7 @@ def _sampled(line: FloatArray, phase: float) -> FloatArray:
     """`POINTS` places along a closed polyline at equal distances, the first at `phase`
     times that distance from its beginning.
     """
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    along = (np.arange(POINTS) + phase) * lengths[-1] / POINTS
-    return np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
+    return places(line, (np.arange(POINTS) + phase) * lengths(line)[-1] / POINTS)
 
 
 _LINE = _smooth(_KNOTS)

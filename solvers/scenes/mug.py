@@ -17,6 +17,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.brief import brief
 from solvers.core.pose import Pose
+from solvers.scenes.polyline import lengths, places
 
 RADIUS = 0.9
 """Radius of the wall and the floor, u."""
@@ -237,8 +238,8 @@ def _surface(rng: np.random.Generator, points: int, handle: bool) -> FloatArray:
     and a jitter of a fraction of the distance between neighbours.
     """
     arc = _arc()
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(arc, axis=0), axis=1))])
-    areas = np.array([2.0 * np.pi * RADIUS * HEIGHT, np.pi * RADIUS**2, 2.0 * np.pi * TUBE * along[-1] * handle])
+    length = lengths(arc)[-1]
+    areas = np.array([2.0 * np.pi * RADIUS * HEIGHT, np.pi * RADIUS**2, 2.0 * np.pi * TUBE * length * handle])
     ends = np.round(np.cumsum(areas) / areas.sum() * points).astype(np.int64)
     wall, floor, grip = np.diff(ends, prepend=0).tolist()
 
@@ -254,7 +255,7 @@ def _surface(rng: np.random.Generator, points: int, handle: bool) -> FloatArray:
     reach = RADIUS * np.sqrt(part)
     below = np.column_stack([reach * np.cos(turn), reach * np.sin(turn), np.full(floor, -0.5 * HEIGHT)])
     part, turn = spiral(grip)
-    middle = np.column_stack([np.interp(part * along[-1], along, arc[:, k]) for k in range(3)])
+    middle = places(arc, part * length)
     outward = (middle - [RADIUS, 0.0, 0.0]) / np.square([GRIP[0], 1.0, GRIP[1]])  # the ellipse's normal
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-300)
     tube = middle + TUBE * (np.cos(turn)[:, None] * outward + np.sin(turn)[:, None] * [0.0, 1.0, 0.0])

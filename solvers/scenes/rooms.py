@@ -15,6 +15,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, restored
 from solvers.core.brief import brief
 from solvers.core.pose import Pose
+from solvers.scenes.polyline import lengths, places
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +160,7 @@ def kabsch_scene(
     rng = np.random.default_rng(validate.count(seed, "seed"))
     unit = rng.standard_normal((n, 2))
     order = rng.permutation(n)
-    junk = _junk(rng, n)
+    junk = scattered(rng, n)
 
     if name == "would-reflect":
         unit = _lean_to_reflection(unit)
@@ -279,8 +280,7 @@ def room(
     sigma = own if noise is None else validate.number(noise, "noise", 0.0)
     own = 0.2 if setting in ("outliers", "combo") else 0.0
     fraction = own if outliers is None else validate.number(outliers, "outliers", 0.0, 1.0)
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ROOM, axis=0), axis=1))])
-    total = float(lengths[-1])
+    total = float(lengths(ROOM)[-1])
 
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds: list[FloatArray] = []
@@ -290,9 +290,9 @@ def room(
         (0.16, 0.06 * total + 0.06, 0.94 * total, denser),
     ):
         along = _stations(setting, spacing, first, last, total, ratio)
-        points = np.column_stack([np.interp(along, lengths, ROOM[:, k]) for k in (0, 1)])
+        points = places(ROOM, along)
         n = len(points)
-        unit, order, junk = rng.standard_normal((n, 2)), rng.permutation(n), _junk(rng, n)
+        unit, order, junk = rng.standard_normal((n, 2)), rng.permutation(n), scattered(rng, n)
         points += sigma * unit
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
@@ -322,8 +322,8 @@ def _stations(setting: str, spacing: float, first: float, last: float, total: fl
     return np.array(stations)
 
 
-def _junk(rng: np.random.Generator, count: int) -> FloatArray:
-    """`count` places uniform over 10 × 6.4 u about the origin."""
+def scattered(rng: np.random.Generator, count: int) -> FloatArray:
+    """`count` places uniform over 10 × 6.4 u about the origin: a room's junk."""
     return rng.uniform((-5.0, -3.2), (5.0, 3.2), (count, 2))
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
-from solvers.scenes.rooms import Scene
+from solvers.scenes.polyline import lengths, places
+from solvers.scenes.rooms import Scene, scattered
 
 WALL = np.array([(-4.0, -1.4), (4.0, 1.4)])
 NDT_ROOM = np.array(
@@ -227,10 +228,10 @@ def sampled(outline: FloatArray, spacing: float, first: float = 0.0, last: float
            [2., 0.],
            [2., 1.]])
     """
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(outline, axis=0), axis=1))])
-    begin, end = first * lengths[-1], last * lengths[-1]
+    length = lengths(outline)[-1]
+    begin, end = first * length, last * length
     along = begin + spacing * np.arange(np.floor((end - begin) / spacing + 1e-9) + 1.0)
-    return np.column_stack([np.interp(along, lengths, outline[:, k]) for k in (0, 1)])
+    return places(outline, along)
 
 
 def _scene(
@@ -249,7 +250,7 @@ def _scene(
     for cloud in clouds:
         n = len(cloud)
         unit, order = rng.standard_normal((n, 2)), rng.permutation(n)
-        junk = rng.uniform((-5.0, -3.2), (5.0, 3.2), (n, 2))
+        junk = scattered(rng, n)
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
         points.append(np.where(wrong[:, None], junk, cloud + sigma * unit))
