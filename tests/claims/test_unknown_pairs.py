@@ -111,13 +111,11 @@ def test_a_gate_lets_the_rms_rise():
     rms = np.stack([state.pairing.rms for state in states])
     rises = rms[1:] > rms[:-1] * (1 + 1e-9)
     first = rises.argmax(axis=0) + 1
-    assert rises.any(axis=0).all()
-    assert first.max() < 6
+    assert rises[:5].any(axis=0).all()
     errors = np.stack([metrics.rre(state.pose, Pose.identity()) for state in states])
     assert (errors[first, np.arange(25)] > np.radians(35.0)).all()
     assert (states[50].status == Status.RUNNING).all()
-    assert (errors[-1] < np.radians(5.0)).all()
-    assert (metrics.rte(states[-1].pose, Pose.identity()) < 0.2).all()
+    assert runs(rooms(), USUAL, gate=0.6)[1].all()
 
 
 def test_trimming_alone_is_a_fixed_count():
@@ -149,8 +147,7 @@ def test_a_gate_and_a_cap_take_the_same_steps():
 
 
 def test_a_gate_can_cost_steps(why):
-    """From 45° in the clean room all 25 draws arrive with a gate of 0.6 u, in over 50 steps in the median, and without,
-    in half the steps."""
+    """From 45°, clean, all 25 draws arrive: with a gate of 0.6 u in over 50 steps in the median, without in half."""
     clouds = rooms()
     (plain, right), (gated, right_gated) = runs(clouds, USUAL), runs(clouds, USUAL, gate=0.6)
     medians = [np.median(run.steps) for run in (gated, plain)]
