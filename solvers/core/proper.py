@@ -54,7 +54,7 @@ def fits(axes: tuple[int, ...], batch: tuple[int, ...], name: str) -> None:
 
 
 def identities(d: int, batch: tuple[int, ...]) -> FloatArray:
-    """The identity matrix (d, d) over leading axes; raises ValueError for any other dimension or shape."""
+    """The identity matrix (d, d) over leading axes; raises ValueError if one of them is wrong."""
     axes = several(batch, "batch", "sizes, such as (3,)")
     for size, name, least in (d, "d", 1), *((axis, "batch", 0) for axis in axes):
         if isinstance(size, bool) or not isinstance(size, int | np.integer) or size < least:

@@ -70,7 +70,9 @@ class Batch(Generic[S]):
     part: S
     steps: IntArray
 
-    __repr__ = brief
+    def __repr__(self) -> str:
+        running = f"{self.rows.size} of {self.steps.size} running"
+        return f"Batch({self.method.name}: {running}, at most {self.max_steps} steps)"
 
     @property
     def done(self) -> bool:

@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.tree import distinct, once
 
 BLOCK = 2**18
@@ -56,6 +57,8 @@ class Known:
     slack: FloatArray
     order: IntArray
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class Index:
@@ -69,6 +72,8 @@ class Index:
     radius: FloatArray  # (b,) the largest ‖q̃‖
     extent: FloatArray  # (b,) the largest coordinate as given
     trees: AnyArray | None  # (b,) of _Tree
+
+    __repr__ = brief
 
     def nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Row and squared distance, both (b, m), of the target point nearest to each of

@@ -69,7 +69,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     columns, and so does a comment right before the numbers with as many fields: the columns
     named x, y and z, with a unit (x_m, x [m]) or without, are taken, otherwise the first two
     or three. If tabs separate columns, spaces do as well; separators at a line's end are
-    ignored. Raises ValueError with the line's number.
+    ignored. Raises ValueError with the line's number, also if x and y are there and an axis
+    is named twice.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
@@ -88,7 +89,10 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
         raise ValueError(f"line {rows[0] + 1}: {told(comma)} is not a number; {_hint(comma)}")
     if all(is_number(field) for field in fields):
         width = len(fields)
-        columns = _axes(_comment_before(lines, rows[0], separator), width) or list(range(min(3, width)))
+        names = _comment_before(lines, rows[0], separator)
+        if len(names) == width:
+            _refuse_twice(names, rows[0] - 1)
+        columns = _axes(names, width) or list(range(min(3, width)))
     elif any(is_number(field) for field in fields):
         wrong = next(field for field in fields if not is_number(field))
         hint = _hint(wrong, "expected numbers, or names alone")
@@ -145,13 +149,10 @@ def _resplit(fields: list[str], line: str, width: int) -> list[str]:
 
 
 def _columns(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
-    """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice.
-    Raises ValueError if x and y are there and an axis is named twice."""
+    """The columns of x, y and, if there is one, z, by their names; otherwise the first two or three, with a notice."""
+    _refuse_twice(fields, row)
     if axes := _axes(fields, len(fields)):
         return axes
-    letters = _letters(fields)
-    if "x" in letters and "y" in letters:
-        raise ValueError(f"line {row + 1}: the columns are {told(', '.join(fields))}; expected x and y, each once")
     if len(fields) > 1:
         count = min(3, len(fields))
         notices.append(f"no columns are called x and y in line {row + 1}: the first {count} were taken")
@@ -165,6 +166,16 @@ def _axes(names: Sequence[str], width: int) -> list[int]:
     if letters.count("x") != 1 or letters.count("y") != 1 or letters.count("z") > 1:
         return []
     return [letters.index(axis) for axis in "xyz" if axis in letters]
+
+
+def _refuse_twice(names: Sequence[str], row: int) -> None:
+    """Raise ValueError if x and y are there and an axis is named twice."""
+    letters = _letters(names)
+    if "x" in letters and "y" in letters:
+        for axis in "xyz":
+            both = [name for name, letter in zip(names, letters, strict=True) if letter == axis]
+            if len(both) > 1:
+                raise ValueError(f"line {row + 1}: two columns are named {axis}: {told(both[0])} and {told(both[1])}")
 
 
 def _letters(names: Sequence[str]) -> list[str]:

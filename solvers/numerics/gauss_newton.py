@@ -33,6 +33,7 @@ import numpy as np
 
 from solvers.core.amounts import place
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 from solvers.core.rotations import planar, spatial
 from solvers.geometry.spectral import symmetric_eigen
@@ -59,6 +60,8 @@ class System:
     free: BoolArray
     centre: FloatArray
     radius: FloatArray
+
+    __repr__ = brief
 
 
 def system(

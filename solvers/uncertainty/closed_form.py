@@ -92,7 +92,8 @@ def covariance(
     do the neighbours that determine a normal. Weights are treated as constants. `gicp` is left out because its
     precisions, which depend on the pose, are frozen in each step.
 
-    The deviation along a free direction is infinite.
+    The deviation along a free direction is infinite. So is that of the turn where a degenerate run's partners cost the
+    same at every angle, whatever `free_below` is.
 
     References
     ----------
@@ -140,11 +141,7 @@ def covariance(
     J = gauss_newton.jacobian(at.moved - at.centre[:, None], at.radius)[..., _ORDER]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if how == "hessian":
-            matrix, free = _hessian(at, J, sigma, result.pose.batch, free_below)
-            # JᵀJ has the source's lever arms alone: partners at one place, or mirrored, leave the turn free unseen.
-            unseen = (result.states[0].status == Status.DEGENERATE) & ~free.any(axis=(1, 2))
-            turn = unseen[:, None, None] * np.diag([1.0, 0.0, 0.0])
-            matrix, free = (np.eye(3) - turn) @ matrix @ (np.eye(3) - turn), free + turn
+            matrix, free = _hessian(at, J, sigma, result.pose.batch, free_below, _any_angle(result))
         else:
             of_source, of_target = (0.0 if noise is None else noise for noise in (source_noise, target_noise))
             matrix, free = _censi(at, J, of_source, of_target, result.pose.batch, free_below)
@@ -258,12 +255,26 @@ def _pairs(result: Result) -> _Pairs:
     )  # fmt: skip
 
 
+def _any_angle(result: Result) -> BoolArray:
+    """Which runs are degenerate as their partners, at one place or mirrored, cost the same at every angle, (b,)."""
+    state: Any = result.states[0]
+    degenerate = np.asarray(state.status == Status.DEGENERATE)
+    if result.method == "point-to-plane":  # its own system shows what is free
+        return np.zeros_like(degenerate)
+    return degenerate & ~state.system.free.any(axis=1) if result.method == "gicp" else degenerate
+
+
 def _hessian(
-    at: _Pairs, J: FloatArray, sigma: ArrayLike | None, batch: tuple[int, ...], below: float
+    at: _Pairs, J: FloatArray, sigma: ArrayLike | None, batch: tuple[int, ...], below: float, any_angle: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """σ² (JᵀMJ)⁻¹ and the free directions."""
     w = at.weights
     H = np.einsum("bm,bmip,bmij,bmjq->bpq", w, J, at.precision, J, optimize=True)
+    if any_angle.any():
+        # JᵀJ has the source's lever arms alone. Of the turn's entry, leave what the slides explain.
+        slides = _inverse(H[:, 1:, 1:], below)[0]
+        explained = (H[:, :1, 1:] @ slides @ H[:, 1:, :1])[:, 0, 0]
+        H[:, 0, 0] = np.where(any_angle, explained, H[:, 0, 0])
     if sigma is not None:
         deviation = numbers(sigma, "sigma")
         try:
@@ -347,7 +358,7 @@ def _add_normals(by_point: FloatArray, at: _Pairs, J: FloatArray) -> None:
 
 
 def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
-    """The inverses of H (b, 3, 3) outside its free directions, and those directions (b, 3, 3), one per column, zero
+    """The inverses of H (b, p, p) outside its free directions, and those directions (b, p, p), one per column, zero
     for the others.
     """
     size = np.abs(H).max(axis=(1, 2))

@@ -15,8 +15,8 @@ TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it wait
 
 
 def await_attribute(page: Page, selector: str, name: str, value: str) -> None:
-    """Wait until an element has an attribute of this value. For a message of its own, `expect` describes the whole
-    element, or the page if it is hidden, at every look that fails: of a page or figure, a third of a second of work."""
+    """Wait until an element has an attribute of this value. Unlike this, `expect` describes the whole element, or the
+    page if it is hidden, at each look that fails: a third of a second of work for a figure."""
     page.wait_for_selector(f'{selector}[{name}="{value}"]', state="attached", timeout=LIVE)
 
 
@@ -76,12 +76,12 @@ class Figure:
 
     def changes(self, name: str, before: str) -> str:
         """Wait until the readout is no longer `before` and no request is pending: after a drag, its last frame."""
-        until(self.page, f"{self._value(name)} !== {json.dumps(before)}")
+        until(self.page, f"![undefined, {json.dumps(before)}].includes({self._value(name)})")
         return self.settled().readout(name)
 
     def _value(self, name: str) -> str:
-        """The script of a readout's text."""
-        return f"document.querySelector({json.dumps(f'#{self.name} [data-readout={name}] .value')}).textContent"
+        """The script of a readout's text; undefined while there is none."""
+        return f"document.querySelector({json.dumps(f'#{self.name} [data-readout={name}] .value')})?.textContent"
 
     def frames(self) -> int:
         return int(self.root.get_attribute("data-frame") or 0)

@@ -195,8 +195,8 @@ def overlapping(scene):
 def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances(why):
     """Six draws of a room sampled ever more thinly: the lowest MMD² tile (ℓ = 0.6 u) lies 0.3 u from the truth, the
     lowest tile of the capped distances (τ = 1 u) within 0.1 u. With the target cut where the source ends, which removes
-    over a sixth of its points, the MMD² tile is within 0.1 u too. Of fewer than 4,096 frequencies, their draw moves the
-    tile more."""
+    over a sixth of its points, the MMD² tile is within 0.1 u too. With fewer frequencies, the tile depends more on
+    their draw."""
     frequencies = unit_frequencies(np.array([40]), 4096, 2)[0] / 0.6
     scenes = [room("gradient", seed=seed) for seed in range(40, 40 + 6 * 13, 13)]
     whole = [np.hypot(*deepest(mmd_field(scene.source, scene.target, frequencies))[0]) for scene in scenes]

@@ -106,7 +106,7 @@ def test_pairing_a_straight_wall_says_nothing_along_it():
 
 def test_a_gate_lets_the_rms_rise():
     """With a gate of 0.6 u, the RMS over the pairs used rises within six steps in each of 25 draws, while the pose is
-    still more than 35° off; all of them end right, after step 50."""
+    still more than 35° off; all of them end right, after more than 50 steps."""
     states = course(rooms(), USUAL, gate=0.6)
     rms = np.stack([state.pairing.rms for state in states])
     rises = rms[1:] > rms[:-1] * (1 + 1e-9)

@@ -11,6 +11,6 @@ ARROW = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
 
 
 def disc(nose: float, radius: float, gap: float = 0.7, count: int = 25) -> Array:
-    """A disc with a nose, in place of its rim from −gap to gap radians; `count` is the number of points on the rim."""
+    """A disc whose rim between −gap and gap radians is replaced by a nose; `count` points on the rim."""
     turn = np.linspace(gap, 2.0 * np.pi - gap, count)
     return np.concatenate([[(nose, 0.0)], radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)])

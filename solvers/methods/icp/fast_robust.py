@@ -114,6 +114,8 @@ class Welsch:
     energy: FloatArray
     rms: FloatArray
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class FastRobustState:

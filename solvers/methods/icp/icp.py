@@ -13,11 +13,9 @@ together. With r_i the distance of moved point i to its nearest target point and
   never rises.
 
 With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent
-then holds for a fixed `scale`; a scale re-estimated from the distances at every step changes the objective along the
-way.
+then holds for a fixed `scale`; one re-estimated from the distances at every step changes the objective as it goes.
 
-It is the objective's value that converges. The fixed point is a local optimum at best, and coming to rest says nothing
-about the truth.
+It is the objective's value that converges, to a local optimum at best. Coming to rest says nothing about the truth.
 
 References
 ----------
@@ -237,6 +235,8 @@ class Pairing:
     rms: FloatArray
     objective: FloatArray
     known: Known | None
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)

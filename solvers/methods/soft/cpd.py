@@ -129,6 +129,8 @@ class Frame:
     blur: FloatArray
     floor: FloatArray
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class CpdState:

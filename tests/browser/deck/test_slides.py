@@ -147,7 +147,7 @@ def test_a_figure_on_a_slide_is_the_chapters(reader: Callable[..., Reader]) -> N
         readouts = page.evaluate("[...document.querySelectorAll('#fig-solve .readout')].map(e => e.dataset.readout)")
         link = page.evaluate("Ladder.figures.get('fig-solve').link()")
     assert drawings[DECK] == drawings["kabsch.html"]
-    assert readouts == ["rms", "rotation_error", "spread"]
+    assert readouts == ["rms", "rms_truth", "rotation_error", "spread"]
     second = visitor.open(link.rpartition("/")[2])
     stands_at(second, 5)
     expect(second.locator("#fig-solve [name=scene][value=noisy]")).to_be_checked()

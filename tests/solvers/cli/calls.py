@@ -4,7 +4,7 @@ from solvers.cli.command import main
 
 
 def call(capsys, *arguments):
-    """The exit code, and what was printed and what was complained of."""
+    """The exit code, and what was printed and what went to stderr."""
     code = main([str(argument) for argument in arguments])
     streams = capsys.readouterr()
     return code, streams.out, streams.err

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
@@ -55,10 +55,14 @@ def test_a_state_shows_itself_in_a_line(name: str) -> None:
     p, q = PROBLEM.source, PROBLEM.target
     m = min(p.shape[1], q.shape[1])
     problem = replace(PROBLEM, source=p[:, :m], target=q[:, :m], weights=np.ones((1, m)))  # rows may be pairs
-    text = repr(begin_run(METHODS[name], problem).state())
+    batch = begin_run(METHODS[name], problem)
+    state = batch.state()
+    text = repr(state)
     assert "State(problem=Problem(…), " in text
-    assert "\n" not in text
-    assert len(text) < 900
+    assert repr(batch) == f"Batch({name}: {batch.rows.size} of 1 running, at most {batch.max_steps} steps)"
+    for part in (text, *(repr(value) for f in fields(state) if is_dataclass(value := getattr(state, f.name)))):
+        assert "\n" not in part
+        assert len(part) < 900
 
 
 def test_small_arrays_are_shown_whole_and_large_ones_by_shape() -> None:

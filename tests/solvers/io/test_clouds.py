@@ -175,13 +175,23 @@ def test_columns_are_taken_by_name():
     assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
 
 
-@pytest.mark.parametrize("names", ["x,y,x,y", "id,x,y,x", "X,Y,Z,x,y,z", "x_m,x,y"])
-def test_an_axis_named_twice_is_refused(names):
+@pytest.mark.parametrize(
+    ("names", "axis", "both"),
+    [
+        ("x,y,x,y", "x", "'x' and 'x'"),
+        ("id,x,y,x", "x", "'x' and 'x'"),
+        ("X,Y,Z,x,y,z", "x", "'X' and 'x'"),
+        ("x_m,x,y", "x", "'x_m' and 'x'"),
+        ("x,y,z,Z", "z", "'z' and 'Z'"),
+    ],
+)
+@pytest.mark.parametrize("mark", ["", "# "])
+def test_an_axis_named_twice_is_refused(names, axis, both, mark):
     """Of two clouds side by side, the first three columns would be a cloud in space."""
-    width = names.count(",") + 1
-    message = f"line 1: the columns are '{names.replace(',', ', ')}'; expected x and y, each once"
+    numbers = ",".join(map(str, range(names.count(",") + 1)))
+    message = f"line 1: two columns are named {axis}: {both}"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        read(f"{names}\n{','.join(map(str, range(width)))}\n".encode())
+        read(f"{mark}{names}\n{numbers}\n".encode())
 
 
 @pytest.mark.parametrize(

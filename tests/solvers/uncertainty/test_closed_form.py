@@ -147,6 +147,25 @@ def test_partners_that_leave_the_turn_undefined_leave_it_free(method, factors):
     assert estimate.words() == "the turn about (0.00, 0.00) is free"
     upright = covariance(register(square, square, method), sigma=0.1)
     assert upright.deviations.max() < 0.1
+    both = covariance(register(np.stack([square, square]), np.stack([square, square * factors]), method), sigma=0.1)
+    np.testing.assert_allclose(both.deviations, [upright.deviations, estimate.deviations])
+
+
+@pytest.mark.parametrize(("method", "weights"), [("kabsch", [9, 1, 1, 1]), ("icp", [9, 1, 1, 1]), ("gicp", None)])
+def test_any_angle_about_the_centroid_of_the_weights_is_free(method, weights):
+    """With all partners at one place, the cost is flat about the weighted centroid and nowhere else."""
+    square = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    estimate = covariance(register(square, 0.0 * square, method, weights=weights), sigma=0.1)
+    assert np.isinf(estimate.deviations).tolist() == [True, False, False]
+    assert estimate.words() == "the turn about (0.00, 0.00) is free"
+
+
+@pytest.mark.parametrize("method", ["point-to-plane", "gicp"])
+def test_a_run_that_calls_more_free_than_the_covariance_does_names_no_turn(method):
+    scene = corridor(noise=0.02)
+    result = register(scene.source, scene.target, method, start=scene.start, free_below=0.05)
+    assert "slide" in str(result.reason)
+    assert "slide" in covariance(result, sigma=0.1).words()
 
 
 def test_a_turn_is_told_in_degrees_and_none_as_none():
