@@ -10,8 +10,9 @@ from dataclasses import dataclass
 CARDS = '<div class="card"'  # at the end of a page; hidden at first
 ALWAYS = {"serif", "title", "sans"}
 ITALICS = "<em>", "<cite>", 'class="question"'
-# Elements set in another face or folded at first.
-ELSEWHERE = re.compile(r"<(math|figure|svg|script|pre|code|table|button|label|details)\b.*?</\1>", re.DOTALL)
+FOLDED = re.compile(r"<details\b(?![^>]*\bopen\b).*?</details>", re.DOTALL)  # a browser loads no font for it
+# Elements set in another face.
+ELSEWHERE = re.compile(r"<(math|figure|svg|script|pre|code|table|button|label)\b.*?</\1>", re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
 
 
@@ -26,7 +27,7 @@ class Preload:
 
 def preloads(files: Iterable[Preload], page: str) -> list[str]:
     """The URLs of the files that a page's HTML uses."""
-    visible = page.split(CARDS)[0]
+    visible = FOLDED.sub("", page.split(CARDS)[0])
     faces = {*ALWAYS}
     if "<math" in visible:
         faces.add("math")

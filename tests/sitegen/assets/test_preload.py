@@ -23,7 +23,8 @@ PLAIN = ["serif", "title", "sans"]
         ("<p>A width <em>σ</em>.</p>", ["serif-italic", "greek", "greek-italic"]),
         ('<p title="σ">Words.</p>', []),
         ("<figure><figcaption>A width σ.</figcaption></figure>", []),
-        ("<details><summary>More</summary><p>A width σ.</p></details>", []),
+        ("<details><summary>More</summary><p>A <em>width</em> σ: <math></math></p></details>", []),
+        ("<details open><summary>Less</summary><p>A width σ: <math></math></p></details>", ["math", "greek"]),
         ('<p>Words.</p><div class="card" hidden><cite>On θ</cite> <math></math></div>', []),
     ],
 )
