@@ -10,9 +10,10 @@ from dataclasses import dataclass
 CARDS = '<div class="card"'  # at the end of a page; hidden at first
 ALWAYS = {"serif", "title", "sans"}
 ITALICS = "<em>", "<cite>", 'class="question"'
-FOLDED = re.compile(r"<details\b(?![^>]*\bopen\b).*?</details>", re.DOTALL)  # a browser loads no font for it
+# A browser loads no font for what is folded, but for its summary.
+FOLDED = re.compile(r"<details\b(?![^>]*\bopen\b)[^>]*>\s*(<summary\b.*?</summary>)?.*?</details>", re.DOTALL)
 # Elements set in another face.
-ELSEWHERE = re.compile(r"<(math|figure|svg|script|pre|code|table|button|label)\b.*?</\1>", re.DOTALL)
+ELSEWHERE = re.compile(r"<(math|figure|svg|script|pre|code|table|button|label|summary)\b.*?</\1>", re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
 
 
@@ -27,7 +28,7 @@ class Preload:
 
 def preloads(files: Iterable[Preload], page: str) -> list[str]:
     """The URLs of the files that a page's HTML uses."""
-    visible = FOLDED.sub("", page.split(CARDS)[0])
+    visible = FOLDED.sub(r"\1", page.split(CARDS)[0])
     faces = {*ALWAYS}
     if "<math" in visible:
         faces.add("math")

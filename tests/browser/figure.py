@@ -15,8 +15,8 @@ TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it wait
 
 
 def await_attribute(page: Page, selector: str, name: str, value: str) -> None:
-    """Wait until an element has an attribute of this value. Unlike this, `expect` describes the whole element, or the
-    page if it is hidden, at each look that fails: a third of a second of work for a figure."""
+    """Wait until an element has an attribute of this value. For its message, `expect` describes what it looks at, or
+    the page if that is hidden, at each look that fails: of a whole page, for a tenth of a second or more."""
     page.wait_for_selector(f'{selector}[{name}="{value}"]', state="attached", timeout=LIVE)
 
 

@@ -24,6 +24,7 @@ PLAIN = ["serif", "title", "sans"]
         ('<p title="σ">Words.</p>', []),
         ("<figure><figcaption>A width σ.</figcaption></figure>", []),
         ("<details><summary>More</summary><p>A <em>width</em> σ: <math></math></p></details>", []),
+        ("<details><summary>Its <math></math></summary><p>A width σ.</p></details>", ["math"]),
         ("<details open><summary>Less</summary><p>A width σ: <math></math></p></details>", ["math", "greek"]),
         ('<p>Words.</p><div class="card" hidden><cite>On θ</cite> <math></math></div>', []),
     ],
