@@ -93,7 +93,7 @@ def test_a_line_counts_what_its_regions_hold():
 def test_tiny_noise_turns_the_two_closed_forms_round():
     """In the room, point to plane: at the usual noise Censi's regions hold the truth more often than the Hessian's, at
     a quarter of it much less often."""
-    usual, tiny = (coverage("room", "point-to-plane", ("hessian", "censi"), 100, noise=s) for s in (0.04, 0.01))
+    usual, tiny = (coverage("room", "point-to-plane", ("hessian", "censi"), count=100, noise=s) for s in (0.04, 0.01))
     assert usual[0].covered < usual[1].covered > 90
     assert tiny[1].covered < 75 < 90 < tiny[0].covered
 
