@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import erf, exp, log1p, pi, sqrt
+from math import erfc, exp, gamma, log1p, pi, sqrt
 
 from solvers.core import validate
 
@@ -10,8 +10,10 @@ from solvers.core import validate
 def quantile(level: float, freedom: int = 3) -> float:
     """The χ² quantile for 1, 2 or 3 degrees of freedom.
 
-    The distribution functions have closed forms, erf(√(x/2)), 1 − e^(−x/2) and erf(√(x/2)) − √(2x/π) e^(−x/2)
-    (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). The second is inverted in closed form, the others by bisection.
+    With 2 degrees of freedom the distribution function, 1 − e^(−x/2), is inverted in closed form. The others are
+    inverted by bisection: up to a half the distribution function as a series (Abramowitz & Stegun 1964, 26.4.6),
+    above it the closed forms of its complement, erfc(√(x/2)) and erfc(√(x/2)) + √(2x/π) e^(−x/2) (26.4.4), so that no
+    digits are lost at levels near 0 or 1.
 
     Parameters
     ----------
@@ -44,12 +46,22 @@ def quantile(level: float, freedom: int = 3) -> float:
     if freedom == 2:
         return -2.0 * log1p(-level)
 
-    def below(x: float) -> float:
-        return erf(sqrt(0.5 * x)) - (sqrt(2.0 * x / pi) * exp(-0.5 * x) if freedom == 3 else 0.0)
-
     low, high = 0.0, 1.0
-    while below(high) < level and high < 1e3:
+    while _below(high, freedom, level) and high < 1e3:
         high *= 2.0
     while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if below(middle) < level else (low, middle)
+        low, high = (middle, high) if _below(middle, freedom, level) else (low, middle)
     return 0.5 * (low + high)
+
+
+def _below(x: float, freedom: int, level: float) -> bool:
+    """Whether a χ² variable of 1 or 3 degrees of freedom lies below x with less than the probability `level`."""
+    if level > 0.5:
+        return erfc(sqrt(0.5 * x)) + (sqrt(2.0 * x / pi) * exp(-0.5 * x) if freedom == 3 else 0.0) > 1.0 - level
+    term = total = (0.5 * x) ** (0.5 * freedom) * exp(-0.5 * x) / gamma(0.5 * freedom + 1.0)
+    divisor = freedom
+    while term > 1e-17 * total:
+        divisor += 2
+        term *= x / divisor
+        total += term
+    return total < level

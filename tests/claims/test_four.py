@@ -233,14 +233,18 @@ def test_at_a_quarter_turn_they_part():
 
 
 def test_from_a_quarter_turn_mixtures_find_the_other_way_round(why):
-    """Three clean draws, CPD and FilterReg: from 89° both end within 1° of the truth, from 90° more than 175° off."""
+    """Three clean draws turned either way, CPD and FilterReg: from 89° both end within 1° of the truth, from 91° more
+    than 175° off."""
+    draws = scenes(seeds=(40, 53, 66))
     errors = {
-        degrees: np.concatenate([walk_end(m, scenes(seeds=(40, 53, 66)), degrees)[2] for m in ("cpd", "filterreg")])
-        for degrees in (90.0, 89.0)
+        degrees: np.concatenate(
+            [walk_end(method, draws, side * degrees)[2] for method in ("cpd", "filterreg") for side in (1, -1)]
+        )
+        for degrees in (91.0, 89.0)
     }
-    message = f"{errors[90.0].min():.0f}° off or more", f"{errors[89.0].max():.1f}° off or less"
-    why("the start", {"90°": message[0], "89°": message[1]})
-    assert errors[90.0].min() > 175.0
+    message = f"{errors[91.0].min():.0f}° off or more", f"{errors[89.0].max():.1f}° off or less"
+    why("the start", {"91°": message[0], "89°": message[1]})
+    assert errors[91.0].min() > 175.0
     assert errors[89.0].max() < 1.0
 
 

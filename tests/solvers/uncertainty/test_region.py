@@ -26,6 +26,15 @@ def test_quantiles_are_those_of_the_tables(freedom, level, table):
     assert quantile(level, freedom) == pytest.approx(table, abs=2e-7)
 
 
+@pytest.mark.parametrize(("freedom", "upper"), [(1, 51.0303356674973), (2, 55.4517744447956), (3, 59.1126508997502)])
+def test_quantiles_keep_their_digits_at_the_ends(freedom, upper):
+    """A rare event's, 2⁻⁴⁰, as scipy 1.17 gives it; near 0, the first term of the series (A&S 26.4.6)."""
+    assert quantile(1.0 - 2.0**-40, freedom) == pytest.approx(upper, rel=1e-13)
+    level = 1e-30
+    first = {1: 0.5 * np.pi * level**2, 2: 2.0 * level, 3: (3.0 * level * np.sqrt(0.5 * np.pi)) ** (2.0 / 3.0)}
+    assert quantile(level, freedom) == pytest.approx(first[freedom], rel=1e-12)
+
+
 def test_a_quantile_holds_its_share_of_normal_draws():
     z = np.random.default_rng(3).standard_normal((200_000, 3))
     for freedom in (1, 2, 3):
