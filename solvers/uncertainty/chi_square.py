@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import erfc, exp, gamma, log1p, pi, sqrt
+from math import erfc, exp, gamma, log1p, pi, pow, sqrt
 
 from solvers.core import validate
 
@@ -58,7 +58,7 @@ def _below(x: float, freedom: int, level: float) -> bool:
     """Whether a χ² variable of 1 or 3 degrees of freedom lies below x with less than the probability `level`."""
     if level > 0.5:
         return erfc(sqrt(0.5 * x)) + (sqrt(2.0 * x / pi) * exp(-0.5 * x) if freedom == 3 else 0.0) > 1.0 - level
-    term = total = (0.5 * x) ** (0.5 * freedom) * exp(-0.5 * x) / gamma(0.5 * freedom + 1.0)
+    term = total = pow(0.5 * x, 0.5 * freedom) * exp(-0.5 * x) / gamma(0.5 * freedom + 1.0)
     divisor = freedom
     while term > 1e-17 * total:
         divisor += 2
