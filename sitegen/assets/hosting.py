@@ -11,13 +11,13 @@ from pathlib import Path
 from sitegen.cache.files import digest, fingerprint, short_hash
 
 
-def policy(style: str = "", script: str = "") -> str:
-    """The Content-Security-Policy. style, script: sources of a page's inline style and script.
+def policy(styles: Iterable[str] = (), scripts: Iterable[str] = ()) -> str:
+    """The Content-Security-Policy. styles, scripts: the inline ones that it allows.
 
     Workers may be made from a blob: such a worker has its page's policy, others only the headers sent with their file.
     """
-    scripts = ["'self'", "'wasm-unsafe-eval'", *([script] if script else [])]
-    styles = ["'self'", *([style] if style else [])]
+    scripts = ["'self'", "'wasm-unsafe-eval'", *map(source_of, scripts)]
+    styles = ["'self'", *map(source_of, styles)]
     return (
         f"default-src 'none'; script-src {' '.join(scripts)}; style-src {' '.join(styles)}; img-src 'self' data:; "
         "font-src 'self'; connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; "

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from jinja2 import Environment
 
-from sitegen.assets.hosting import policy, source_of
+from sitegen.assets.hosting import policy
 from sitegen.assets.tokens import colours
 from sitegen.chapters.content import Site
 
@@ -23,11 +23,6 @@ class Inline:
     style: str
     script: str
 
-    @property
-    def hashes(self) -> dict[str, str]:
-        """Their sources for a content security policy."""
-        return {"style": source_of(self.style), "script": source_of(self.script)}
-
 
 def inline(templates: Environment) -> Inline:
     """Render the page's style, in the site's colours, and its script."""
@@ -38,6 +33,5 @@ def inline(templates: Environment) -> Inline:
 def lost(templates: Environment, site: Site, beside: str) -> str:
     """Render 404.html. beside: the name of a file of this build, by which the script recognises the site's folder."""
     parts = inline(templates)
-    return templates.get_template("404.html").render(
-        site=site, inline=parts, policy=policy(**parts.hashes), beside=beside
-    )
+    allowed = policy([parts.style], [parts.script])
+    return templates.get_template("404.html").render(site=site, inline=parts, policy=allowed, beside=beside)

@@ -28,6 +28,7 @@ from sitegen.pages import api_reference
 from sitegen.pages.about import Made, bibtex
 from sitegen.pages.lost import lost
 from sitegen.pages.notebooks import name_of
+from sitegen.pages.redirects import redirect
 from sitegen.pages.title_slide import in_part
 
 if TYPE_CHECKING:
@@ -274,8 +275,8 @@ class Writer:
         return lost(self.templates, self.site, assets.css)
 
     def redirect(self, chapter: Chapter) -> str:
-        """The redirect page for a chapter's old name."""
-        return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter, policy=POLICY)
+        """The page at a chapter's old name."""
+        return redirect(self.templates, self.site, chapter)
 
     def sitemap(self, pages: Sequence[str]) -> str:
         """sitemap.xml, which needs the site's URL."""

@@ -27,6 +27,7 @@ from sitegen.figures.tape import Tape
 from sitegen.pages import about, search_index
 from sitegen.pages.decks import Deck
 from sitegen.pages.lost import inline
+from sitegen.pages.redirects import inline_script
 from sitegen.pages.writer import Inside, Writer
 from sitegen.pipeline.context import BuildContext
 from sitegen.pipeline.output import contents
@@ -156,7 +157,8 @@ def _for_hosts(
 ) -> dict[str, bytes]:
     """The files for hosting: the service worker that caches the site, and `_headers` with the headers to send."""
     worker = service_worker(root, files, runtime.kept_files() if runtime else ())
-    text = headers(policy(**inline(templates).hashes))
+    lost = inline(templates)
+    text = headers(policy([lost.style], [lost.script, inline_script(templates)]))
     return {**({} if worker is None else {"sw.js": worker}), "_headers": text.encode()}
 
 

@@ -252,7 +252,7 @@ def test_contents_ladder_and_neighbours(sample: Project) -> None:
 
 def test_redirects_metadata_and_site_map(sample: Project) -> None:
     old = sample.page("old-second.html")
-    assert '<meta http-equiv="refresh" content="0; url=second.html">' in old
+    assert '<noscript><meta http-equiv="refresh" content="0; url=second.html"></noscript>' in old
     assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in old
     page = sample.page("second.html")
     assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in page

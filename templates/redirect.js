@@ -1,0 +1,2 @@
+
+location.replace(document.querySelector("main a").href + location.search + location.hash);
