@@ -58,6 +58,10 @@ class Status(IntEnum):
     def __str__(self) -> str:
         return self.label
 
+    def __format__(self, spec: str) -> str:
+        """As its label, also with a width; as its number with a format of numbers, such as `d`."""
+        return format(int(self) if spec[-1:].isalpha() and spec[-1:] != "s" else self.label, spec)
+
     # Being equal to its label would not help: the array of numbers of a batch never is, and would silently say False.
     def __eq__(self, other: object) -> bool:
         _refuse_text(other)

@@ -28,7 +28,7 @@ def typical_radius(points: FloatArray) -> FloatArray:
     """`rms_radius` of the points without strays, (b,). Default lengths are shares of it, so that one wrong laser return
     does not decide them.
     """
-    return weighted_radius(points, _typical(points))
+    return weighted_radius(points, typical(points))
 
 
 def strays(points: FloatArray) -> BoolArray:
@@ -42,7 +42,7 @@ def strays(points: FloatArray) -> BoolArray:
         return np.asarray((far > STRAY * most) & (most > 0.0))
 
 
-def _typical(points: FloatArray) -> FloatArray:
+def typical(points: FloatArray) -> FloatArray:
     """Weights (b, n): 0 for strays, 1 for all other points."""
     return (~strays(points)).astype(np.float64)
 
@@ -51,18 +51,19 @@ def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
     """Root mean square difference in a coordinate over all pairs of points (b, m, d) and (b, n, d), without strays,
     (b,): computed from the clouds' means and radii.
     """
-    p, q = _typical(moved), _typical(fixed)
+    p, q = typical(moved), typical(fixed)
     gap = np.linalg.norm(weighted_centroid(moved, p) - weighted_centroid(fixed, q), axis=1)
     size = np.hypot(np.hypot(gap, weighted_radius(moved, p)), weighted_radius(fixed, q))
     return np.asarray(size / np.sqrt(moved.shape[2]))
 
 
 def about(moved: FloatArray, target: FloatArray) -> FloatArray:
-    """Weights (b, m): 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays, which lie farther from
-    the target's box than its longest side. If all do, none is a stray.
+    """Weights (b, m): 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays, which lie farther than
+    its longest side from the box of the target without its own strays. If all do, none is a stray.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        low, high = (of(target, axis=1)[:, None] for of in (np.min, np.max))
+        inner = np.where(strays(target)[..., None], np.median(target, axis=1, keepdims=True), target)
+        low, high = (of(inner, axis=1)[:, None] for of in (np.min, np.max))
         near = np.maximum(low - moved, moved - high).max(axis=2) <= (high - low).max(axis=2)
     return np.where(near.any(axis=1, keepdims=True), near, True).astype(np.float64)
 

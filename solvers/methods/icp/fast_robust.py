@@ -62,7 +62,8 @@ class FastRobustOptions:
     first : float, optional
         The first ν, world units. None is three times the median distance of the starting pairs.
     last : float, optional
-        The last ν, world units. None is the target's spacing over 3√3.
+        The last ν, world units. None is the target's spacing over 3√3: the median, over its points, of the median
+        distance to the six nearest others. Equal points count as one.
     history : int, default 5
         The number of past steps that an extrapolation uses, 0 for none.
     forget : bool, default True
@@ -168,12 +169,16 @@ def _weigh(problem: Problem, moved: FloatArray, rows: IntArray, distances: Float
 
 def spacing(index: Index, points: FloatArray) -> FloatArray:
     """The median, over the points (b, n, d) of an index, of the median distance to the
-    six nearest others, (b,).
+    six nearest others, (b,). Equal points count as one; it is 0 if all are equal.
     """
     k = min(7, points.shape[1])
     _, squares = index.nearest_k(points, k)
     others = np.sqrt(squares[..., 1:]) if k > 1 else np.zeros((*squares.shape[:2], 1))
     medians: FloatArray = np.median(np.median(others, axis=2), axis=1)
+    for i in np.flatnonzero((others == 0.0).any(axis=(1, 2))):
+        places = np.unique(points[i], axis=0)[None]
+        if 1 < places.shape[1] < points.shape[1]:
+            medians[i] = spacing(nearest.build(places), places)[0]
     return medians
 
 

@@ -40,7 +40,7 @@ from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
-from solvers.numerics.fits import rms_motion, rms_radius, typical_radius
+from solvers.numerics.fits import rms_motion, typical, typical_radius, weighted_centroid, weighted_radius
 
 _HALVINGS = 12
 _FINEST = 1e-6  # of the clouds' extent: with a smaller σ no points of the two clouds would interact
@@ -101,10 +101,12 @@ class GmmRegState:
     sigma: (b,) world units, last: (b,) its last value. moved: (b, m, 2). overlap: (b, m) Σ_j K_ij / N, how much of the
     fixed mixture each moving point meets. own: (b,) k_xx / M² + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3)
     of −k_xy / MN in ξ = (v, ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last step.
-    change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
+    change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`. Strays count for neither
+    of the three: their weight in `near`, (b, m), is 0.
     """
 
     problem: Problem = field(metadata=CONSTANT)
+    near: FloatArray = field(metadata=CONSTANT)
     radius: FloatArray = field(metadata=CONSTANT)
     last: FloatArray = field(metadata=CONSTANT)
     options: GmmRegOptions = field(metadata=SHARED)
@@ -126,7 +128,8 @@ class GmmRegState:
 
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
-    radius, pose = rms_radius(problem.source), Pose.trusted(problem.start.R, problem.start.t)
+    near, pose = typical(problem.source), Pose.trusted(problem.start.R, problem.start.t)
+    radius = weighted_radius(problem.source, near)
     size = np.where(at_one_place(problem.target), radius, typical_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
@@ -138,7 +141,7 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
         last = np.minimum(last, first)
     zeros = np.zeros(b)
     state = GmmRegState(
-        problem=problem, radius=radius, last=last, options=options, pose=pose, objective=zeros,
+        problem=problem, near=near, radius=radius, last=last, options=options, pose=pose, objective=zeros,
         status=statuses((b,)), reason=reasons((b,)), sigma=first, moved=problem.source, overlap=np.zeros((b, m)),
         own=zeros, gradient=np.zeros((b, 3)), hessian=np.zeros((b, 3, 3)), damping=zeros,
         change=np.full(b, np.inf),
@@ -180,7 +183,7 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
         ku = k[..., None] * x - ky
         cross = ky[..., :, None] * x[..., None, :]
         kuu = k[..., None, None] * (x[..., :, None] * x[..., None, :]) - cross - cross.swapaxes(2, 3) + kyy
-        arm = x - x.mean(axis=1, keepdims=True)
+        arm = x - weighted_centroid(x, state.near)[:, None]
         rho = state.radius / ell
         J = gauss_newton.jacobian(arm, rho)
         gradient = np.einsum("bmdp,bmd->bp", J, ku) / m
@@ -199,7 +202,7 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
 def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
     """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's centroid, then shifted by v."""
     turn = planar(xi[:, 2] / state.radius)
-    centre = state.moved.mean(axis=1)
+    centre = weighted_centroid(state.moved, state.near)
     t = centre + (turn @ (state.pose.t - centre)[..., None])[..., 0] + xi[:, :2]
     return Pose.trusted(turn @ state.pose.R, t)
 
@@ -225,7 +228,7 @@ def _step(state: GmmRegState) -> GmmRegState:
         xi = 0.5 * xi
     with np.errstate(over="ignore", under="ignore"):
         step = after.moved - state.moved
-        change = rms_motion(step) / state.radius
+        change = rms_motion(step, state.near) / state.radius
     final = state.sigma <= state.last
     limit = np.where(final, options.tolerance, max(options.coarse, options.tolerance))
     rest = change <= limit

@@ -152,6 +152,19 @@ def test_a_stray_point_sets_no_unit(method, distance):
     np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-9)
 
 
+@pytest.mark.parametrize("distance", [50.0, 1e3, 1e5])
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
+def test_strays_of_the_target_hide_none_of_the_source(method, distance):
+    """Both clouds with a far return in the same direction, as the largest range of a laser gives: the run is the same
+    as without."""
+    scene, start = room("clean"), room_start(5.0, 0.3)
+    alone = register(scene.source, scene.target, method, start=start)
+    far = [[distance, -distance]]
+    result = register(np.vstack([scene.source, far]), np.vstack([scene.target, far]), method, start=start)
+    assert (result.status, result.steps) == (alone.status, alone.steps)
+    np.testing.assert_allclose(result.pose.matrix, alone.pose.matrix, atol=1e-9)
+
+
 def test_a_cloud_that_starts_far_off_is_no_stray():
     """If every point starts beyond the target's surroundings, all of them count for centre and radius."""
     scene, start = room("clean"), Pose.from_angle(0.0, (1e3, 0.0))
