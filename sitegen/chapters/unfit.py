@@ -47,7 +47,7 @@ def _check_nesting(children: Iterable[Token], problems: Problems) -> None:
             link = link and child.type != "link_close"
             claim = claim and child.type != "claim_close"
             continue
-        if child.type in (*REFERENCES, "term") and link:
+        if child.type in (*REFERENCES, "term", "claim_open") and link:
             problems.add(place, "a link cannot contain another: move it out")
         if child.type == "claim_open" and claim:
             problems.add(place, "a claim cannot contain another: move it out")

@@ -14,6 +14,7 @@ from sitegen.markup.slips import plain
 
 # Two pairs of brackets, which are neither footnotes nor citations.
 REFERENCE = re.compile(r"(?<![\\\]\w])\[([^\[\]^@][^\[\]]*)\]\[((?![\^@])[^\[\]]*)\]")
+INNER = re.compile(r"[^\[]*?(\]\()")  # the end of a link that could not begin, since another was in its words
 NOWHERE = re.compile(r"(?:https?:/*|mailto:)?")
 MARKS = (
     (re.compile(r"\*\*"), "unmatched **: the other half is missing, or there are spaces just inside"),
@@ -40,6 +41,8 @@ def leftovers(text: str, children: Sequence[Token], addresses: Mapping[str, Any]
             for mark, message in MARKS:
                 if half := mark.search(token.content):
                     yield _offset(text, token.content[half.start() :]), message.format(half[0])
+            if end := INNER.match(token.content):
+                yield _offset(text, token.content[end.start(1) :]), "a link cannot contain another: move it out"
 
 
 def _offset(text: str, piece: str) -> int:

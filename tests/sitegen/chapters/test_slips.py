@@ -103,7 +103,11 @@ SLIPS = {
         ["7:14: unclosed `` in this paragraph; write \\` for a literal backtick"],
     ),
     "a block of nothing": ("A\n\n:::answer\n\n:::\n", ["9:1: empty :::answer"]),
-    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link cannot contain another: move it out"]),
+    "a link in a link": (
+        "[a :ref[second]](second.html)\n\nA [a [b](second.html)](second.html) x.\n\n[see[^1] x](second.html)\n\n"
+        "[^1]: y\n",
+        [f"{position}: a link cannot contain another: move it out" for position in ("7:4", "9:22", "11:11")],
+    ),
 }  # fmt: skip
 
 FINE = (
@@ -119,6 +123,7 @@ FINE = (
     "1. | a | b |\n   | - | - |\n   | 1 | 2 |\n\n> a | b\n> --|--\n> 1 | 2\n",
     "[Its sources](#works-cited) are one.[^n]\n\n[^n]: [@one2001]\n",
     "\\*\\*a \\` 2 * 3 * 4, ***b*** and ``a ` b``, :value[2**3] and `2**3`.\n",
+    "[a] (b) and f[0] (x), `[a](b c)`.\n",
     "[a][B], [b][], [b]\\[c], `x[a][0]`, x[a][0] and [[d]].\n\n[b]: second.html\n[b]: second.html\n"
     "[//]: # (one)\n[//]: # (two)\n",
 )
@@ -155,11 +160,13 @@ def test_a_block_folds_in_a_list_and_a_quotation_too(project: Project, body: str
 
 
 def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project: Project) -> None:
-    """Either would be lost silently: the inner claim's test, and the directive's result."""
-    body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
+    """Either would be lost silently: the inner claim's test, and the directive's result. A claim in a link would put
+    one link into another."""
+    body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n\n[A :claim[B]{x}](second.html)\n"
     project.write("content/00-start.md", START.partition("Read")[0] + body)
     messages = [line.partition("content/00-start.md:")[2] for line in project.problems()]
     assert "7:10: a claim cannot contain another: move it out" in messages
+    assert "11:4: a link cannot contain another: move it out" in messages
     assert any("alternative text must be plain: no directives or citations" in line for line in messages)
 
 

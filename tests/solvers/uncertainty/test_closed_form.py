@@ -9,6 +9,7 @@ from solvers import Pose, register
 from solvers.scenes.rooms import BIRD, KABSCH_TRUTH, kabsch_scene, room
 from solvers.scenes.walls import corridor, ndt_room
 from solvers.uncertainty import CENSI, HESSIAN, covariance, from_matrix, log, range_bearing
+from solvers.verify import evidence
 
 SIGMA = 0.05
 
@@ -322,6 +323,18 @@ def test_importing_the_solvers_does_not_import_it():
     code = "import sys, solvers; print('solvers.uncertainty' in sys.modules)"
     process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert process.stdout.strip() == "False"
+
+
+def test_noise_in_the_normals_seems_to_hold_a_wall_s_slide(rng):
+    """Nothing does: without noise in the scans it is free. `weakest` of the evidence shows how little holds it."""
+    source, target = (np.stack([np.linspace(-x, x, n), np.zeros(n)], axis=1) for x, n in ((5.0, 60), (8.0, 200)))
+    noisy = [cloud + 0.01 * rng.standard_normal(cloud.shape) for cloud in (source, target)]
+    assert covariance(register(source, target, "point-to-plane")).free.any()
+    result = register(*noisy, "point-to-plane")
+    seen = covariance(result)
+    assert not seen.free.any()
+    assert seen.deviations[0] < 0.2
+    assert evidence(*noisy, result.pose).weakest < 0.003
 
 
 @pytest.mark.parametrize("shift", [0.05, 0.1, 0.3])

@@ -67,3 +67,15 @@ def test_a_refused_extrapolation_empties_the_history_or_leaves_it(forget):
         assert np.array_equal(new.past_x.t[same, 1:], old.past_x.t[same, :-1])
         assert np.all(new.depth[new.nu != old.nu] == 0)
     assert refusals > 50
+
+
+@pytest.mark.parametrize("copies", [2, 5, 9])
+def test_equal_target_points_count_once_for_the_last_width(copies):
+    """A standing robot's sweeps repeat their points; counted one by one, copies are neighbours at distance zero."""
+    scene, start = room("clean"), room_start(5.0, 0.3)
+    once, often = (
+        register(scene.source, target, "fast-robust-icp", start=start)
+        for target in (scene.target, np.repeat(scene.target, copies, axis=0))
+    )
+    assert often.status is once.status is Status.CONVERGED
+    assert np.allclose(often.matrix, once.matrix, rtol=0.0, atol=1e-9)

@@ -164,13 +164,17 @@ def test_no_overlap_is_said():
     assert failure.steps == 0
 
 
-def test_a_point_beyond_all_kernels_is_passed_over():
-    """It counts for nothing, and the others end where they end without it."""
-    scene = room("clean")
-    far = np.vstack([scene.source, [1e4, 1e4]])
-    usual, beside = (register(source, scene.target, "gmmreg") for source in (scene.source, far))
+@pytest.mark.parametrize("distance", [50.0, 1e3, 1e4])
+@pytest.mark.parametrize("cloud", ["source", "target"])
+def test_points_beyond_all_kernels_are_passed_over(cloud, distance):
+    """They count for nothing, not even for the centre and radius of a step: the run is the same as without them."""
+    scene, start = room("clean"), room_start(5.0, 0.3)
+    clouds = {"source": scene.source, "target": scene.target}
+    far = {**clouds, cloud: np.vstack([clouds[cloud], distance * np.array([[1.0, -1.0], [1.0, -1.1], [1.2, -1.0]])])}
+    usual, beside = (register(**pair, method="gmmreg", start=start) for pair in (clouds, far))
     assert usual.status is beside.status is Status.CONVERGED
-    assert np.allclose(beside.matrix, usual.matrix, rtol=0.0, atol=1e-6)
+    assert usual.steps == beside.steps
+    assert np.allclose(beside.matrix, usual.matrix, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
