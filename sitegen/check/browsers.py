@@ -149,9 +149,7 @@ def found(name: str, browser_path: Path | None = None) -> Path:
 
     Raises BrowserMissing with everything that was tried.
     """
-    engine = ENGINES.get(name)
-    if not engine:
-        raise BrowserMissing(f"unknown engine {name!r}; known: {', '.join(ENGINES)}")
+    engine = ENGINES[name]
     by_variable = [
         (f"{variable}={os.environ[variable]}", Path(os.environ[variable]))
         for variable in engine.named

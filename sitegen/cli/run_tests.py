@@ -113,6 +113,9 @@ def test(root: Path, engines: Sequence[str], browser_path: Path | None, further:
         return 2
     if is_part(root, options) and not engines:
         return test_part(Needs(root, browser_path), options, further)
+    if unknown := [name for name in engines if name not in browsers.ENGINES]:
+        print(f"unknown engine {unknown[0]!r}; known: {', '.join(browsers.ENGINES)}", file=sys.stderr)
+        return 2
     fault = find_browsers(engines, browser_path)
     if fault:
         print(fault, file=sys.stderr)

@@ -34,7 +34,7 @@ def pack_of(member: str) -> str | None:
     name = name.removesuffix(".__init__")
     if ".dist-info" in name:
         return START if name.endswith(".METADATA") else None
-    if _is_below(name, LEFT_OUT):
+    if _is_below(name, LEFT_OUT) or parts.suffix == ".pyi":
         return None
     if _is_below(name, (FIGURES,)) and name != FIGURES:
         return "figure-" + name.split(".")[2]

@@ -48,7 +48,7 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
         for path in (root / package).rglob("*")
-        if path.suffix in (".py", *DATA) or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
+        if path.suffix in (".py", ".pyi", *DATA) or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
     }
     return dict(sorted(files.items()))
 

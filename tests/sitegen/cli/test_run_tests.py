@@ -109,8 +109,8 @@ def test_a_part_gets_what_it_needs(checkout: Path) -> None:
 
 
 def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
-    """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name) gives 2, and an option or
-    a file does so before anything else."""
+    """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name, an engine) gives 2, and an
+    option, a file or an engine does so before anything else."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
     fails, unknown, absent, several, test, name = run(
         checkout,
@@ -128,6 +128,9 @@ def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
         assert (code, report) == (2, [])
         assert "no such file or folder: tests/test_plian.py; did you mean 'tests/test_plain.py'?" in output
     assert test[:2] == name[:2] == (2, [])
+    ((code, report, output),) = run(checkout, "", engines=("gecko",))
+    assert (code, report) == (2, [])
+    assert output == "unknown engine 'gecko'; known: chromium, firefox, webkit\n"
 
 
 def test_ctrl_c_in_a_run_is_no_result(checkout: Path) -> None:

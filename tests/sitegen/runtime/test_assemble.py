@@ -18,6 +18,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+import numpy as np
 import pytest
 
 import solvers
@@ -185,6 +186,12 @@ def test_a_line_to_be_changed_must_be_there_once() -> None:
         change("m.py", "b\nb\n", [("b", "c")], "")
 
 
+def test_the_page_s_numpy_is_the_build_s() -> None:
+    """The wheel pinned for pages is of the version that draws the build's figures."""
+    (wheel_name,) = [Path(key).name for key in gather(["numpy"], cache=cache_dir()) if key.endswith(".whl")]
+    assert wheel_name.split("-")[1] == np.__version__
+
+
 def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: Path) -> None:
     wheel_path = info.write(tmp_path / "runtime") / info.wheel
     with zipfile.ZipFile(wheel_path) as archive:
@@ -192,6 +199,7 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
         names = {n.rpartition("/")[2]: n for n in archive.namelist() if ".dist-info/" in n}
         metadata = message_from_bytes(archive.read(names["METADATA"]))
     assert inside == wheel.sources()
+    assert {"solvers/py.typed", "solvers/_functions.pyi"} <= inside.keys()  # without the second, its types are unknown
     assert wheel_path.name == WHEEL
     assert (metadata["Name"], metadata["Version"]) == ("registration-ladder", solvers.__version__)
     package = tomllib.loads((wheel.ROOT / "pyproject.toml").read_text("utf-8"))["project"]
