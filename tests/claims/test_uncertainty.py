@@ -152,6 +152,26 @@ def test_point_to_point_sees_no_needle():
     assert spread.deviations[0] > 10.0 * spread.deviations[1]
 
 
+def test_an_end_wall_in_one_scan_alone_misleads_censi(why):
+    """Point to plane in the room, 200 draws. With end walls at 5 u the source sees the left one alone and the target
+    the right one, and fewer than 40 of Censi's regions hold the truth; at 4 u, both seen by both, and at 5.8 u, seen by
+    neither, more than 100 do. An echo of an end wall is one that changes when the walls go to 20 u."""
+    held = {}
+    for end, sides in ((4.0, "left and right, left and right"), (5.0, "left, right"), (5.8, "none, none")):
+        scans, open_ended = (redrawn("room", 5, end=e, noise=0.0) for e in (end, 20.0))
+        seen = []
+        for points, beyond in ((scans.source, open_ended.source), (scans.target, open_ended.target)):
+            x = points[..., 0][np.abs(points - beyond).max(axis=-1) > 1e-6]
+            there = [name for name, side in (("left", x < 0.0), ("right", x > 0.0)) if side.any()]
+            seen.append(" and ".join(there) or "none")
+        assert ", ".join(seen) == sides
+        (line,) = coverage("room", "point-to-plane", ("censi",), count=200, end=end)
+        held[end] = line.covered
+    why("the end walls", {f"{end:g} u": f"{count} of 200" for end, count in held.items()})
+    assert held[5.0] < 40
+    assert min(held[4.0], held[5.8]) > 100
+
+
 def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
     """1,000 draws of point to plane on the same scans, from headings known to 3° and to 90°: only the latter give a
     second cluster of more than 5 %, half a turn off. No end then lies within 1 u of the mean of all, measured by its

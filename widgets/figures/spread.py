@@ -254,28 +254,27 @@ def _close_up(state: State) -> Panel:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """widest, narrowest: σ of the ends' places in the largest cluster. claimed: the closed forms' widest, as text."""
+    """widest, narrowest: the largest cluster's σ. claimed: the closed forms' widest. shares: of clusters over 5 %."""
 
     widest: float
     narrowest: float
-    claimed: tuple[str, str]
+    claimed: tuple[tuple[str, str], ...]
     held: tuple[int, int]
-    modes: int
-    share: float
+    shares: tuple[float, ...]
 
 
 def _numbers(state: State) -> _Numbers:
-    hessian, censi = (number(s, 3 if s < 10.0 else 0) for s in (_sizes(c)[1] for c in _closed_forms(state.ask)))
+    sizes = [(_sizes(form)[1], "u or more" if form.free.any() else "u") for form in _closed_forms(state.ask)]
+    claimed = tuple((number(size, 3 if size < 10.0 else 0), unit) for size, unit in sizes)
     if not state.drawn:
-        return _Numbers(0.0, 0.0, (hessian, censi), (0, 0), 0, 0.0)
+        return _Numbers(0.0, 0.0, claimed, (0, 0), ())
     spread, *hits = _ends(state.ask, state.drawn)
-    (narrow, wide), modes = _sizes(spread.modes[0]), int((spread.shares > STRAY).sum())
-    return _Numbers(wide, narrow, (hessian, censi), (hits[0], hits[1]), modes, float(spread.shares[0]))
+    shares = tuple(spread.shares[spread.shares > STRAY].tolist())
+    return _Numbers(*_sizes(spread.modes[0])[::-1], claimed, (hits[0], hits[1]), shares)
 
 
 def _sizes(spread: Covariance) -> tuple[float, float]:
-    values = np.linalg.eigvalsh(spread.point_covariance(reach=FAR_OUT))
-    low, high = np.sqrt(np.maximum(values, 0.0))
+    low, high = np.sqrt(np.maximum(np.linalg.eigvalsh(spread.point_covariance(reach=FAR_OUT)), 0.0))
     return float(low), float(high)
 
 
@@ -293,9 +292,9 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         counted("censi", "Censi: truth in region", stats.held[1], "inlier"),
         Readout("widest", "Ends: largest σ of the position", later(number(stats.widest, 3)), unit, "source"),
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
-        Readout("claimed", "Hessian: largest σ of the position", stats.claimed[0], "u", "accent"),
-        Readout("carried", "Censi: largest σ of the position", stats.claimed[1], "u", "inlier"),
-        Readout("modes", "Clusters of ends, over 5 %", later(str(stats.modes))),
+        Readout("claimed", "Hessian: largest σ of the position", *stats.claimed[0], "accent"),
+        Readout("carried", "Censi: largest σ of the position", *stats.claimed[1], "inlier"),
+        Readout("modes", "Clusters of ends, over 5 %", later(str(len(stats.shares)))),
         Readout("drawn", "Scans redrawn", str(n)),
     )
 
@@ -303,28 +302,29 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    largest = f", {round(stats.share * state.drawn)} ends in the largest cluster" if stats.share < 1.0 - STRAY else ""
-    sigma = f"{number(stats.narrowest, 3)} to {number(stats.widest, 3)} u"
-    return f"{state.drawn} draws{largest}: σ of the position {sigma}."
+    share = max(stats.shares, default=0.0)
+    largest = f", {round(share * state.drawn)} ends in the largest cluster" if share < 1.0 - STRAY else ""
+    narrow, wide = number(stats.narrowest, 3), number(stats.widest, 3)
+    return f"{state.drawn} draws{largest}: σ of the position {narrow} to {wide} u."
 
 
 def _description(state: State, stats: _Numbers) -> str:
     c = state.controls
-    words = [
+    asked = (
         f"A robot scans a {c.scene} with end walls {number(c.wall, 1)} u from the middle, from two places, with range"
         f" noise of σ = {number(c.noise)} u. {METHODS[c.method]} registers the two scans, from starts with"
         f" σ = {number(c.heading, 0)}° and {number(c.shift)} u. From one pair of scans the Hessian expects a largest σ"
-        f" of the position of {stats.claimed[0]} u, Censi’s formula {stats.claimed[1]} u."
-    ]
-    if not state.drawn:
-        return f"{words[0]} No scans have been redrawn yet."
-    words.append(
-        f"Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by {number(stats.narrowest, 3)} u"
-        f" one way and {number(stats.widest, 3)} u the other. The truth lies in {stats.held[0]} of the Hessian’s 95 %"
-        f" regions and in {stats.held[1]} of Censi’s."
+        f" of the position of {' '.join(stats.claimed[0])}, Censi’s formula {' '.join(stats.claimed[1])}."
     )
-    words.append(f"Clusters of over 5 % of ends: {stats.modes}. In the largest: {round(stats.share * state.drawn)}.")
-    return " ".join(words)
+    if not state.drawn:
+        return f"{asked} No scans have been redrawn yet."
+    counts = [round(share * state.drawn) for share in (max(stats.shares, default=0.0), 1.0 - sum(stats.shares))]
+    return (
+        f"{asked} Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by"
+        f" {number(stats.narrowest, 3)} u one way and {number(stats.widest, 3)} u the other. The truth lies in"
+        f" {stats.held[0]} of the Hessian’s 95 % regions and in {stats.held[1]} of Censi’s. Clusters of over 5 % of"
+        f" ends: {len(stats.shares)}. In the largest: {counts[0]}, in none: {counts[1]}."
+    )
 
 
 def python(state: State) -> str:

@@ -109,8 +109,8 @@ def test_a_part_gets_what_it_needs(checkout: Path) -> None:
 
 
 def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
-    """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name, an engine) gives 2, and an
-    option, a file or an engine does so before anything else."""
+    """A failing test gives exit code 1; what was mistyped (an option, a file, a test, a name, an engine) gives 2, and
+    an option, a file or an engine does so before anything else."""
     (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
     fails, unknown, absent, several, test, name = run(
         checkout,

@@ -66,6 +66,23 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
     assert texts("hall", "finish", heading=3.0)["modes"] == "1"
 
 
+def test_a_size_without_bound_is_told_as_such() -> None:
+    """A run that found a direction free states no σ: what is drawn, 5 u, is the least that it may be."""
+    for seed, unit in ((40, "u"), (53, "u or more")):
+        frame = frame_after(WIDGET, seed=seed, name="corridor", heading=90.0)
+        claimed = next(each for each in frame["readouts"] if each["name"] == "claimed")
+        assert claimed["unit"] == unit
+        assert f"a largest σ of the position of {claimed['value']} {unit}, Censi" in frame["description"]
+
+
+def test_ends_outside_all_clusters_are_counted() -> None:
+    frame = frame_after(WIDGET, ["press", "finish"], seed=53, name="corridor", heading=90.0)
+    found = re.search(r"over 5 % of ends: 2\. In the largest: (\d+), in none: (\d+)\.", frame["description"])
+    assert found
+    largest, outside = map(int, found.groups())
+    assert DRAWS - 2 * largest <= outside < DRAWS - largest
+
+
 @pytest.mark.parametrize(("wall", "is_told"), [(4.5, False), (6.0, True)])
 def test_a_cluster_that_is_not_all_ends_says_how_many_it_holds(wall: float, is_told: bool) -> None:
     """Far end walls scatter the ends: the widths are those of a part of them."""
