@@ -14,7 +14,7 @@ _CLASSES = re.compile(r'class="([^"]*)"')
 
 @dataclass(frozen=True)
 class StateRoles:
-    """The roles that a state of a tape shows. pressed: the button at the end of its log, "" if that is another action;
+    """The roles that a state shows. pressed: the button at the end of its log, "" if that is another action;
     roles: panel → the roles in its drawing."""
 
     controls: Plain
@@ -37,19 +37,24 @@ class Tape:
     states: tuple[StateRoles, ...] = ()
 
     def roles(
-        self, controls: Plain, free: Collection[str], presses: Collection[str], panels: Collection[str]
+        self,
+        controls: Plain,
+        free: Collection[str],
+        presses: Collection[str],
+        panels: Collection[str],
+        promised: Sequence[StateRoles] = (),
     ) -> Collection[str]:
-        """The roles that these panels may show while no controls but `free` are moved and no other buttons pressed; all
-        roles if the tape does not record one of the buttons."""
+        """The roles that these panels may show while no controls but `free` are moved and no other buttons pressed, in
+        the promised states as well; all roles if the tape does not record one of the buttons."""
         fixed = {name: value for name, value in controls.items() if name not in free}
-        states = [state for state in self.states if fixed.items() <= state.controls.items()]
-        if not {*presses} <= {state.pressed for state in states}:
+        states = [state for state in (*self.states, *promised) if fixed.items() <= state.controls.items()]
+        if not {*presses} <= {state.pressed for state in states if state in self.states}:
             return ROLES
         return {role for state in states for panel in panels for role in state.roles.get(panel, ())}
 
 
 def state_roles(record: Plain, frame: Plain) -> Plain:
-    """The fields of `StateRoles` for a state of a tape."""
+    """The fields of `StateRoles` for a state."""
     roles = {}
     for panel in frame["panels"]:
         classes = {name for group in _CLASSES.findall(panel["svg"]) for name in group.split()}

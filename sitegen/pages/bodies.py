@@ -22,7 +22,7 @@ from sitegen.chapters.surveyed import Outline, Survey, outline
 from sitegen.figures.bakery import Bakery, frames_of, readouts_of
 from sitegen.figures.gallery import Gallery, Placed
 from sitegen.figures.model import Figure
-from sitegen.figures.tape import Tape
+from sitegen.figures.tape import StateRoles, Tape, state_roles
 from sitegen.markup.math import Mathematics
 from sitegen.pages.decks import Deck, deck
 from sitegen.pages.views import figure_html, figure_view, picture_html, plot_html
@@ -87,14 +87,17 @@ class Pen:
             return Markup("")
         record = figure.record.plain()
         view = figure_view(figure, record, tape.first, tape, sentence, caption)
+        drawn = partial(frames_of, self.bakery, problems, survey.taped, figure)
         if figure.lead:
             first = view.leading.controls
             effects = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
             presses = [button.name for button in view.leading.buttons if button.does == "press"]
             panels = [panel["name"] for panel in view.leading.panels]
-            view = replace(view, roles=tape.roles(record["controls"], {*first, *effects}, presses, panels))
+            records = [promise.record for promise in survey.promises if promise.figure == figure]
+            promised = [StateRoles(**state_roles(*one)) for one in zip(records, drawn(records), strict=False)]
+            view = replace(view, roles=tape.roles(record["controls"], {*first, *effects}, presses, panels, promised))
         check_drawn(figure, view.main, tape.first, problems)
-        frames = frames_of(self.bakery, problems, survey.taped, figure, [figure.after]) if figure.after else [None]
+        frames = drawn([figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(frames), None), question=question))
 
     def _plot(self, problems: Problems, plot: Placed, caption: Markup) -> Markup:

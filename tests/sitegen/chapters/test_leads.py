@@ -177,6 +177,30 @@ def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
 
 
 @pytest.mark.parametrize(
+    ("promised", "first", "behind"),
+    [
+        ("noise=0.3", ["a point", "noise"], []),
+        ("scene=noisy noise=0.3", ["a point"], ["noise"]),  # this asks for something behind More as well
+    ],
+)
+def test_a_legend_names_first_what_the_caption_asks_for(
+    desk: Project, promised: str, first: list[str], behind: list[str]
+) -> None:
+    """A slider's value may be on no tape; the text's promises are drawn all the same."""
+
+    def draw(state: Any) -> Picture:
+        picture = TOY.draw(state)
+        (panel,) = picture.panels
+        noisy = (Points([[0.5, 0.5]], "outlier"),) if state.controls.noise == 0.3 else ()
+        return replace(picture, panels=(replace(panel, marks=(*panel.marks, *noisy)),))
+
+    desk.widgets["toy"] = replace(TOY, draw=draw, legend=(*TOY.legend, Key("outlier", "noise")))
+    desk.cache = cache_without_drawings(desk.cache, desk.root / "cache")
+    html = html_of(desk, "controls=noise", f':promise[Notice.]{{{promised} expect="noise is 0.30"}}')
+    assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [first, behind]
+
+
+@pytest.mark.parametrize(
     ("attributes", "first", "behind"),
     [
         ("", ["a point", "of the noisy scene"], []),
