@@ -22,6 +22,17 @@ def after(steps: int, name: str = "default", **changes: Any) -> figure.State:
     return state
 
 
+@pytest.mark.parametrize(("name", "gap", "below"), [("turns", 0.001, True), ("hall", 0.01, False)])
+def test_the_line_at_which_the_search_ends_is_named(name: str, gap: float, below: bool) -> None:
+    """Below it, away from the ceiling; above it where it is the axis."""
+    state = figure.act(after(0, name, gap=gap), Action("press", "finish"))
+    chart = figure.draw(state).panels[1]
+    (label,) = [mark for mark in chart.marks if isinstance(mark, Label) and "ends" in mark.text]
+    assert label.xy[1] == max(0.0, 1.0 - gap / state.course[-1][0])
+    assert (label.dy > 0) == below
+    assert state.course[-1][1] / state.course[-1][0] >= label.xy[1] - 1e-9
+
+
 def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
     """With the position known, four steps leave less than a fifth of the circle, and no excluded heading has a value
     lower than the ceiling by more than the gap."""

@@ -17,7 +17,7 @@ from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene, room
 from solvers.scenes.walls import hall
 from widgets.drawing.chart import WIDTH, Axis, Series, chart
-from widgets.drawing.picture import Group, Panel, Path, Picture, Points, Readout, View, degrees, number
+from widgets.drawing.picture import Group, Label, Panel, Path, Picture, Points, Readout, View, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Pieces, Widget, whole
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called
@@ -176,7 +176,9 @@ def _chart(state: State) -> Panel:
     end = float(AXIS * max(1, -(-last // AXIS)))
     floor = np.array([low for _, low in state.course]) / ceiling
     goal = max(0.0, 1.0 - state.controls.gap / ceiling)
-    return chart(
+    # Below its line, since the ceiling is just above, unless that is the axis.
+    ends = Label([end, goal], "search ends here", "guide", "end", dy=16.0 if goal > 0.2 else -7.0)
+    drawn = chart(
         "gap",
         "Floor over the steps, as a share of the ceiling",
         [
@@ -189,6 +191,7 @@ def _chart(state: State) -> Panel:
         now=float(last),
         size=(WIDTH, 240.0),
     )
+    return replace(drawn, marks=(*drawn.marks, ends))
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
