@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -53,6 +54,14 @@ def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> No
     own.root.evaluate(DROP, [["a.csv", "b.csv", "c.csv"], [text] * 3])
     expect(own.root.locator(".figure-status")).to_contain_text("3 files at once: open 2, the source and the target.")
     assert not own.record().get("given")
+
+
+@pytest.mark.parametrize("width", [360, 390, 544])
+def test_the_two_downloads_stay_side_by_side(reader: Callable[..., Reader], width: int) -> None:
+    _, own = open_clouds(reader, width=width, height=844)
+    first, second = own.boxes(".own [data-file]")
+    assert first["y"] == second["y"]
+    assert 0 < second["x"] - first["x"] - first["width"] < 20
 
 
 def test_a_long_name_leaves_room_for_the_reason(reader: Callable[..., Reader]) -> None:
