@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import pairwise
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -46,6 +47,18 @@ def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
     frame, native = four.settled().frame(), Host().render("fig-four", four.record())
     assert frame["readouts"] == native["readouts"]
     assert frame["description"] == native["description"]
+
+
+@pytest.mark.parametrize("name", ["fig-four", "fig-junk"])
+def test_on_a_phone_every_stage_is_named_in_full(reader: Callable[..., Reader], name: str) -> None:
+    """Below the small pictures, that is: what changes with Next is the end of the name's second line."""
+    four = Figure(reader(390, 844, reduced_motion="reduce").open("four.html"), name).live()
+    heads = four.root.locator(".figure-panel:not(.large) .panel-caption > :first-child")
+    for _ in range(5):
+        assert heads.evaluate_all("all => all.filter(one => one.scrollHeight > one.clientHeight + 1).length") == 0
+        note = four.root.locator(".panel-caption").first.inner_text()
+        four.button("next").click()
+        expect(four.root.locator(".panel-caption").first).not_to_have_text(note)
 
 
 def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:

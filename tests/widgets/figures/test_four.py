@@ -18,7 +18,7 @@ from tests.widgets.states import state_after
 from widgets.drawing.picture import Heat, Panel, Points, Segments
 from widgets.engine.contract import SEED, Action
 from widgets.figures.four import mmd
-from widgets.figures.four.figure import PARTS, WIDGET, State, act, draw
+from widgets.figures.four.figure import PARTS, SHORT, WIDGET, State, act, draw
 from widgets.figures.four.run import STAGES
 
 NEXT, ITERATE, FINISH = (Action("press", name) for name in ("next", "iterate", "finish"))
@@ -172,6 +172,15 @@ def test_the_end_certifies_nothing() -> None:
     assert "4 of 4" not in picture.note
     assert {"next", "iterate", "finish", "stage-5"} <= picture.disabled
     assert captions(act(state, NEXT)) == captions(state)
+
+
+def test_words_name_in_full_what_a_caption_shortens() -> None:
+    """A caption has the readouts' name for a method; pictures' labels and the description say what it is."""
+    picture = draw(run())
+    for name, panel in panels(run()).items():
+        assert panel.caption.startswith(f"{SHORT[name]}: 1 of ")
+        assert panel.label.startswith(f"{PARTS[name].NAME}, ")
+        assert f"{PARTS[name].NAME}: 1 of " in picture.description
 
 
 def test_each_panel_says_why_it_stopped() -> None:

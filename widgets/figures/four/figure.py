@@ -86,7 +86,8 @@ def _panel(look: Look) -> Panel:
     suffix = ", held" if waits and stage != "ended" else ""
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {amount(look.steps, 'step')}"
-    caption = "\n".join((f"{part.NAME}: {stage}{suffix}", content.words, errors))
+    # The short name, so that the stage fits below a thumbnail on a phone.
+    caption = "\n".join((f"{SHORT[look.track.name]}: {stage}{suffix}", content.words, errors))
     label = f"{part.NAME}, {stage}"
     return Panel(look.track.name, label, VIEW, content.marks, grid=content.grid, caption=caption)
 
@@ -146,7 +147,8 @@ def _description(state: State, panels: tuple[Panel, ...]) -> str:
         f"Iteration {walk.iteration}, stage {walk.stage} of {STAGES}.",
     ]
     for panel in panels:
-        words.append(". ".join(line.rstrip(".") for line in panel.caption.split("\n")) + ".")
+        caption = panel.caption.replace(SHORT[panel.name], PARTS[panel.name].NAME, 1)
+        words.append(". ".join(line.rstrip(".") for line in caption.split("\n")) + ".")
     if not c.project:
         words.append("The flow’s endpoints are used as they are, not made rigid.")
     return " ".join(words)
