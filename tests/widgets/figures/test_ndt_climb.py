@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -31,6 +32,12 @@ def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
     drag = Action("drag", "turn", 4.0, 1.5)
     for state in (end_state(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
         check(state)
+
+
+def test_a_large_damping_has_thousands_apart() -> None:
+    """As the site writes large numbers."""
+    note = draw(run(*[STEP] * 4, four=False, cell=1.2, turn=5.0, shift=0.2)).note
+    assert re.search(r"λ = \d{1,3},\d{3}[,.]", note), note
 
 
 def check(state: State) -> None:

@@ -244,7 +244,7 @@ def _note(state: State) -> str:
             parts.append(f"{NAMES[name]}: {run.status.label} after {amount(run.steps, 'step')}.")
             continue
         lam = float(run.now.damping[0])
-        damping = f"λ = {number(lam, 0)}" if lam > 0 else "no λ needed"
+        damping = f"λ = {lam:,.0f}" if lam > 0 else "no λ needed"
         cap = f", {run.caps[-1]} capped" if run.caps[-1] else ""
         times = run.halved[-1]
         halving = f", halved {times} ×" if times else ""
