@@ -247,10 +247,17 @@ def test_the_words_tell_the_settings(name: str) -> None:
             value = round(spec.low + spec.step * round(part * (spec.high - spec.low) / spec.step), spec.decimals)
             frame = host.render("fig-x", preset(WIDGETS[name], "default", {control: value}).plain())
             words = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
-            share = value if spec.unit == "%" else 100 * value
-            text = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
+            text = f"{number(value, spec.decimals)} {'u' if control == 'noise' else '%'}"
             match = re.search(rf"(?<![\d.]){re.escape(text)}(?!\d)", words)
             assert match, f"{name}: {control} is {value}; say {text!r} in the description or a caption, not {words!r}"
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_options_begin_with_a_capital(name: str) -> None:
+    """Or with a symbol, or they read on: "σ is" estimated."""
+    for spec in specs(WIDGETS[name].controls).values():
+        low = [text for text in spec.options.values() if text[0].islower() and text[0].isascii()]
+        assert not low or spec.label.endswith(" is"), f"{name}, {spec.label}: begin {low} with a capital"
 
 
 @pytest.mark.parametrize("name", WIDGETS)

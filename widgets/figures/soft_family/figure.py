@@ -65,7 +65,7 @@ class Controls:
         "area", "Clutter density", {"area": "1/V, V = 64 u²", "count": "1/N, the paper’s"}, keeps="pose"
     )
     filter: str = choice(
-        "exact", "FilterReg’s sums", {"exact": "exact", "grid": "grid", "lattice": "lattice"}, keeps="pose"
+        "exact", "FilterReg’s sums", {"exact": "Exact", "grid": "Grid", "lattice": "Lattice"}, keeps="pose"
     )
     turn: float = slider(-40.0, "Start: turn", -180.0, 180.0, 5.0, "°", keeps="nothing")
     offset: float = slider(1.6, "Start: offset", 0.0, 3.0, 0.1, "u", keeps="nothing")
