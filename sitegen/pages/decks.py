@@ -62,21 +62,28 @@ def deck(
         view = _figure(staged, staged.figure, tape, context) if staged.figure and tape else None
         if view:
             stills.append(Markup(IDS.sub("", view.frame["panels"][0]["svg"])))
-        views.append(_slide(staged, write, draw(view) if view else Markup(), context))
+        views.append(_slide(staged, write, view, draw, context))
     return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found())
 
 
-def _slide(staged: Staged, write: Pieces, figure: Markup, context: RenderContext) -> SlideView:
+def _slide(
+    staged: Staged,
+    write: Pieces,
+    view: FigureView | None,
+    draw: Callable[[FigureView], Markup],
+    context: RenderContext,
+) -> SlideView:
     slide = staged.slide
     title = [child for token in slide.title for child in token.children or []]
     width, height = staged.plot.plot.sizes["wide"] if staged.plot else (1, 1)
     equation = context.mathematics.mathml.get(staged.equation, "") if staged.equation else ""
+    heading, text = write.inline(title), write.flow(slide.text)
     return SlideView(
-        write.inline(title),
-        write.flow(slide.text),
+        heading,
+        text,
         write.flow(slide.notes),
         Markup(equation),
-        figure,
+        draw(replace(view, beside=text)) if view else Markup(),
         context.plot_html(staged.plot, Markup()) if staged.plot else Markup(),
         staged.plot is not None and width < WIDE * height,
     )

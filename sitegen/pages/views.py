@@ -56,7 +56,8 @@ class FigureView:
 
     says: the leading sentence; lead: the parts shown at first, None for all; roles: those that pictures can show while
     only the leading controls are used; whole: whether the rest is there as well, behind *More*; after: the frame of the
-    outcome, for readers without scripts and on paper; question: what it asks before it runs.
+    outcome, for readers without scripts and on paper; question: what it asks before it runs; beside: a
+    slide's text, where that names the button to press.
     """
 
     id: str
@@ -74,12 +75,13 @@ class FigureView:
     whole: bool = True
     after: Plain | None = None
     question: Question | None = None
+    beside: Markup = EMPTY
 
     @property
     def main(self) -> Button | None:
-        """The filled button: the first that the sentence names in bold, else the widget's primary one if that leads."""
+        """The filled button: the first that the words name in bold, else the widget's primary one if that leads."""
         labels = {button.label: button for button in self.widget.buttons}
-        in_bold = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
+        in_bold = [labels[bold] for bold in _BOLD.findall(self.says + self.beside) if bold in labels]
         primary = [button for button in self.leading.buttons if button.primary]
         return next(iter([*in_bold, *primary]), None)
 

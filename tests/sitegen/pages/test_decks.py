@@ -177,7 +177,7 @@ SLIDES = """\
 slides:
   - title: The *first* & <best>
     text: |
-      By :ref[eq:energy] and :ref[fig:demo], $x$ is :readout[demo presses]{press=go*2}. [@one2001]
+      Press **New**. By :ref[eq:energy] and :ref[fig:demo], $x$ is :readout[demo presses]{press=go*2}. [@one2001]
 
       ::try[Go thrice.]{demo press=go,go,go}
     equation: energy
@@ -212,6 +212,7 @@ def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
         '<a class="ref" href="index.html">Start here</a>',
         '<p class="slide-after">Next: Last</p>',
         'data-chosen="presses"',
+        'data-button="new" class="primary">New<',
         '<input type="range" id="fig-demo-control-noise"',
         'id="fig-dots"',
     ):  # fmt: skip
