@@ -47,10 +47,12 @@ class Tape:
         """The roles that these panels may show while no controls but `free` are moved and no other buttons pressed, in
         the promised states as well; all roles if the tape does not record one of the buttons."""
         fixed = {name: value for name, value in controls.items() if name not in free}
-        states = [state for state in (*self.states, *promised) if fixed.items() <= state.controls.items()]
-        if not {*presses} <= {state.pressed for state in states if state in self.states}:
+        taped, told = (
+            [state for state in states if fixed.items() <= state.controls.items()] for states in (self.states, promised)
+        )
+        if not {*presses} <= {state.pressed for state in taped}:
             return ROLES
-        return {role for state in states for panel in panels for role in state.roles.get(panel, ())}
+        return {role for state in (*taped, *told) for panel in panels for role in state.roles.get(panel, ())}
 
 
 def state_roles(record: Plain, frame: Plain) -> Plain:

@@ -25,7 +25,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.tape import StateRoles, Tape, state_roles
 from sitegen.markup.math import Mathematics
 from sitegen.pages.decks import Deck, deck
-from sitegen.pages.views import figure_html, figure_view, picture_html, plot_html
+from sitegen.pages.views import figure_html, figure_view, picture_html, plot_html, with_roles
 from sitegen.problems import Problems
 
 Tapes = Mapping[tuple[str, str], Tape]
@@ -89,13 +89,9 @@ class Pen:
         view = figure_view(figure, record, tape.first, tape, sentence, caption)
         drawn = partial(frames_of, self.bakery, problems, survey.taped, figure)
         if figure.lead:
-            first = view.leading.controls
-            effects = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
-            presses = [button.name for button in view.leading.buttons if button.does == "press"]
-            panels = [panel["name"] for panel in view.leading.panels]
             records = [promise.record for promise in survey.promises if promise.figure == figure]
             promised = [StateRoles(**state_roles(*one)) for one in zip(records, drawn(records), strict=False)]
-            view = replace(view, roles=tape.roles(record["controls"], {*first, *effects}, presses, panels, promised))
+            view = with_roles(view, tape, [record["controls"]], promised)
         check_drawn(figure, view.main, tape.first, problems)
         frames = drawn([figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(frames), None), question=question))

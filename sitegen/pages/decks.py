@@ -15,7 +15,7 @@ from sitegen.chapters.surveyed import Staged, Survey
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.pages.title_slide import check_title
-from sitegen.pages.views import IDS, FigureView, figure_view
+from sitegen.pages.views import IDS, FigureView, figure_view, with_roles
 from sitegen.problems import hint
 from widgets.engine.contract import Lead
 
@@ -59,7 +59,7 @@ def deck(
     views, stills = [], []
     for staged in survey.slides:
         tape = tapes.get((survey.chapter.name, staged.figure.id)) if staged.figure else None
-        view = _figure(staged, staged.figure, tape, context) if staged.figure and tape else None
+        view = _figure(survey, staged, staged.figure, tape, context) if staged.figure and tape else None
         if view:
             stills.append(Markup(IDS.sub("", view.frame["panels"][0]["svg"])))
         views.append(_slide(staged, write, view, draw, context))
@@ -89,7 +89,9 @@ def _slide(
     )
 
 
-def _figure(staged: Staged, figure: Figure, tape: Tape, context: RenderContext) -> FigureView | None:
+def _figure(
+    survey: Survey, staged: Staged, figure: Figure, tape: Tape, context: RenderContext
+) -> FigureView | None:
     """The chapter's figure in the slide's state, with the panels, controls and readouts that the slide selects."""
     assert staged.record is not None
     plain = staged.record.plain()
@@ -106,4 +108,7 @@ def _figure(staged: Staged, figure: Figure, tape: Tape, context: RenderContext) 
     panels = staged.slide.panels or tuple(panel["name"] for panel in frame["panels"])
     buttons = tuple(button.name for button in figure.widget.buttons)
     lead = Lead(panels, staged.slide.readouts, staged.slide.controls, buttons)
-    return replace(view, jobs=(), lead=lead, whole=False)
+    view = replace(view, jobs=(), lead=lead, whole=False)
+    tries = [survey.button(token) for token in staged.slide.text if token.type == "try"]
+    starts = [plain, *(button.record.plain() for button in tries if button)]
+    return with_roles(view, tape, [start["controls"] for start in starts])

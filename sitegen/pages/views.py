@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
@@ -16,7 +16,7 @@ from sitegen.cache.store import Store
 from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
-from sitegen.figures.tape import Tape
+from sitegen.figures.tape import StateRoles, Tape
 from sitegen.figures.wire import Plain, dumps, spec, without_drawings
 from sitegen.markup.typography import apostrophes, breakable
 from widgets.drawing.picture import ROLES, number
@@ -221,6 +221,20 @@ def figure_view(
         ),
         figure.lead,
     )
+
+
+def with_roles(
+    view: FigureView, tape: Tape, starts: Sequence[Plain], promised: Sequence[StateRoles] = ()
+) -> FigureView:
+    """The view with the roles that its leading panels may show from these settings on, by its leading parts alone, and
+    in the promised states."""
+    lead = view.leading
+    effects = {name for spec in lead.controls.values() for sets in spec.sets.values() for name in sets}
+    presses = [button.name for button in lead.buttons if button.does == "press"]
+    panels = [panel["name"] for panel in lead.panels]
+    free = {*lead.controls, *effects}
+    roles = {role for start in starts for role in tape.roles(start, free, presses, panels, promised)}
+    return replace(view, roles=roles)
 
 
 def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:

@@ -282,3 +282,22 @@ def test_decks_are_kept_offline_and_in_the_zip_and_not_searched(site: Path, deck
         assert names <= {Path(name).name for name in archive.namelist()}
     (data,) = site.glob("assets/search.*.js")
     assert "slides-" not in data.read_text("utf-8")
+
+
+UNSEEN = {
+    ("clouds.html", 3): ["objective"],
+    ("surfaces.html", 3): ["displaced source point"],
+    ("surfaces.html", 4): ["displaced source point"],
+    ("uncertainty.html", 3): ["target scan, and its robot"],
+    ("uncertainty.html", 6): ["target scan, and its robot"],
+    ("uncertainty.html", 7): ["expected by the Hessian, 95 %", "expected by Censi’s formula, 95 %"],
+}
+
+
+def test_a_slides_legend_names_only_what_its_panels_can_show(decks: dict[str, str]) -> None:
+    """By the tape: other panels' marks, and those of controls that the slide leaves out, are not named."""
+    for (page, number), unseen in UNSEEN.items():
+        slide = re.split(r'<section class="slide', decks[page])[number]
+        keys = re.findall(r'<li class="key[^>]*>(.*?)</li>', slide)
+        assert keys
+        assert not {*keys} & {*unseen}, (page, number, keys)
