@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable
 
@@ -107,6 +108,29 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
         "Run 50 pinned. This browser could not store it: it will be lost when you leave this page."
     )
     expect(rows).to_have_count(50)
+
+
+def test_a_readout_with_several_units_has_each_beside_its_value(reader: Callable[..., Reader]) -> None:
+    """In the file the units have a column; with one unit it is in the heading."""
+    page = reader(reduced_motion="reduce").open("surfaces.html")
+    look = Figure(page, "fig-look").live()
+    label = look.root.locator('[data-readout="rms"] dt').text_content()
+    head, rows = look.root.locator(".runs th[scope=col]"), look.root.locator(".runs tbody tr")
+    pin = look.reached("[data-pin]")
+    pin.click()
+    plane = look.readout("rms")
+    expect(head.filter(has_text=f"{label} (u)")).to_have_count(1)
+    look.set("residual", "gicp")
+    gicp = look.changes("rms", plane)
+    pin.click()
+    expect(head.filter(has_text=re.compile(f"^{label}$"))).to_have_count(1)
+    expect(rows.nth(0)).to_contain_text(f"{plane}\u00a0u")
+    expect(rows.nth(1)).to_contain_text(f"{gicp}\u00a0σ")
+    with page.expect_download() as coming:
+        look.root.get_by_role("button", name="Save as CSV").click()
+    first, *runs = csv.reader(coming.value.path().read_text("utf-8").splitlines())
+    at = first.index(str(label))
+    assert [first[at + 1], *(run[at : at + 2] for run in runs)] == [f"{label}: unit", [plane, "u"], [gicp, "σ"]]
 
 
 @pytest.mark.parametrize("width", [390, 1280])

@@ -17,5 +17,8 @@ export const called = (name) => (name.length > NAME ? `${name.slice(0, NAME / 2)
 /** @param {number} bytes */
 export const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 
+/** @type {(value: string, unit: string) => string} */
+export const quantity = (value, unit) => (unit && unit !== "°" ? `${value}\u00a0${unit}` : value + unit);
+
 /** @type {(named: { label: string, unit?: string }) => string} */
 export const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);

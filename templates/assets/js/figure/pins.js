@@ -4,7 +4,7 @@
 
 import { sound } from "../base/checked_record.js";
 import { around, copy, fileName, make, on, pageName, save } from "../base/dom.js";
-import { withUnit } from "../base/format.js";
+import { quantity, withUnit } from "../base/format.js";
 import { store } from "../base/store.js";
 import { shownValue } from "./shown_value.js";
 
@@ -18,11 +18,18 @@ const MOST = 50;
 const differ = (pins, of) => new Set(pins.map(of)).size > 1;
 
 /**
- * The unit of a readout's column: a readout without a value, such as the error of no rotation, has no unit either.
- * @type {(pins: Pin[], name: string) => string}
+ * A readout's column. The pins' unit is in its heading; if they have several, each stands beside its value, in a file
+ * in a second column. A readout without a value, such as the error of no rotation, has no unit either.
+ * @type {(pins: Pin[], readout: Pin["readouts"][0], all: boolean) => Column[]}
  */
-const unitOf = (pins, name) =>
-  pins.flatMap((pin) => pin.readouts).find((readout) => readout.name === name && readout.unit)?.unit ?? "";
+function measured(pins, { name, label }, all) {
+  /** @param {Pin} pin */
+  const found = (pin) => pin.readouts.find((readout) => readout.name === name) ?? { value: "–", unit: "" };
+  const units = [...new Set(pins.map(found).flatMap(({ value, unit }) => (/^[–…]$/.test(value) ? [] : unit)))];
+  if (units.length < 2) return [[withUnit({ label, unit: units[0] }), (pin) => found(pin).value]];
+  if (!all) return [[label, (pin) => quantity(found(pin).value, found(pin).unit)]];
+  return [[label, (pin) => found(pin).value], [`${label}: unit`, (pin) => found(pin).unit]];
+}
 
 /**
  * The table's columns; `all` includes the settings that are equal in all rows.
@@ -34,9 +41,6 @@ function columns(specs, pins, all) {
   const settings = Object.entries(specs).filter(([name]) => all || differ(pins, settingOf(name)));
   const seed = all || differ(pins, (pin) => pin.record.seed);
   const latest = /** @type {Pin} */ (pins.at(-1));
-  const readouts = latest.readouts.map((readout) => ({ ...readout, unit: unitOf(pins, readout.name) }));
-  /** @type {(pin: Pin, name: string) => string} */
-  const value = (pin, name) => pin.readouts.find((readout) => readout.name === name)?.value ?? "–";
   /** @type {(name: string, spec: Control) => Column} */
   const setting = (name, spec) => {
     const [unitless, unit] = spec.kind === "slider" ? [{ ...spec, unit: "" }, spec.unit] : [spec, ""];
@@ -48,9 +52,7 @@ function columns(specs, pins, all) {
     ...settings.map(([name, spec]) => setting(name, spec)),
     ...seeds,
     ["Actions", (pin) => String(pin.record.log.length)],
-    ...readouts.map(
-      (readout) => /** @type {Column} */ ([withUnit(readout), (/** @type {Pin} */ pin) => value(pin, readout.name)]),
-    ),
+    ...latest.readouts.flatMap((readout) => measured(pins, readout, all)),
   ];
 }
 
