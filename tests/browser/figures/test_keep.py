@@ -133,6 +133,22 @@ def test_a_readout_with_several_units_has_each_beside_its_value(reader: Callable
     assert [first[at + 1], *(run[at : at + 2] for run in runs)] == [f"{label}: unit", [plane, "u"], [gicp, "σ"]]
 
 
+def test_a_pinned_setting_is_called_as_its_slider_is(reader: Callable[..., Reader]) -> None:
+    """On one rung the length is RANSAC's threshold; of runs of several rungs it is a length scale."""
+    dial = Figure(reader(reduced_motion="reduce").open("ransac.html"), "fig-dial-wrong").live()
+    head, pin = dial.root.locator(".runs th[scope=col]"), dial.reached("[data-pin]")
+    pin.click()
+    dial.set("length", "3")
+    dial.settled()
+    pin.click()
+    expect(head.filter(has_text="Threshold ε (u)")).to_have_count(1)
+    dial.set("rung", "nearest")
+    dial.settled()
+    pin.click()
+    expect(head.filter(has_text="Length scale (u)")).to_have_count(1)
+    expect(head.filter(has_text="Threshold ε")).to_have_count(0)
+
+
 @pytest.mark.parametrize("width", [390, 1280])
 def test_the_buttons_of_a_pinned_run_are_on_the_screen(reader: Callable[..., Reader], width: int) -> None:
     """They follow the run's number; the headings, above as many columns, have at least two words to a line."""

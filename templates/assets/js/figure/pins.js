@@ -43,8 +43,12 @@ function columns(specs, pins, all) {
   const latest = /** @type {Pin} */ (pins.at(-1));
   /** @type {(name: string, spec: Control) => Column} */
   const setting = (name, spec) => {
-    const [unitless, unit] = spec.kind === "slider" ? [{ ...spec, unit: "" }, spec.unit] : [spec, ""];
-    return [withUnit({ label: spec.label, unit }), (pin) => shownValue(unitless, settingOf(name)(pin))];
+    if (spec.kind !== "slider") return [spec.label, (pin) => shownValue(spec, settingOf(name)(pin))];
+    const [choice, labels] = spec.named ?? ["", {}];
+    const options = new Set(pins.map(settingOf(choice)));
+    const label = labels[[...options].join()] ?? spec.label; // several options name none
+    const unitless = { ...spec, unit: "" };
+    return [withUnit({ label, unit: spec.unit }), (pin) => shownValue(unitless, settingOf(name)(pin))];
   };
   /** @type {Column[]} */
   const seeds = seed ? [["Seed", (pin) => String(pin.record.seed)]] : [];
