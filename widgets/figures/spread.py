@@ -230,9 +230,9 @@ def _close_up(state: State) -> Panel:
     bars = [max(bar for bar in BARS if bar <= 0.4 * size) for size in half.tolist()]
     ends = np.array([-0.94, -0.36]) + np.diag(bars / half)
     bar: list[Mark] = [
-        Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
-        Label(ends[0], f"{bars[0]:g} u", "ink", dx=6, dy=4),
-        Label(ends[1], f"{bars[1]:g} u", "ink", dx=6, dy=6),
+        Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "guide"),
+        Label(ends[0], f"{bars[0]:g} u", "guide", dx=6, dy=4),
+        Label(ends[1], f"{bars[1]:g} u", "guide", dx=6, dy=6),
     ]
     marks: list[Mark] = []
     if state.drawn:

@@ -288,8 +288,8 @@ UNSEEN = {
     ("clouds.html", 3): ["objective"],
     ("surfaces.html", 3): ["displaced source point"],
     ("surfaces.html", 4): ["displaced source point"],
-    ("uncertainty.html", 3): ["target scan, and its robot"],
-    ("uncertainty.html", 6): ["target scan, and its robot"],
+    ("uncertainty.html", 3): ["target scan, and its robot", "walls"],
+    ("uncertainty.html", 6): ["target scan, and its robot", "walls"],
     ("uncertainty.html", 7): ["expected by the Hessian, 95 %", "expected by Censi’s formula, 95 %"],
 }
 
