@@ -61,6 +61,15 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
     assert not result, "\n".join(result)
 
 
+def test_sliders_side_by_side_stand_level(reader: Callable[..., Reader]) -> None:
+    """Even where the label of one takes two lines."""
+    page = page_of(reader, "slides-index.html#3", height=800)
+    places = [slider.bounding_box() for slider in page.locator('[id="3"] input[type=range]').all()]
+    first, second = (place for place in places if place)
+    assert first["x"] + first["width"] < second["x"]
+    assert abs(first["y"] - second["y"]) < 1
+
+
 def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
     """Each key does what it says; address, words and focus follow; Back returns to where one jumped from."""
     page = page_of(reader, "kabsch.html")
