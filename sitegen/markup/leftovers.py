@@ -29,7 +29,9 @@ def leftovers(text: str, children: Sequence[Token], addresses: Mapping[str, Any]
         name = match[2].strip() or match[1]
         if normalizeReference(name) not in addresses:
             yield match.start(), f"missing '[{name}]: address' for this link; or write [words](address)"
+    linked = False
     for i, token in enumerate(children):
+        linked = linked or token.type in ("link_open", "footnote_ref")
         if token.type == "link_open":
             remark = noted(token, InLine)
             offset = remark.offset if remark else 0
@@ -41,7 +43,7 @@ def leftovers(text: str, children: Sequence[Token], addresses: Mapping[str, Any]
             for mark, message in MARKS:
                 if half := mark.search(token.content):
                     yield _offset(text, token.content[half.start() :]), message.format(half[0])
-            if end := INNER.match(token.content):
+            if linked and (end := INNER.match(token.content)):
                 yield _offset(text, token.content[end.start(1) :]), "a link cannot contain another: move it out"
 
 

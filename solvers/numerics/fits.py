@@ -58,8 +58,8 @@ def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
 
 
 def about(moved: FloatArray, target: FloatArray) -> FloatArray:
-    """Weights (b, m): 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays, which lie farther than
-    its longest side from the box of the target without its own strays. If all do, none is a stray.
+    """Weights (b, m): 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays, which lie farther
+    from the box of the target without its own strays than that box is long. If all do, none is a stray.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         inner = np.where(strays(target)[..., None], np.median(target, axis=1, keepdims=True), target)

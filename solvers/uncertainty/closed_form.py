@@ -72,20 +72,22 @@ def covariance(
         If `result` is not a Result, if its method has no such covariance, if it is not of the plane, if a noise is not
         finite, is negative or has a wrong shape, if it belongs to the other form, or if "censi" is given none.
 
-    Notes ----- Both hold to first order, at a minimum that the run has reached, for the pairs that it ended with:
-    neither accounts for other pairs, or another start, leading elsewhere. "hessian" is exact to that order for
-    `kabsch`, with isotropic noise whose variances are proportional to 1/w, if no two of the `pairs` share a point and
-    `sigma` is given. With σ estimated from few residuals, its 95 % regions are too small: of 3 pairs they hold the
-    truth in 77 % of draws, of 5 in 87 %, of 8 in 90 %, of 15 in 93 % and of 40 in 94 %. For the other methods it treats
-    each point's partner and its normal as given and the residuals as independent, which makes it overconfident unless
-    the points are precise. Of 100 redrawn pairs of scans of a room, with range noise of 0.04 u, its 95 % regions held
-    the truth in about 89 with `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and `kiss-threshold-icp`,
-    and 10 with `trimmed-icp`; in a corridor in 51 with `point-to-plane`, 6 with `gicp` and none with `icp`.
-    `solvers.uncertainty_study.coverage` counts this. The noisier the points are relative to their spacing, the less
-    reliable the normals are: of 100 draws of `room("noise")`, σ = 0.11 u, the regions with `point-to-plane` held the
-    truth in about 40, those of "censi" in 92. Precise points turn the two round: what is left at corners counts as
-    noise, and "censi" passes over it. Of 200 pairs of scans of the room with a range noise of 0.01 u, the regions of
-    "hessian" held the truth in 198, those of "censi" in 129; at 0.005 u in 200 and 48.
+    Notes
+    -----
+    Both hold to first order, at a minimum that the run has reached, for the pairs that it ended with: neither accounts
+    for other pairs, or another start, leading elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic
+    noise whose variances are proportional to 1/w, if no two of the `pairs` share a point and `sigma` is given. With σ
+    estimated from few residuals, its 95 % regions are too small: of 3 pairs they hold the truth in 77 % of draws, of 5
+    in 87 %, of 8 in 90 %, of 15 in 93 % and of 40 in 94 %. For the other methods it treats each point's partner and its
+    normal as given and the residuals as independent, which makes it overconfident unless the points are precise. Of 100
+    redrawn pairs of scans of a room, with range noise of 0.04 u, its 95 % regions held the truth in about 89 with
+    `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and `kiss-threshold-icp`, and 10 with `trimmed-icp`;
+    in a corridor in 51 with `point-to-plane`, 6 with `gicp` and none with `icp`. `solvers.uncertainty_study.coverage`
+    counts this. The noisier the points are relative to their spacing, the less reliable the normals are: of 100 draws
+    of `room("noise")`, σ = 0.11 u, the regions with `point-to-plane` held the truth in about 40, those of "censi" in
+    92. Precise points turn the two round: what is left at corners counts as noise, and "censi" passes over it. Of 200
+    pairs of scans of the room with a range noise of 0.01 u, the regions of "hessian" held the truth in 198, those of
+    "censi" in 129; at 0.005 u in 200 and 48.
 
     "censi" differentiates the condition for the minimum, ∂E/∂x = 0, by pose and measurements:
     cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point that is the partner of several counts as one

@@ -49,7 +49,7 @@ class Controls:
 
     rotation: float = slider(0.0, "Rotation", -45.0, 45.0, 1.0, "°", "Of the scan, from the truth; climbs keep it")
     noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u", "Of both scans")
-    outliers: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each scan, at random")
+    strays: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each scan, at random")
     size: float = slider(1.0, "Cell size h", 0.4, 2.0, 0.1, "u")
     grids: str = choice("one", "Map", {"one": "One grid", "four": "Four grids"}, keeps="log")
 
@@ -79,7 +79,7 @@ class State:
 
 def start(controls: Controls, seed: int) -> State:
     """The map of the target, the field of the turned scan, and the start of a first climb."""
-    scene = ndt_room(seed=seed, noise=controls.noise, outliers=controls.outliers / 100.0)
+    scene = ndt_room(seed=seed, noise=controls.noise, outliers=controls.strays / 100.0)
     cells = build(scene.target[None], controls.size, grids=_grids(controls))
     scan = Pose.from_angle(np.radians(controls.rotation)).apply(scene.source)
     pairs = len(scan) * _grids(controls)
@@ -242,7 +242,7 @@ def _description(state: State, stats: _Numbers) -> str:
     return (
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
-        f" {number(c.noise)} u and {number(c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
+        f" {number(c.noise)} u and {number(c.strays, 0)} % outliers, for translations up to {number(REACH, 1)}"
         f" u along each axis. The highest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
         f" centre and scores {number(stats.truth, 3)} a point. A climb by translations alone from"
         f" ({number(x)}, {number(y)}) u, where the score is {number(stats.begin, 3)}, {course}."
@@ -260,7 +260,7 @@ from solvers.ndt_score import evaluate
 from solvers.ndt_translation import climb
 from solvers.wall_scenes import ndt_room
 
-scene = ndt_room(seed={state.seed}, noise={c.noise!r}, outliers={c.outliers / 100.0!r})
+scene = ndt_room(seed={state.seed}, noise={c.noise!r}, outliers={c.strays / 100.0!r})
 cells = build(scene.target[None], {c.size!r}, grids={_grids(c)})
 scan = Pose.from_angle(np.radians({c.rotation!r})).apply(scene.source)
 path = climb(cells, scan, np.array([{x}, {y}]){"" if state.climbed else ", max_steps=0"})
@@ -282,7 +282,7 @@ WIDGET = Widget(
         "default": {},
         "four": {"grids": "four"},
         "turned": {"rotation": 15.0},
-        "outliers": {"outliers": 40.0, "noise": 0.1},
+        "outliers": {"strays": 40.0, "noise": 0.1},
     },
     start=start,
     act=act,

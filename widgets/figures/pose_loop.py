@@ -327,7 +327,7 @@ WIDGET = Widget(
         Key("pair", "odometry", "line"),
         Key("accent", "the loop’s edge", "line"),
         Key("outlier", "wrong loop", "line"),
-        Key("ghost", "where a loop puts a pose", "dotted"),
+        Key("ghost", "where a loop’s edge puts a pose", "dotted"),
         Key("truth", "the room", "line"),
     ),
     handles=(*POSES, "loop"),

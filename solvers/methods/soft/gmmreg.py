@@ -101,8 +101,8 @@ class GmmRegState:
     sigma: (b,) world units, last: (b,) its last value. moved: (b, m, 2). overlap: (b, m) Σ_j K_ij / N, how much of the
     fixed mixture each moving point meets. own: (b,) k_xx / M² + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3)
     of −k_xy / MN in ξ = (v, ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last step.
-    change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`. Strays count for neither
-    of the three: their weight in `near`, (b, m), is 0.
+    change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`. Strays count neither for
+    that centroid nor for `change` and `radius`: their weight in `near`, (b, m), is 0.
     """
 
     problem: Problem = field(metadata=CONSTANT)

@@ -102,6 +102,10 @@ SLIPS = {
         "Call `a` and ``b`\n",
         ["7:14: unclosed `` in this paragraph; write \\` for a literal backtick"],
     ),
+    "an address with a space, of words that are marked up": (
+        "[`x`](c d.html)\n\n[*x*](c d.html)\n",
+        [f"{position}: space in a link address: write %20" for position in ("7:5", "9:5")],
+    ),
     "a block of nothing": ("A\n\n:::answer\n\n:::\n", ["9:1: empty :::answer"]),
     "a link in a link": (
         "[a :ref[second]](second.html)\n\nA [a [b](second.html)](second.html) x.\n\n[see[^1] x](second.html)\n\n"
@@ -123,7 +127,7 @@ FINE = (
     "1. | a | b |\n   | - | - |\n   | 1 | 2 |\n\n> a | b\n> --|--\n> 1 | 2\n",
     "[Its sources](#works-cited) are one.[^n]\n\n[^n]: [@one2001]\n",
     "\\*\\*a \\` 2 * 3 * 4, ***b*** and ``a ` b``, :value[2**3] and `2**3`.\n",
-    "[a] (b) and f[0] (x), `[a](b c)`.\n",
+    "[a] (b) and f[0] (x), `[a](b c)`. The interval ]($a$, 2).\n",
     "[a][B], [b][], [b]\\[c], `x[a][0]`, x[a][0] and [[d]].\n\n[b]: second.html\n[b]: second.html\n"
     "[//]: # (one)\n[//]: # (two)\n",
 )

@@ -15,7 +15,7 @@ from widgets.engine.host import Host
 from widgets.figures.ndt_score import REACH, WIDGET, draw
 
 CLIMB, TRUTH = ["press", "climb"], ["press", "truth"]
-RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 60.0), "size": (0.4, 2.0)}
+RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "strays": (0.0, 60.0), "size": (0.4, 2.0)}
 
 
 def outcome(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -176,7 +176,7 @@ def _chart(state: State) -> Panel:
     end = float(AXIS * max(1, -(-last // AXIS)))
     floor = np.array([low for _, low in state.course]) / ceiling
     goal = max(0.0, 1.0 - state.controls.gap / ceiling)
-    # Below its line, since the ceiling is just above, unless that is the axis.
+    # Below its line, since the ceiling is just above, unless the line is at or near the axis.
     ends = Label([end, goal], "search ends here", "guide", "end", dy=16.0 if goal > 0.2 else -7.0)
     drawn = chart(
         "gap",

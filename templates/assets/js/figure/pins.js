@@ -46,7 +46,7 @@ function columns(specs, pins, all) {
     if (spec.kind !== "slider") return [spec.label, (pin) => shownValue(spec, settingOf(name)(pin))];
     const [choice, labels] = spec.named ?? ["", {}];
     const options = new Set(pins.map(settingOf(choice)));
-    const label = labels[[...options].join()] ?? spec.label; // several options name none
+    const label = labels[[...options].join()] ?? spec.label; // several options: the name for all
     const unitless = { ...spec, unit: "" };
     return [withUnit({ label, unit: spec.unit }), (pin) => shownValue(unitless, settingOf(name)(pin))];
   };
