@@ -181,10 +181,9 @@ class Result:
         """The covariance of the pose, in closed form from the last pairs.
 
         Its `made_by` is "hessian". It estimates the noise from the residuals: from few pairs its regions are too small.
-        None for a method without a closed form, in 3-D, and with a scale. It takes each partner as given, which makes
-        it overconfident for methods that find their own pairs, far more so for point-to-point and GICP than for
-        point-to-plane, whose regions are too wide for precise scans. `solvers.uncertainty` has other ways; its
-        `covariance` says how often regions hold the truth.
+        None for a method without a closed form, in 3-D, and with a scale. It takes each partner as given, and is mostly
+        overconfident for methods that find their own pairs: `solvers.uncertainty` has other ways, and its `covariance`
+        says how often regions hold the truth.
         """
         return cast("Covariance | None", import_module("solvers.uncertainty.closed_form").offered(self))
 

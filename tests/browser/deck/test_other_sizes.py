@@ -65,15 +65,18 @@ def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[...
     assert page.locator("[id='3']").evaluate("slide => slide.offsetHeight") > 1000
 
     def press(key: str) -> float:
-        """How far the column has moved, in px, once the browser's smooth scroll has ended. The end of an earlier scroll
-        may be told only now; it has moved nothing."""
-        before = page.evaluate("""() => {
-          const before = scrollY;
-          window.ended = new Promise((end) => addEventListener("scrollend", () => scrollY !== before && end()));
-          return before;
-        }""")
+        """How far the column has moved, in px, once it has stood elsewhere for ten frames."""
+        before = page.evaluate("(window.still = 0, window.place = scrollY)")
         page.keyboard.press(key)
-        return float(page.evaluate("window.ended.then(() => scrollY)") - before)
+        page.wait_for_function(
+            """before => {
+              window.still = scrollY !== before && scrollY === window.place ? window.still + 1 : 0;
+              window.place = scrollY;
+              return window.still > 9;
+            }""",
+            arg=before,
+        )
+        return float(page.evaluate("scrollY") - before)
 
     for key in ("PageDown", " ", "ArrowDown"):
         assert 0 < press(key) < 500
