@@ -19,13 +19,13 @@ const differ = (pins, of) => new Set(pins.map(of)).size > 1;
 
 /**
  * A readout's column. The pins' unit is in its heading; if they have several, each stands beside its value, in a file
- * in a second column. A readout without a value, such as the error of no rotation, has no unit either.
+ * in a second column. A readout without a number, such as the error of no rotation, has no unit either.
  * @type {(pins: Pin[], readout: Pin["readouts"][0], all: boolean) => Column[]}
  */
 function measured(pins, { name, label }, all) {
   /** @param {Pin} pin */
   const found = (pin) => pin.readouts.find((readout) => readout.name === name) ?? { value: "–", unit: "" };
-  const units = [...new Set(pins.map(found).flatMap(({ value, unit }) => (/^[–…]$/.test(value) ? [] : unit)))];
+  const units = [...new Set(pins.map(found).flatMap(({ value, unit }) => (/\d/.test(value) ? unit : [])))];
   if (units.length < 2) return [[withUnit({ label, unit: units[0] }), (pin) => found(pin).value]];
   if (!all) return [[label, (pin) => quantity(found(pin).value, found(pin).unit)]];
   return [[label, (pin) => found(pin).value], [`${label}: unit`, (pin) => found(pin).unit]];
