@@ -41,13 +41,15 @@ def test_a_link_to_a_state_of_a_figure_still_leads_to_it(reader: Callable[..., R
     text = solve.changes("rms", before)
     link = solve.page.evaluate("name => Ladder.figures.get(name).link()", solve.name)
     page = visitor.page()
-    page.goto(link.replace(f"/{NEW}", f"/{OLD}"))
+    page.goto(link.replace(f"/{NEW}", f"/{OLD}"), wait_until="commit")
     page.wait_for_url(f"**/{NEW}#fig-solve*")
     Figure(page, "fig-solve").live().shows("rms", text)
     assert page.evaluate("history.length") == 2  # the empty page, and the chapter in the place of the old page
 
 
 def test_without_scripts_it_leads_to_the_page(reader: Callable[..., Reader]) -> None:
-    page = reader(java_script_enabled=False).open(OLD)
+    visitor = reader(java_script_enabled=False)
+    page = visitor.page()
+    page.goto(f"{visitor.origin}/{OLD}", wait_until="commit")
     page.wait_for_url(f"**/{NEW}")
     expect(page.locator("h1")).not_to_have_text("Moved")
