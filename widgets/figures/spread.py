@@ -90,11 +90,10 @@ class Ask:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Some draws: their end poses, and whether each closed form's region contains the truth."""
+    """Some draws: their ends; in how many the Hessian's region and Censi's contain the truth, and one has no bound."""
 
     poses: Pose
-    hessian: BoolArray
-    censi: BoolArray
+    counts: tuple[int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +134,9 @@ def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
 @lru_cache(maxsize=64)
 def _block(ask: Ask, k: int) -> Block:
     draws = _runs(ask, k * PRESS, (k + 1) * PRESS, DRAWS)
-    hits = [regions(draws, form).covers(draws.scans.truth) for form in ("hessian", "censi")]
-    return Block(draws.result.pose, np.asarray(hits[0]), np.asarray(hits[1]))
+    forms = [regions(draws, form) for form in ("hessian", "censi")]
+    hessian, censi = (int(np.sum(form.covers(draws.scans.truth))) for form in forms)
+    return Block(draws.result.pose, (hessian, censi, int(np.any([f.free.any(axis=-1) for f in forms], axis=0).sum())))
 
 
 @lru_cache(maxsize=16)
@@ -151,13 +151,13 @@ def _closed_forms(ask: Ask) -> tuple[Covariance, Covariance]:
 
 
 @lru_cache(maxsize=16)
-def _ends(ask: Ask, count: int) -> tuple[Spread, int, int]:
-    """The spread of the ends, and in how many draws each closed form's region contains the truth."""
+def _ends(ask: Ask, count: int) -> tuple[Spread, tuple[int, int, int]]:
+    """The spread of the ends, and the counts of all blocks."""
     blocks = [_block(ask, k) for k in range(count // PRESS)]
     poses = Pose(np.concatenate([b.poses.R for b in blocks]), np.concatenate([b.poses.t for b in blocks]))
     draws = _runs(ask, 0, 1, 1)
     spread = ends_of(replace(draws, result=replace(draws.result, pose=poses)))
-    return spread, sum(int(b.hessian.sum()) for b in blocks), sum(int(b.censi.sum()) for b in blocks)
+    return spread, tuple(np.sum([b.counts for b in blocks], axis=0).tolist())
 
 
 def draw(state: State) -> Picture:
@@ -192,7 +192,7 @@ def _plan(state: State) -> Panel:
     marks += [Points(stand.apply(echoes), "target", "square", radius=2.0), *_robot(stand, "target")]
     marks += _robot(first, "truth")
     if state.drawn:
-        spread, _, _ = _ends(state.ask, state.drawn)
+        spread, _ = _ends(state.ask, state.drawn)
         away = spread.mode != _true_mode(spread, scans.truth)
         kinds: tuple[tuple[Role, BoolArray], ...] = (("outlier", away), ("source", ~away))
         for kind, mask in kinds:
@@ -236,7 +236,7 @@ def _close_up(state: State) -> Panel:
     ]
     marks: list[Mark] = []
     if state.drawn:
-        spread, _, _ = _ends(state.ask, state.drawn)
+        spread, _ = _ends(state.ask, state.drawn)
         mode = _true_mode(spread, stand.inverse().compose(true))
         at = near(_places(spread.poses[spread.mode == mode], stand))
         marks.append(Points(at[np.abs(at).max(axis=1) < 1.0], "source", radius=2.5))
@@ -259,7 +259,7 @@ class _Numbers:
     widest: float
     narrowest: float
     claimed: tuple[tuple[str, str], ...]
-    held: tuple[int, int]
+    counts: tuple[int, int, int]
     shares: tuple[float, ...]
 
 
@@ -267,10 +267,10 @@ def _numbers(state: State) -> _Numbers:
     sizes = [(_sizes(form)[1], "u or more" if form.free.any() else "u") for form in _closed_forms(state.ask)]
     claimed = tuple((number(size, 3 if size < 10.0 else 0), unit) for size, unit in sizes)
     if not state.drawn:
-        return _Numbers(0.0, 0.0, claimed, (0, 0), ())
-    spread, *hits = _ends(state.ask, state.drawn)
+        return _Numbers(0.0, 0.0, claimed, (0, 0, 0), ())
+    spread, counts = _ends(state.ask, state.drawn)
     shares = tuple(spread.shares[spread.shares > STRAY].tolist())
-    return _Numbers(*_sizes(spread.modes[0])[::-1], claimed, (hits[0], hits[1]), shares)
+    return _Numbers(*_sizes(spread.modes[0])[::-1], claimed, counts, shares)
 
 
 def _sizes(spread: Covariance) -> tuple[float, float]:
@@ -288,8 +288,8 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         return Readout(name, label, later(str(count)), f"of {n}" if n else "", role)
 
     return (
-        counted("hessian", "Hessian: truth in region", stats.held[0], "accent"),
-        counted("censi", "Censi: truth in region", stats.held[1], "inlier"),
+        counted("hessian", "Hessian: truth in region", stats.counts[0], "accent"),
+        counted("censi", "Censi: truth in region", stats.counts[1], "inlier"),
         Readout("widest", "Ends: largest σ of the position", later(number(stats.widest, 3)), unit, "source"),
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
         Readout("claimed", "Hessian: largest σ of the position", *stats.claimed[0], "accent"),
@@ -305,7 +305,8 @@ def _note(state: State, stats: _Numbers) -> str:
     share = max(stats.shares, default=0.0)
     largest = f", {round(share * state.drawn)} ends in the largest cluster" if share < 1.0 - STRAY else ""
     narrow, wide = number(stats.narrowest, 3), number(stats.widest, 3)
-    return f"{state.drawn} draws{largest}: σ of the position {narrow} to {wide} u."
+    unbounded = f" Draws with a region without a bound: {stats.counts[2]}." if stats.counts[2] else ""
+    return f"{state.drawn} draws{largest}: σ of the position {narrow} to {wide} u.{unbounded}"
 
 
 def _description(state: State, stats: _Numbers) -> str:
@@ -322,8 +323,9 @@ def _description(state: State, stats: _Numbers) -> str:
     return (
         f"{asked} Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by"
         f" {number(stats.narrowest, 3)} u one way and {number(stats.widest, 3)} u the other. The truth lies in"
-        f" {stats.held[0]} of the Hessian’s 95 % regions and in {stats.held[1]} of Censi’s. Clusters of over 5 % of"
-        f" ends: {len(stats.shares)}. In the largest: {counts[0]}, in none: {counts[1]}."
+        f" {stats.counts[0]} of the Hessian’s 95 % regions and in {stats.counts[1]} of Censi’s."
+        f" Draws with a region without a bound: {stats.counts[2]}. Clusters of over 5 % of ends: {len(stats.shares)}."
+        f" In the largest: {counts[0]}, in none: {counts[1]}."
     )
 
 
@@ -360,8 +362,6 @@ def python(state: State) -> str:
     return "\n".join(lines) + "\n"
 
 
-PRESSES = ("more",) * (DRAWS // PRESS)
-
 WIDGET = Widget(
     name="spread",
     title="One place, scanned again and again",
@@ -392,7 +392,7 @@ WIDGET = Widget(
         Key("ink", "walls", "line"),
     ),
     tape=(
-        *(({"scene": scene}, presses) for scene in PLACES for presses in (PRESSES, ("finish",))),
+        *(({"scene": scene}, presses) for scene in PLACES for presses in (("more",) * (DRAWS // PRESS), ("finish",))),
         ({"method": "point"}, ("finish",)),
     ),
     python=python,

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from solvers.studies.coverage import coverage
+from solvers.studies.coverage import coverage, regions, runs
 from solvers.studies.redrawn import STANDS, walls_of
 from tests.widgets.states import frame_after, readouts
 from widgets.drawing.picture import Label, Path, Points, Segments
@@ -75,6 +75,17 @@ def test_a_size_without_bound_is_told_as_such() -> None:
         assert f"a largest σ of the position of {claimed['value']} {unit}, Censi" in frame["description"]
 
 
+@pytest.mark.parametrize("heading", [3.0, 90.0])
+def test_regions_without_a_bound_are_told(heading: float) -> None:
+    """They contain almost everything: a run in a corridor that ends across it leaves the slide along it free."""
+    made = runs("corridor", "point-to-plane", DRAWS, seed=40, heading=heading, shift=0.15, noise=0.04)
+    free = np.any([regions(made, form).free.any(axis=-1) for form in ("hessian", "censi")], axis=0)
+    frame = frame_after(WIDGET, ["press", "finish"], name="corridor", heading=heading)
+    words = f"Draws with a region without a bound: {free.sum()}."
+    assert words in frame["description"]
+    assert (words in frame["note"]) == (heading > 3.0) == free.any()
+
+
 def test_ends_outside_all_clusters_are_counted() -> None:
     frame = frame_after(WIDGET, ["press", "finish"], seed=53, name="corridor", heading=90.0)
     found = re.search(r"over 5 % of ends: 2\. In the largest: (\d+), in none: (\d+)\.", frame["description"])
@@ -136,7 +147,7 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     assert up == pytest.approx(0.05 / NEEDLE[1] if wall > SEEN else 0.02 / 0.06)
     dots = next(mark for mark in close.marks if isinstance(mark, Points) and mark.role == "source")
     assert (np.abs(dots.xy) < [CLOSE.x1, CLOSE.y1]).all()
-    spread, _, _ = _ends(state.ask, DRAWS)
+    spread, _ = _ends(state.ask, DRAWS)
     assert len(np.asarray(dots.xy)) == (spread.mode == 0).sum()
     ellipses = [np.ptp(np.asarray(mark.xy), axis=0) for mark in close.marks if isinstance(mark, Path)]
     assert max(size[0] for size in ellipses) > 0.3
