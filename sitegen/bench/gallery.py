@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -118,7 +119,12 @@ def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
 
 
 def gallery_command(root: Path, python: Path) -> int:
-    """Run every snippet with `python`, store the results, write the page. The exit code is 1 if one fails."""
+    """Run every snippet with `python`, store the results, write the page. The exit code is 1 if one fails, 2 if that is
+    no program.
+    """
+    if shutil.which(python.absolute()) is None:
+        print(f"bench: --gallery: no program at {python}", file=sys.stderr)
+        return 2
     try:
         data = measured(root, python.absolute())  # unresolved: an environment's link leads out of it
     except (subprocess.CalledProcessError, OSError) as error:

@@ -162,3 +162,8 @@ def test_a_snippet_that_fails_leaves_page_and_data_alone(tmp_path: Path, capsys:
     assert gallery.gallery_command(tmp_path, Path(sys.executable)) == 1
     assert "the gallery could not be measured" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_python_that_is_not_there_is_a_mistyped_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert gallery.gallery_command(tmp_path, tmp_path / "python") == 2
+    assert f"--gallery: no program at {tmp_path / 'python'}" in capsys.readouterr().err

@@ -217,6 +217,8 @@ def test_what_plays_no_part_is_said() -> None:
     """GMMReg has no clutter, FilterReg no w of zero, CPD no filter: the note says so if one is set."""
     assert "no clutter term" in frame(method="gmmreg")["note"]
     assert "10⁻⁶" in frame(method="filterreg", clutter=0.0)["note"]
+    assert "10⁻⁶" in frame([["press", "step"]], method="filterreg", clutter=0.0)["description"]
+    assert "10⁻⁶" not in frame([["press", "step"]], method="filterreg", clutter=0.1)["description"]
     assert "not used" in frame(filter="grid")["note"]
 
 
