@@ -119,8 +119,8 @@ def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
 
 
 def gallery_command(root: Path, python: Path) -> int:
-    """Run every snippet with `python`, store the results, write the page. The exit code is 1 if one fails, 2 if that is
-    no program.
+    """Run every snippet with `python`, store the results, write the page. The exit code is 1 if one fails, 2 if
+    there is no such program.
     """
     if shutil.which(python.absolute()) is None:
         print(f"bench: --gallery: no program at {python}", file=sys.stderr)

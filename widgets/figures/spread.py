@@ -305,7 +305,7 @@ def _note(state: State, stats: _Numbers) -> str:
     share = max(stats.shares, default=0.0)
     largest = f", {round(share * state.drawn)} ends in the largest cluster" if share < 1.0 - STRAY else ""
     narrow, wide = number(stats.narrowest, 3), number(stats.widest, 3)
-    unbounded = f" Draws with a region without a bound: {stats.counts[2]}." if stats.counts[2] else ""
+    unbounded = f" Draws whose region is unbounded: {stats.counts[2]}." if stats.counts[2] else ""
     return f"{state.drawn} draws{largest}: σ of the position {narrow} to {wide} u.{unbounded}"
 
 
@@ -324,7 +324,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f"{asked} Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by"
         f" {number(stats.narrowest, 3)} u one way and {number(stats.widest, 3)} u the other. The truth lies in"
         f" {stats.counts[0]} of the Hessian’s 95 % regions and in {stats.counts[1]} of Censi’s."
-        f" Draws with a region without a bound: {stats.counts[2]}. Clusters of over 5 % of ends: {len(stats.shares)}."
+        f" Draws whose region is unbounded: {stats.counts[2]}. Clusters of over 5 % of ends: {len(stats.shares)}."
         f" In the largest: {counts[0]}, in none: {counts[1]}."
     )
 

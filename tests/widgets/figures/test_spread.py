@@ -81,7 +81,7 @@ def test_regions_without_a_bound_are_told(heading: float) -> None:
     made = runs("corridor", "point-to-plane", DRAWS, seed=40, heading=heading, shift=0.15, noise=0.04)
     free = np.any([regions(made, form).free.any(axis=-1) for form in ("hessian", "censi")], axis=0)
     frame = frame_after(WIDGET, ["press", "finish"], name="corridor", heading=heading)
-    words = f"Draws with a region without a bound: {free.sum()}."
+    words = f"Draws whose region is unbounded: {free.sum()}."
     assert words in frame["description"]
     assert (words in frame["note"]) == (heading > 3.0) == free.any()
 
