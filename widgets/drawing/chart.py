@@ -31,6 +31,7 @@ WIDTH = 320.0  # px, of a chart in a column
 LINE = 16.0  # px between the baselines of two names
 LETTER = 7.0  # px, the approximate width of a letter
 DECADES = 6  # most that are labelled
+SPANS = (8, 16)  # steps: an axis of steps ends at the first of these that suffices: the first falls are large
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,14 @@ class Axis:
             return exponents, powers(exponents)
         round_values = ticks(*self.ends)
         return round_values, [_tick(value) for value in round_values]
+
+
+def steps_axis(taken: int, most: int) -> tuple[int, Axis]:
+    """The span of an axis that holds the steps taken, `most` at most, and that axis. Places along it are fractions of
+    the span, so that the panel's window does not change.
+    """
+    span = next((span for span in SPANS if taken <= span), most)
+    return span, Axis("step", 0.0, 1.0, tuple((i / 4, f"{i * span / 4:.0f}") for i in range(5)))
 
 
 def chart(

@@ -43,9 +43,8 @@ NEEDLE = np.array([2.1, 0.14])  # u: half sizes for a needle, which is drawn sho
 SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # factors on those ellipses, across and upwards: the dots reach farther
 BARS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # u
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
-GLYPH = disc(0.42, 0.25)
+GLYPH, NOSE = disc(0.42, 0.25), 0.34  # u
 DRAWS, PRESS = 200, 40
-NOSE = 0.34
 WALLS = (2.0, 6.0, 0.2)  # u: least and greatest distance of the end walls, and its step
 STRAY = 0.05  # of the ends; a smaller share is a few stray runs
 FAR_OUT = 5.0  # u, how far a free direction is drawn
@@ -156,8 +155,8 @@ def _ends(ask: Ask, count: int) -> tuple[Spread, tuple[int, int, int]]:
     blocks = [_block(ask, k) for k in range(count // PRESS)]
     poses = Pose(np.concatenate([b.poses.R for b in blocks]), np.concatenate([b.poses.t for b in blocks]))
     draws = _runs(ask, 0, 1, 1)
-    spread = ends_of(replace(draws, result=replace(draws.result, pose=poses)))
-    return spread, tuple(np.sum([b.counts for b in blocks], axis=0).tolist())
+    counts = tuple(np.sum([b.counts for b in blocks], axis=0).tolist())
+    return ends_of(replace(draws, result=replace(draws.result, pose=poses))), counts
 
 
 def draw(state: State) -> Picture:
@@ -280,6 +279,7 @@ def _sizes(spread: Covariance) -> tuple[float, float]:
 
 def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     n, unit = state.drawn, "u" if state.drawn else ""
+    each = " and ".join(str(round(share * n)) for share in stats.shares)
 
     def later(value: str) -> str:
         return value if n else "–"
@@ -294,7 +294,7 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
         Readout("claimed", "Hessian: largest σ of the position", *stats.claimed[0], "accent"),
         Readout("carried", "Censi: largest σ of the position", *stats.claimed[1], "inlier"),
-        Readout("modes", "Clusters of ends, over 5 %", later(str(len(stats.shares)))),
+        Readout("modes", "Clusters of ends, over 5 %", later(str(len(stats.shares))), f"with {each} ends" if n else ""),
         Readout("drawn", "Scans redrawn", str(n)),
     )
 
@@ -387,7 +387,7 @@ WIDGET = Widget(
         Key("inlier", "expected by Censi’s formula, 95 %", "dashed"),
         Key("truth", "the true position", "cross"),
         Key("target", "target scan, and its robot", "square"),
-        Key("outlier", "ends of another cluster"),
+        Key("outlier", "ends elsewhere"),
         Key("ghost", "one ellipse for all ends", "dashed"),
         Key("ink", "walls", "line"),
     ),

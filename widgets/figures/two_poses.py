@@ -239,7 +239,7 @@ WIDGET = Widget(
     act=act,
     draw=draw,
     buttons=(
-        Button("answer", "Show the answer", primary=True),
+        Button("answer", "Show the answer"),
         Button("icp", "Let ICP finish"),
         *UNDONE,
     ),

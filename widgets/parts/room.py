@@ -18,7 +18,7 @@ from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
-from widgets.drawing.chart import WIDTH, Axis, Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart, steps_axis
 from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
 from widgets.engine.controls import Value, choice, slider
 from widgets.parts.placing import Placing
@@ -120,7 +120,9 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
 
     steps: the most that a run can take.
     """
-    k = np.arange(len(rotation))
+    taken = len(rotation) - 1
+    span, axis = steps_axis(taken, steps)
+    k = np.arange(taken + 1) / span
     return chart(
         "errors",
         "Errors against the truth over the steps",
@@ -128,9 +130,9 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
             Series(k, rotation, "ink", "rotation, °", dots=True),
             Series(k, translation, "accent", "translation, u", dashed=True, dots=True),
         ],
-        Axis("step", 0.0, float(steps)),
+        axis,
         Axis("Error against the truth, ° and u", 0.01, 300.0, log=True),
-        now=float(len(rotation) - 1),
+        now=taken / span,
         size=(WIDTH, 0.53 * WIDTH),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.core.amounts import amount
 from solvers.scenes.rooms import room, room_start
-from widgets.drawing.chart import WIDTH, Axis, Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart, steps_axis
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
@@ -36,7 +36,6 @@ from widgets.parts.room import (
 STEPS = 40
 OPEN = 3.0  # u: the slider's maximum, which turns the gate off
 TOPS = (0.25, 0.5, 0.75, 1.25, 2.5, 5.0, 10.0)  # u: the RMS chart ends at the first of these that is large enough
-SPANS = (8, 16, STEPS)  # steps: the RMS chart ends at the first of these that suffices: the first falls are large
 
 
 @dataclass(frozen=True)
@@ -145,7 +144,7 @@ def _rms_chart(run: Run) -> Panel:
 
     Both axes are in fractions of their spans, labelled in steps and u, so that the panel's window does not change.
     """
-    span = next(span for span in SPANS if run.steps <= span)
+    span, axis = steps_axis(run.steps, STEPS)
     k, step = np.arange(len(run.course)) / span, 1.0 / span
     rms, moved, mean = (np.array([getattr(e, name) for e in run.course]) for name in ("rms", "moved", "mean"))
     truth, falls = float(run.truth.rms[0]), run.rule.objective_falls and not run.rule.rms_falls
@@ -164,7 +163,7 @@ def _rms_chart(run: Run) -> Panel:
         "rms",
         "RMS over the pairs used, over the steps: each move, then each matching",
         series,
-        Axis("step", 0.0, 1.0, tuple((part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0))),
+        axis,
         Axis("RMS over the pairs used, u", 0.0, 1.0, tuple((i / 5, number(i / 5 * top)) for i in range(6))),
         now=run.steps * step,
         size=(WIDTH, 170.0),
@@ -182,13 +181,14 @@ def _interleave(*columns: Array) -> Array:
 
 
 def _used_chart(run: Run) -> Panel:
+    span, axis = steps_axis(run.steps, STEPS)
     return chart(
         "used",
         "Pairs used, over the steps",
-        [Series(np.arange(len(run.course)), [e.used for e in run.course], "source", dots=True)],
-        Axis("step", 0.0, float(STEPS)),
+        [Series(np.arange(len(run.course)) / span, [e.used for e in run.course], "source", dots=True)],
+        axis,
         Axis("Pairs used", 0.0, 160.0),
-        now=float(run.steps),
+        now=run.steps / span,
         size=(WIDTH, 115.0),
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 from solvers.core.amounts import amount
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
-from widgets.drawing.chart import Axis, Series, chart, ticks
+from widgets.drawing.chart import Axis, Series, chart, steps_axis, ticks
 from widgets.drawing.picture import (
     Array,
     Group,
@@ -163,7 +163,8 @@ def _marks(run: Run, linkage: Links) -> tuple[Mark, ...]:
 def _objective_chart(run: Run) -> Panel:
     """The negative log-likelihood per point, or the MMD² over three decades."""
     log = run.rule.method == "gmmreg"
-    k = np.arange(len(run.course), dtype=float)
+    span, axis = steps_axis(run.steps, STEPS)
+    k = np.arange(len(run.course)) / span
     values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
     least, most = float(np.min(values)), float(np.max(values))
     low, top = min(NATS[0], np.floor(2.0 * least) / 2.0), max(NATS[1], np.ceil(2.0 * most) / 2.0)
@@ -180,11 +181,11 @@ def _objective_chart(run: Run) -> Panel:
             Series(k, truth, "truth", dashed=True),
             Series(x, y, "ink", dashed=run.rule.promise == "none"),
         ],
-        Axis("step", 0.0, float(STEPS)),
+        axis,
         Axis(label, 0.0, 1.0, decades if log else nats),
-        now=float(run.steps),
+        now=run.steps / span,
     )
-    up = np.isin(k, run.rises)
+    up = np.isin(np.arange(len(k)), run.rises)
     dots = np.stack([k, objective], axis=1)
     marks = (Points(dots[~up], "ink", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0))
     return replace(panel, marks=(*panel.marks, *marks))
@@ -196,13 +197,14 @@ def _decades(values: list[float]) -> Array:
 
 
 def _sigma_chart(run: Run) -> Panel:
+    span, axis = steps_axis(run.steps, STEPS)
     return chart(
         "sigma",
         "σ over the steps",
-        [Series(np.arange(len(run.course)), [e.sigma for e in run.course], "ink", dots=True)],
-        Axis("step", 0.0, float(STEPS)),
+        [Series(np.arange(len(run.course)) / span, [e.sigma for e in run.course], "ink", dots=True)],
+        axis,
         Axis("σ, u", 0.03, 3.0, log=True),
-        now=float(run.steps),
+        now=run.steps / span,
     )
 
 
