@@ -79,6 +79,7 @@ def _as_typed(message: str, argv: Sequence[str]) -> str:
     typed. It stays if a method's own option of that name was given as well, since it may mean that one.
     """
     name, colon, rest = message.partition(":")
+    name = name.removesuffix(".t")  # of a pose
     option, options = f"--{name.replace('_', '-')}", [text.partition("=")[0] for text in argv]
     return f"{option}:{rest}" if colon and option in options and name not in options else message
 

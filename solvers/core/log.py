@@ -11,5 +11,5 @@ import sys
 def debug(message: str, *values: object) -> None:
     """Log a message if `logging` has been imported; `values` are filled in by %, as in `logging.debug`."""
     logging = sys.modules.get("logging")
-    if logging is not None:
+    if logging is not None and hasattr(logging, "getLogger"):  # another thread may have imported half of it
         logging.getLogger("solvers").debug(message, *values)

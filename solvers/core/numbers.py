@@ -22,7 +22,7 @@ def unmasked(values: _Values, name: str) -> _Values | AnyArray:
     """`values`, a masked array without masked numbers as a plain one. Raises ValueError if any are masked, in a list of
     arrays too: the mask would be lost, and what it hides used."""
     ma = sys.modules.get("numpy.ma")  # a caller with a masked array has imported it; the page's numpy lacks it
-    if ma is None:
+    if ma is None or not hasattr(ma, "MaskedArray"):  # another thread may have imported half of it
         return values
     if not isinstance(values, ma.MaskedArray):
         for entry in values if isinstance(values, list | tuple) else ():

@@ -191,9 +191,8 @@ class Result:
         return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
 
     def _of_partners(self, measure: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
-        """The values of `measure(squares, used)`, called once per state: the squared distances,
-        zero where there is no partner, and where there is one, both (b, m).
-        """
+        """The values of `measure(squares, used)`, once per state: squared distances, zero without a partner, and
+        where there is one, both (b, m)."""
         partners = self._pairing()
         if partners is None:
             return None
@@ -202,7 +201,8 @@ class Result:
             rows = partners(state)
             problem, used = state.problem, rows != NONE
             q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
-            squares = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
+            with np.errstate(under="ignore"):
+                squares = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
             values.append(measure(np.where(used, squares, 0.0), used))
         return np.concatenate(values).reshape(np.shape(self.objective))[()]
 

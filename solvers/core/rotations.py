@@ -15,14 +15,15 @@ def planar(theta: FloatArray) -> FloatArray:
 
 def spatial(rotvec: FloatArray) -> FloatArray:
     """The rotations (..., 3, 3) by rotation vectors (..., 3): Rodrigues' formula, accurate even at angle 0."""
-    theta = np.linalg.norm(rotvec, axis=-1)[..., None, None]
     x, y, z = rotvec[..., 0], rotvec[..., 1], rotvec[..., 2]
     o = np.zeros_like(x)
     rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
     skew = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
-    first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
-    turn: FloatArray = np.eye(3) + first * skew + second * (skew @ skew)
+    with np.errstate(under="ignore"):  # the square of a tiny angle is zero, even if the caller has numpy raise
+        theta = np.linalg.norm(rotvec, axis=-1)[..., None, None]
+        # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
+        first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
+        turn: FloatArray = np.eye(3) + first * skew + second * (skew @ skew)
     return turn
 
 

@@ -28,7 +28,7 @@ def typical_radius(points: FloatArray) -> FloatArray:
     """`rms_radius` of the points without strays, (b,). Default lengths are shares of it, so that one wrong laser return
     does not decide them.
     """
-    return weighted_radius(points, typical(points))
+    return weighted_radius(points, typical_weights(points))
 
 
 def strays(points: FloatArray) -> BoolArray:
@@ -42,7 +42,7 @@ def strays(points: FloatArray) -> BoolArray:
         return np.asarray((far > STRAY * most) & (most > 0.0))
 
 
-def typical(points: FloatArray) -> FloatArray:
+def typical_weights(points: FloatArray) -> FloatArray:
     """Weights (b, n): 0 for strays, 1 for all other points."""
     return (~strays(points)).astype(np.float64)
 
@@ -51,7 +51,7 @@ def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
     """Root mean square difference in a coordinate over all pairs of points (b, m, d) and (b, n, d), without strays,
     (b,): computed from the clouds' means and radii.
     """
-    p, q = typical(moved), typical(fixed)
+    p, q = typical_weights(moved), typical_weights(fixed)
     gap = np.linalg.norm(weighted_centroid(moved, p) - weighted_centroid(fixed, q), axis=1)
     size = np.hypot(np.hypot(gap, weighted_radius(moved, p)), weighted_radius(fixed, q))
     return np.asarray(size / np.sqrt(moved.shape[2]))

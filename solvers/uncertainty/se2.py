@@ -53,7 +53,9 @@ def exp(twist: ArrayLike) -> Pose:
     angle, x, y = xi[..., 0], xi[..., 1], xi[..., 2]
     ahead = np.sinc(angle / np.pi)
     aside = 0.5 * angle * np.square(np.sinc(0.5 * angle / np.pi))
-    return Pose.from_angle(angle, np.stack([ahead * x - aside * y, aside * x + ahead * y], axis=-1))
+    with np.errstate(under="ignore"):  # a tiny angle's share of a shift is zero, even if the caller has numpy raise
+        shift = np.stack([ahead * x - aside * y, aside * x + ahead * y], axis=-1)
+    return Pose.from_angle(angle, shift)
 
 
 def log(pose: Pose) -> FloatArray:

@@ -40,7 +40,7 @@ from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
-from solvers.numerics.fits import rms_motion, typical, typical_radius, weighted_centroid, weighted_radius
+from solvers.numerics.fits import rms_motion, typical_radius, typical_weights, weighted_centroid, weighted_radius
 
 _HALVINGS = 12
 _FINEST = 1e-6  # of the clouds' extent: with a smaller σ no points of the two clouds would interact
@@ -128,7 +128,7 @@ class GmmRegState:
 
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
-    near, pose = typical(problem.source), Pose.trusted(problem.start.R, problem.start.t)
+    near, pose = typical_weights(problem.source), Pose.trusted(problem.start.R, problem.start.t)
     radius = weighted_radius(problem.source, near)
     size = np.where(at_one_place(problem.target), radius, typical_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))

@@ -127,6 +127,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
             r": reach: expected a finite number from 0\.1 to 30, got -1",
         ),
         (["a.csv", "b.xyz", "--start", "1"], r"--start: '1' has no shift; expected 2"),
+        (["a.csv", "b.xyz", "--start", "0,1e200,0"], r"--start: beyond 1e\+150"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
         (["a.csv", "a.csv", "--points", "9", "--method", "kabsch"], r"--points: kabsch takes row i of both files as"),
         (["a.csv", "b.xyz", "--out", "p.pdf"], r"--out: p.pdf: expected a name that ends in .svg, .png$"),

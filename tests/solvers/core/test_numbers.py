@@ -1,10 +1,14 @@
 """Arguments as arrays: what would lose a mask, or is no array, is refused by name."""
 
+import sys
+from types import ModuleType
+
 import numpy as np
 import pytest
 
-from solvers import register
+from solvers import Pose, register
 from solvers.core.numbers import numbers
+from solvers.uncertainty import exp
 
 
 @pytest.mark.parametrize("sequence", [list, tuple])
@@ -26,3 +30,20 @@ def test_an_object_that_gives_no_array_is_refused_by_name(kind):
 
     with pytest.raises(ValueError, match=r"^target: Tensor gives no array: copy it to the host first$"):
         register(np.eye(2), Tensor(), "icp")
+
+
+@pytest.mark.parametrize("name", ["numpy.ma", "logging"])
+def test_a_module_that_another_thread_is_importing_is_not_used(name, monkeypatch):
+    """It is listed before its content is there; numpy.ma comes with scipy, at a process's first large cloud."""
+    monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    cloud = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
+    assert register(cloud, cloud + 0.1, "icp").status
+
+
+def test_what_underflows_is_zero_even_if_the_caller_has_numpy_raise():
+    tiny = 1e-140 * np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
+    result = register(tiny, 1.001 * tiny, "icp")
+    with np.errstate(all="raise"):
+        assert result.rmse < 1e-140
+        assert exp([1e-200, 1e-200, 0.0]).t.tolist() == [1e-200, 0.0]
+        assert Pose.from_rotvec([1e-200, 0.0, 0.0]).R.diagonal().tolist() == [1.0, 1.0, 1.0]
