@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.chart import Axis, Series, chart, ticks
+from widgets.drawing.chart import Axis, Series, chart, steps_axis, ticks
 from widgets.drawing.picture import Label, Panel, Path, Points
 from widgets.drawing.svg import panel_svg
 
@@ -156,3 +156,12 @@ def test_given_ticks_stand_in_for_round_values() -> None:
     words = [mark for mark in powers.marks if isinstance(mark, Label)]
     assert [tuple(np.ravel(mark.xy)) for mark in words if mark.text == "four"] == [(2.0, 0.0)]
     assert "3" not in [mark.text for mark in words]
+
+
+def test_an_axis_of_steps_is_as_long_as_the_run_needs() -> None:
+    """Its ticks are steps; its places are fractions, so that the window stays as it is."""
+    for taken, span in ((0, 8), (8, 8), (9, 16), (17, 40), (40, 40)):
+        length, axis = steps_axis(taken, 40)
+        assert length == span
+        assert axis.ends == (0.0, 1.0)
+        assert [float(text) == place * span for place, text in axis.ticks] == [True] * 5

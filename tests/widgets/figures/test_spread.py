@@ -64,6 +64,10 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
     assert texts("default", "finish")["modes"] == "1"
     assert texts("hall", "finish")["modes"] == "2", "a single stray end is no cluster of its own"
     assert texts("hall", "finish", heading=3.0)["modes"] == "1"
+    frame = frame_after(WIDGET, ["press", "finish"], name="hall")
+    sizes = next(each["unit"] for each in frame["readouts"] if each["name"] == "modes")
+    one, two = map(int, re.fullmatch(r"with (\d+) and (\d+) ends", sizes).groups())
+    assert f"In the largest: {one}, in none: {DRAWS - one - two}." in frame["description"]
 
 
 def test_a_size_without_bound_is_told_as_such() -> None:
