@@ -10,6 +10,7 @@ import ast
 import hashlib
 import inspect
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -30,6 +31,7 @@ from sitegen.problems import Place, Problems, hint
 FORMAT = "2"  # of the cached entries for test files; raised when the parsing changes
 RESULTS = Path("tests/results.json")
 TESTED = ("solvers", "widgets")
+WIDGETS = re.compile(rb"^\s*(?:from|import) (?:tests\.)?widgets\b", re.MULTILINE)  # imports of them or their helpers
 KINDS = ("why",)  # besides the plain kind, which has no name
 Outcome = Literal["passed", "failed"]
 
@@ -115,20 +117,12 @@ def tested_code(root: Path) -> dict[str, str]:
     return {name: fingerprint((p.relative_to(root).as_posix(), content(p)) for p in paths[name]) for name in TESTED}
 
 
-def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
-    """The hash of a test's dependencies: its file, the solvers, and also the widgets if it tests those."""
-    file = test_id.partition("::")[0]
-    return _code_hash(test_id, {file: _file_hash(root / file)}, packages)
-
-
-def _file_hash(path: Path) -> str:
-    return digest(content(path) if path.is_file() else b"")
-
-
-def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, str]) -> str:
-    names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
-    source = files[test_id.partition("::")[0]]
-    return hashlib.sha256("".join([source, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
+def code_hash(root: Path, file: str, packages: Mapping[str, str]) -> str:
+    """The hash of a test file and of what it tests: the solvers, and also the widgets if it uses those."""
+    source = content(root / file) if (root / file).is_file() else b""
+    with_widgets = file.startswith(("tests/widgets/", "tests/browser/")) or WIDGETS.search(source)
+    names = TESTED if with_widgets else TESTED[:1]
+    return hashlib.sha256("".join([digest(source), *(packages[name] for name in names)]).encode()).hexdigest()[:16]
 
 
 def test_of(directive: Directive) -> str:
@@ -195,11 +189,11 @@ def read_results(root: Path, memory: Memory | None = None) -> dict[str, Result]:
         return {}
     packages = (memory or Memory()).answer("tested code", (), partial(tested_code, root))
     results = json.loads(path.read_text("utf-8"))
-    files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
+    codes = {name: code_hash(root, name, packages) for name in {test_id.partition("::")[0] for test_id in results}}
     return {
         test_id: Result(
             entry["outcome"],
-            entry["code"] == _code_hash(test_id, files, packages),
+            entry["code"] == codes[test_id.partition("::")[0]],
             whys.read(entry[whys.FIXTURE]) if whys.FIXTURE in entry else None,
         )
         for test_id, entry in sorted(results.items())
@@ -221,7 +215,9 @@ def write_results(
     ids = claimed(root)
     packages = tested_code(root)
     new: dict[str, dict[str, Any]] = {
-        i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in ids if i in outcomes
+        i: {"outcome": outcomes[i], "code": code_hash(root, i.partition("::")[0], packages)}
+        for i in ids
+        if i in outcomes
     }
     for i, change in (changes or {}).items():
         if i in new:

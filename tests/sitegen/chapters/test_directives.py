@@ -219,6 +219,16 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
     )
 
 
+@pytest.mark.parametrize("line", ["from widgets.engine import host", "import widgets", "from tests.widgets import a"])
+def test_results_of_tests_that_use_widgets_hold_for_the_widgets_as_well(project: Project, line: str) -> None:
+    holds = "tests/test_claimed.py::test_it_holds"
+    for source, current in (("", True), (f"def test_it_holds():\n    {line}\n", False)):
+        project.write("tests/test_claimed.py", source)
+        claims.write_results(project.root, {holds: "passed"})
+        project.write("widgets/new.py", f"x = {current}\n")
+        assert claims.read_results(project.root) == {holds: claims.Result("passed", current)}
+
+
 @pytest.mark.parametrize("name", ["code.py", "flow.int8", "drive.scans", "poses.f4"])
 def test_frames_and_claims_depend_on_code_and_on_the_data_beside_it(tmp_path: Path, name: str) -> None:
     package = ModuleType("solvers")
