@@ -65,7 +65,7 @@ def assert_the_suite_passes(folder: str) -> None:
     """Run a folder's tests inside the complete runtime, except those marked native, and check that they pass."""
     answer = run_python_in_complete_runtime(
         SUITE.read_text("utf-8"),
-        # Leave out the conftest above, which belongs to the site: it serves pages and drives a browser.
+        # Leave out the conftest above, which belongs to the site: these tests need only its plugin.
         {"args": [folder, f"--confcutdir={folder}", "-p", "tests.recorded", "-m", "not native", "-q"]},
         mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
     )

@@ -196,6 +196,7 @@ def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() 
     result = importing(ROOT, ["sitegen/cli/changed.py"])
     assert {"tests/sitegen/cli/test_changed.py", "tests/sitegen/cli/test_run_tests.py"} <= result
     assert "tests/solvers/test_units.py" not in result
+    assert not any(test.startswith("tests/solvers/") for test in importing(ROOT, ["sitegen/chapters/links.py"]))
     assert "tests/solvers/test_units.py" in importing(ROOT, ["solvers/core/pose.py"])
     tests = importing(ROOT, ["tests/browser/layout.py"])
     assert "tests/browser/accessibility/test_axe.py" in tests

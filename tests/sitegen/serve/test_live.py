@@ -19,8 +19,7 @@ from hypothesis import strategies as st
 from sitegen.cli.main import parse
 from sitegen.serve import live
 from sitegen.serve.static_files import StaticServer, content_type, headers_for, locate, serving
-
-PATIENCE = 30.0  # seconds until a wait counts as failed
+from tests.sitegen.serve.conftest import PATIENCE
 
 
 class Events:
