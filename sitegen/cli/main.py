@@ -248,7 +248,7 @@ COMMANDS: dict[str, Command] = {
         "measure the project against its targets; write bench.json",
         _bench_options,
         _bench,
-        unused={"gallery": ("only", "keep", "out", "browser_path")},
+        unused={"gallery": ("only", "keep", "out", "browser_path"), "keep": ("only",)},
     ),
     "sweep": Command("run the race on 1,000 seeds, and long plots; resume where it stopped", _sweep_options, _sweep),
     "train": Command("retrain the learned flows' networks with PyTorch; takes most of an hour", _train_options, _train),

@@ -143,6 +143,7 @@ def test_help_and_mistakes_are_answered_before_any_set_up(
         ("bench --gallery python --only start", "--gallery cannot be combined with --only"),
         ("bench --gallery python --keep", "--gallery cannot be combined with --keep"),
         ("bench --gallery python --out a.json", "--gallery cannot be combined with --out"),
+        ("bench --keep --only start", "--keep cannot be combined with --only"),
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(
@@ -161,7 +162,7 @@ def test_an_option_that_would_have_no_effect_is_refused(
         "test --changed main -x",
         "test --hostile --hostile-calls 9",
         "test --pythons",
-        "bench --only start --keep --out a.json --browser-path chrome",
+        "bench --keep --out a.json --browser-path chrome",
         "serve --host ::1 --port 1 --no-open",
         "serve --offline-check",
         "",
