@@ -13,8 +13,8 @@ from pathlib import Path
 from sitegen.cli import environment
 
 MADE = (
-    ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache", ".site-*", "*.egg-info", "__pycache__",
-    "bench.json", "build", "dist",
+    ".grimp_cache", ".hypothesis", ".import_linter_cache", ".mypy_cache", ".pytest_cache", ".ruff_cache", ".site-*",
+    "*.egg-info", "__pycache__", "bench.json", "build", "dist",
 )  # fmt: skip
 """What commands leave in the root of a checkout, besides site/ and .venv. `.site-*` are interrupted builds."""
 SOURCES = ("sitegen", "solvers", "widgets", "tests")

@@ -224,7 +224,7 @@ def test_clean_removes_everything_though_nobody_reads_what_it_says(
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Files made by the commands are removed, people's files stay; .venv goes only with --all."""
     outputs = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
-    outputs += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
+    outputs += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x", ".grimp_cache/x"]
     stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md", "content/build/a.svg"]
     for name in [*outputs, *stays]:
         (checkout / name).parent.mkdir(parents=True, exist_ok=True)
