@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
 
@@ -26,13 +26,11 @@ from sitegen.external.fetch import Licence
 from sitegen.markup.typography import held
 from sitegen.pages import api_reference
 from sitegen.pages.about import Made, bibtex
+from sitegen.pages.decks import Deck
 from sitegen.pages.lost import lost
 from sitegen.pages.notebooks import name_of
 from sitegen.pages.redirects import redirect
 from sitegen.pages.title_slide import in_part
-
-if TYPE_CHECKING:
-    from sitegen.pages.decks import Deck
 
 STYLE_GUIDE = "docs-style"
 HOSTED = re.compile(r"<!--hosted-->(.*?)<!--/hosted-->", re.DOTALL)  # omitted from pages on a disk
