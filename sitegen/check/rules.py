@@ -13,9 +13,8 @@ from html5lib.constants import E as HTML_ERRORS
 
 from sitegen.assets.css import imports, urls
 from sitegen.assets.hosting import IMMUTABLE, source_of
-from sitegen.cache.files import cache_dir
 from sitegen.cache.memo import Remembered
-from sitegen.check.html import Element, Page, inside, is_foreign, read_pages
+from sitegen.check.html import Element, Page, inside, is_foreign
 from sitegen.check.sizes import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
 from sitegen.problems import Problem, hint
 
@@ -28,17 +27,13 @@ UNSAFE = re.compile(r"'unsafe-[\w-]+'")
 SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
 
 
-def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
-    """All problems of a built site, in order."""
-    return check_pages(site, read_pages(site), cache or cache_dir())
-
-
 def check_pages(site: Path, pages: dict[str, Page], cache: Path) -> list[Problem]:
     """All problems of a built site whose pages have been read, in order."""
     problems = html_faults(pages, cache)
     for page in pages.values():
+        problems += links_lead_somewhere(page, pages)
         for rule in RULES:
-            problems += rule(page, pages)
+            problems += rule(page)
     problems += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
     return sorted(set(problems))
 
@@ -64,7 +59,7 @@ def html_errors(source: str) -> list[tuple[int, int, str]]:
     return [(line, column, f"HTML: {words % values if values else words}") for (line, column), words, values in errors]
 
 
-def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def ids_are_unique(page: Page) -> Iterator[Problem]:
     """No id occurs twice, and every attribute that refers to an id of the page finds it."""
     for name, elements in page.ids.items():
         for element in elements[1:]:
@@ -112,7 +107,7 @@ def address_fault(address: str, page: Page, pages: dict[str, Page]) -> str:
     return ""
 
 
-def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def policy_holds(page: Page) -> Iterator[Problem]:
     """The page states its Content-Security-Policy and contains nothing that the policy would block."""
     policies = [e for e in page.elements if e.get("http-equiv").lower() == "content-security-policy"]
     if not policies:
@@ -130,7 +125,7 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
                 yield at(page, element, f"attribute {name!r} on <{element.name}>: the policy blocks it")
 
 
-def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def images_have_words(page: Page) -> Iterator[Problem]:
     """Images say what they show, or that they are decorative (alt="")."""
     for element in page.elements:
         if element.name == "img" and "alt" not in element.attributes:
@@ -139,7 +134,7 @@ def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
             yield at(page, element, f"<{element.name} role=img> without aria-label or aria-labelledby")
 
 
-def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def things_have_names(page: Page) -> Iterator[Problem]:
     """Links, buttons, labels and headings contain words, or are named by an attribute."""
     for element, text in page.texts:
         has_name = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
@@ -148,7 +143,7 @@ def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
             yield at(page, element, f"empty <{element.name}>")
 
 
-def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def headings_go_down_by_one(page: Page) -> Iterator[Problem]:
     """There is one first-level heading, before all others; below it no level is skipped."""
     headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.name)]
     previous = 0
@@ -161,7 +156,7 @@ def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Prob
         previous = level
 
 
-def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+def loaded_files_are_named_by_content(page: Page) -> Iterator[Problem]:
     """A page loads only files with a hash in their names, so that it gets those of its own build or none."""
     for element in page.elements:
         for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
@@ -172,7 +167,6 @@ def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Ite
 
 RULES = (
     ids_are_unique,
-    links_lead_somewhere,
     policy_holds,
     images_have_words,
     things_have_names,

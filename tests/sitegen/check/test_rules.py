@@ -11,6 +11,7 @@ from sitegen.assets.hosting import source_of
 from sitegen.check import rules
 from sitegen.check.html import inside, read_pages
 from sitegen.check.sizes import gzip_size, page_weight, runtime_weight
+from tests.sitegen.check_site import check_site
 
 HEAD = (
     '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -48,7 +49,7 @@ def site(tmp_path: Path) -> Path:
 
 def test_a_good_site_has_no_problems(site: Path) -> None:
     """Links with states, redirects, folders, data scripts, comments and namespaces all pass."""
-    assert rules.check_site(site) == []
+    assert check_site(site) == []
 
 
 FAULTS = [
@@ -93,7 +94,7 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
     page = site / "index.html"
     assert old in page.read_text("utf-8")
     page.write_text(page.read_text("utf-8").replace(old, new, 1), "utf-8")
-    problems = [str(problem) for problem in rules.check_site(site)]
+    problems = [str(problem) for problem in check_site(site)]
     assert any(message in line and line.startswith("site/index.html:") for line in problems), problems
 
 
@@ -111,7 +112,7 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
 def test_a_fault_of_another_file_is_named(site: Path, file: str, text: str, message: str) -> None:
     """Style sheets, scripts, names and redirects."""
     (site / file).write_text(text, "utf-8")
-    problems = [str(problem) for problem in rules.check_site(site)]
+    problems = [str(problem) for problem in check_site(site)]
     assert any(message in line for line in problems), problems
 
 
@@ -121,9 +122,9 @@ def test_a_policy_may_name_what_stands_in_the_page(site: Path) -> None:
     page = site / "two.html"
     text = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
     page.write_text(text.replace("</head>", f"<style>{style}</style></head>", 1), "utf-8")
-    assert rules.check_site(site) == []
+    assert check_site(site) == []
     page.write_text(page.read_text("utf-8").replace(style, f"{style} "), "utf-8")
-    (problem,) = rules.check_site(site)
+    (problem,) = check_site(site)
     assert "inline <style>: the policy blocks it" in str(problem)
 
 
@@ -132,7 +133,7 @@ def test_all_faults_are_told_at_once(site: Path) -> None:
     page = site / "two.html"
     page.write_text(page.read_text("utf-8").replace("</body>", '<a href="a.html">a</a><a href="b.html">b</a></body>'))
     (site / "assets/a.png").unlink()
-    problems = rules.check_site(site)
+    problems = check_site(site)
     assert [p.path for p in problems] == ["site/index.html", "site/two.html", "site/two.html"]
     assert problems == sorted(problems)
 
@@ -145,7 +146,7 @@ def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch
     assert weight.total == sum(weight.parts.values()) > 0
     assert set(runtime_weight(page).parts) == {"runtime/x/core.wasm"}
     monkeypatch.setattr(rules, "PAGE_LIMIT", weight.total - 1)
-    problems = [str(problem) for problem in rules.check_site(site)]
+    problems = [str(problem) for problem in check_site(site)]
     assert [line.partition(" kB")[0] for line in problems] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
 
 

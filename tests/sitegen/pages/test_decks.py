@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.check.rules import check_site
 from sitegen.pages.title_slide import RUNGS, in_part
+from tests.sitegen.check_site import check_site
 from tests.sitegen.conftest import SECOND, Project
 
 BODY = """\

@@ -6,10 +6,10 @@ import json
 import re
 
 from sitegen.chapters.claims import claimed
-from sitegen.check.rules import check_site
 from sitegen.pages.search_index import search_data
 from sitegen.pipeline.build import build
 from sitegen.pipeline.context import Parts
+from tests.sitegen.check_site import check_site
 from tests.sitegen.conftest import START, Project
 
 INDEX = "---\ntitle: Docs\nquestion: How?\nsummary: S\n---\n\n- [One](one.md#part)\n- [Hidden](docs-hidden.html)\n"

@@ -12,9 +12,9 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from sitegen.check.rules import check_site
 from sitegen.markup.inline import BLOCK, INLINE
 from sitegen.pages.notebooks import written
+from tests.sitegen.check_site import check_site
 from tests.sitegen.conftest import Project
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -15,9 +15,9 @@ from markupsafe import escape
 
 from sitegen.assets.hosting import FOR_HOSTS, MAP, POLICY
 from sitegen.cache.files import short_hash
-from sitegen.check.rules import check_site
 from sitegen.html_reader import Tag, read
 from sitegen.serve.static_files import header_rules, headers_for
+from tests.sitegen.check_site import check_site
 from tests.sitegen.conftest import START, Project, fresh_cache, policy_of
 from widgets.engine.host import Host
 
