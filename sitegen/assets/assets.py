@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
@@ -12,6 +12,7 @@ from sitegen.assets.download import Download
 from sitegen.assets.hosting import MAP
 from sitegen.assets.panel_classes import filled
 from sitegen.assets.preload import Preload, preloads
+from sitegen.assets.typefaces import FontSet
 from sitegen.cache.files import hashed_name
 from sitegen.problems import Place, Problems, hint
 from sitegen.progress import Progress, quiet
@@ -70,28 +71,28 @@ class Assets:
 def read_assets(
     root: Path,
     pictures: Mapping[str, bytes],
-    styles: Iterable[str],
-    fonts: Mapping[str, bytes],
-    preload: Iterable[Preload],
+    fontset: FontSet | None,
+    mathematics_css: str,
     problems: Problems,
     cache: Path,
     progress: Progress = quiet,
 ) -> Assets:
-    """Read templates/assets and add the pictures that the build draws; `styles` come before its own sheets."""
+    """Read templates/assets and add the pictures that the build draws and its fonts, whose styles and those of the
+    mathematics come before its own sheets."""
     home = root / "templates" / "assets"
     assets = Assets()
     lying = {path.name: path.read_bytes() for path in sorted(home.glob("*")) if path.suffix in PICTURES}
     for name, data in {**pictures, **lying}.items():
         assets.pictures[name] = assets.add(name, data)
-    for name, data in fonts.items():
-        assets.files[f"assets/fonts/{name}"] = data
-    assets.preload = tuple(replace(entry, url=f"assets/{entry.url}") for entry in preload)
+    if fontset:
+        assets.files |= {f"assets/fonts/{name}": data for name, data in fontset.files.items()}
+        assets.preload = tuple(replace(entry, url=f"assets/{entry.url}") for entry in fontset.preload)
     files: dict[str, str] = {}
     for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
         files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)
     files = {name: filled(text) for name, text in files.items()}
     entries = [entry for entry in _entries(files, assets, problems) if entry.path in files]
-    prelude = "\n".join(styles) + "\n"
+    prelude = f"{fontset.css if fontset else ''}\n{mathematics_css}\n"
     for entry, bundle in zip(entries, bundled(entries, cache, problems, progress), strict=True):
         name, attribute = ENTRIES[entry.path.removeprefix("templates/assets/")]
         setattr(assets, attribute, _put(assets, name, bundle, prelude if attribute == "css" else ""))

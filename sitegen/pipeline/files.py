@@ -99,14 +99,7 @@ def _assets(
         problems.note(Place("content"), f"missing from all typefaces: {' '.join(fontset.missing)}")
     pictures = _pictures(context, content, fontset) if fontset else {}
     assets = read_assets(
-        context.root,
-        pictures,
-        [fontset.css if fontset else "", content.render_context.mathematics.css],
-        fontset.files if fontset else {},
-        fontset.preload if fontset else (),
-        problems,
-        cache,
-        context.progress,
+        context.root, pictures, fontset, content.render_context.mathematics.css, problems, cache, context.progress
     )
     if runtime := content.started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(runtime.start_files()), "bytes": runtime.size}
