@@ -39,7 +39,7 @@ def wall(n=60, d=2):
 
 
 @BOTH
-def test_a_corner_is_observable_and_found_from_a_large_motion(method, rng):
+def test_a_corner_is_observable_and_found_from_a_large_motion(method):
     """The room from 45° and 1.43 u away: the truth is found to within the noise, and no direction is reported free."""
     scene = room("clean")
     result = register(scene.source, scene.target, method, start=room_start(), gate=2.6)

@@ -59,7 +59,7 @@ def test_it_leads_to_the_start_from_any_depth(
     expect(page.locator("h1")).not_to_have_text("No such page")
 
 
-def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader], server: SiteServer) -> None:
+def test_it_asks_nobody_else_for_the_start(reader: Callable[..., Reader]) -> None:
     """An address that looks like another host's is still one of this host."""
     visitor = reader()
     visitor.expect("404")

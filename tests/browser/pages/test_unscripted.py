@@ -88,9 +88,7 @@ def test_a_deck_without_its_script_says_so_beside_its_bar(
     page.wait_for_url("**/kabsch.html")
 
 
-def test_the_page_lives_without_the_small_script(
-    reader: Callable[..., Reader], server: SiteServer, site: Path
-) -> None:
+def test_the_page_lives_without_the_small_script(reader: Callable[..., Reader], server: SiteServer) -> None:
     """If the theme's script does not load, everything that the other script does still appears."""
     visitor = reader(reduced_motion="reduce")
     visitor.expect(*COMPLAINTS)

@@ -59,7 +59,7 @@ def test_the_favicon_follows_the_theme(files) -> None:
     assert dark in style.split("@media")[1]
 
 
-def test_another_process_draws_the_same_bytes(files, faces, tmp_path) -> None:
+def test_another_process_draws_the_same_bytes(files, tmp_path) -> None:
     code = (
         "import sys, pathlib; from sitegen.assets import icons, typefaces; "
         f"files = icons.make({TITLE!r}, {LINE!r}, typefaces.make(), cache=pathlib.Path(sys.argv[1])); "
@@ -69,7 +69,7 @@ def test_another_process_draws_the_same_bytes(files, faces, tmp_path) -> None:
     assert output == b"".join(files[name] for name in sorted(files))
 
 
-def test_what_is_kept_is_not_drawn_again(files, faces, tmp_path, monkeypatch) -> None:
+def test_what_is_kept_is_not_drawn_again(faces, tmp_path, monkeypatch) -> None:
     first = icons.make(TITLE, LINE, faces, cache=tmp_path)
     monkeypatch.setattr(icons, "_canvas", lambda *a: pytest.fail("drawn again"))
     assert icons.make(TITLE, LINE, faces, cache=tmp_path) == first

@@ -113,9 +113,7 @@ def test_a_failed_build_is_told_and_leaves_the_page(
     assert "content/page.md:1:5: this is wrong" in capfd.readouterr().err
 
 
-def test_a_mistake_in_python_is_told_with_its_traceback(
-    live_site: live.LiveSite, events: Events, small_checkout: Path
-) -> None:
+def test_a_mistake_in_python_is_told_with_its_traceback(events: Events, small_checkout: Path) -> None:
     """Even in the module that reports problems; and correcting it is enough."""
     events.next()
     (small_checkout / "sitegen" / "tone.py").write_text("TONE = 1 / 0\n", "utf-8")

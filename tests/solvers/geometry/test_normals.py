@@ -72,7 +72,7 @@ def test_a_neighbourhood_without_a_normal_is_flagged():
     assert pairing.rms == pytest.approx(0.2)
 
 
-def test_normals_do_not_depend_on_units_or_place(rng):
+def test_normals_do_not_depend_on_units_or_place():
     cloud = room("noise").target
     first = normals(nearest.build(cloud[None]))
     second = normals(nearest.build(2.0**40 * cloud[None]))

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
 @pytest.mark.parametrize("d", [2, 3, 5])
-def test_the_volume_is_that_of_the_cube_that_evenly_spread_points_fill(d, rng, random_pose):
+def test_the_volume_is_that_of_the_cube_that_evenly_spread_points_fill(d, rng):
     """Points at ±a/√12 along every axis have the moments of a uniform cube of side a, and so its volume. A turn or a
     shift does not change the volume, a scale s multiplies it by sᵈ, and points on a line have a volume of one."""
     corners = np.array(list(product((-1.0, 1.0), repeat=d))) / np.sqrt(12.0)

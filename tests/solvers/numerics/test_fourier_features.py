@@ -39,7 +39,7 @@ def test_laplace_frequencies_are_cauchy_in_every_direction():
         assert np.linalg.norm(w, axis=1).max() > 1e4
 
 
-def test_draws_of_one_seed(rng):
+def test_draws_of_one_seed():
     """Different draws differ, the same draw repeats, and Laplace frequencies have the Gaussian ones' directions."""
     seeds = np.array([3, 4])
     z = unit_frequencies(seeds, 20, 2)

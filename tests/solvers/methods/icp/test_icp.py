@@ -168,7 +168,7 @@ def test_scans_that_overlap_in_part_need_a_gate():
 
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
-def test_units_do_not_matter(method, d, rng, random_pose):
+def test_units_do_not_matter(method, d, rng):
     """Metres and millimetres give the same steps and the same pose in those units."""
     cloud, target = shape(rng, d), shape(rng, d, 70)
     plain = register(cloud, target, method, start=Pose(np.eye(d), np.full(d, 0.2)))
@@ -296,7 +296,7 @@ def test_no_overlap_within_the_gate_is_degenerate_and_stays_put(rng):
     assert np.allclose(batch.matrix[2], alone.matrix, atol=1e-12)
 
 
-def test_one_wall_leaves_the_slide_to_the_sampling(rng):
+def test_one_wall_leaves_the_slide_to_the_sampling():
     """Along a straight wall only its ends and the sampling reveal the position: ICP stops with wall on wall and a wrong
     slide, and reports convergence."""
     wall = np.stack([np.arange(0.0, 10.0, 0.1), np.zeros(100)], axis=1)

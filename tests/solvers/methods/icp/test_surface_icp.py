@@ -126,7 +126,7 @@ def test_the_gradient_is_that_of_the_cost(rng, d):
     np.testing.assert_allclose(slope, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
-def test_the_condition_depends_neither_on_units_nor_on_the_origin(rng):
+def test_the_condition_depends_neither_on_units_nor_on_the_origin():
     """A room moved by 100 u, or measured in other units, has the same condition number and the same weak direction."""
     scene = room("noise")
     results = [

@@ -95,7 +95,7 @@ def test_a_stage_has_as_many_frequencies_as_it_is_told(redraw):
         assert state.objective[0] == pytest.approx(expected.objective[0], rel=1e-9)
 
 
-def test_alike_counts_are_one_count(rng):
+def test_alike_counts_are_one_count():
     """(32, 32, 32) equals 32, bit for bit; the default draws the same frequencies as ever."""
     scene = room("noise", seed=40)
     plain, several = (states_of(scene, count=c)[-1] for c in (32, (32, 32, 32)))

@@ -198,7 +198,7 @@ def test_the_room_from_45_degrees():
         pytest.param(np.column_stack([np.cos(k := np.arange(60) * np.pi / 30.0), np.sin(k)]), id="circle"),
     ],
 )
-def test_a_free_rotation_is_said(rng, source):
+def test_a_free_rotation_is_said(source):
     """For a single place or a circle the mean feature does not depend on the turn, and the status says so."""
     target = source + np.array([0.2, -0.1])
     result = register(source, target, "mmd", start=Pose.from_angle(0.4, (0.3, 0.1)), lengths=(2.0, 1.0))

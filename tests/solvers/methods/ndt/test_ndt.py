@@ -50,7 +50,7 @@ def test_cells_hold_the_mean_and_covariance_of_their_points(grids):
     assert count == (cells.count[0] > 0).sum()
 
 
-def test_the_small_eigenvalue_is_floored_and_points_at_one_place_are_dropped(rng):
+def test_the_small_eigenvalue_is_floored_and_points_at_one_place_are_dropped():
     """Points on a line get λ₂ = λ₁/1000 and keep λ₁; five points at one place, or a single one, make no Gaussian."""
     wall = np.column_stack([np.linspace(0.1, 0.9, 9), np.full(9, 0.5)])
     spot = np.full((5, 2), 3.5)
@@ -139,7 +139,7 @@ def test_gradient_and_hessian_agree_with_differences(rng, grids, about):
         np.testing.assert_array_equal(result.hessian[0], result.hessian[0].T)
 
 
-def test_about_the_poses_translation_the_angle_is_the_poses_own(rng):
+def test_about_the_poses_translation_the_angle_is_the_poses_own():
     """With pivot t the derivatives are those of f(tx, ty, φ) with T(p) = R(φ) p + t, a pose's usual parameters."""
     scene = room("noise")
     cells = ndt_map.build(scene.target[None], 2.4)
@@ -157,7 +157,7 @@ def test_about_the_poses_translation_the_angle_is_the_poses_own(rng):
     np.testing.assert_allclose(f(x).gradient[0], slope, rtol=1e-6, atol=1e-6)
 
 
-def test_the_score_is_the_sum_it_is_said_to_be(rng):
+def test_the_score_is_the_sum_it_is_said_to_be():
     """Pair by pair: exp(−½ qᵀΣ⁻¹q) for a point's cell, zero for an empty cell, and no determinant factor."""
     scene = room("combo")
     cells = ndt_map.build(scene.target[None], 1.2, grids=4)
@@ -241,7 +241,7 @@ def test_from_nearby_the_truth_is_found():
     assert np.median(rte(result.pose, Pose.identity())) < 0.08
 
 
-def test_a_large_motion_far_from_the_origin_is_composed_the_right_way(rng):
+def test_a_large_motion_far_from_the_origin_is_composed_the_right_way():
     """A truth of 150° and 40 u, started 8° and 0.2 u off it, is found as well as at the origin."""
     scene = room("noise")
     truth = Pose.from_angle(np.radians(150.0), (30.0, -25.0))

@@ -196,7 +196,7 @@ def test_the_room_batched_and_one_by_one():
 
 
 @pytest.mark.parametrize("method", ["association-bp", "hypothesis-mixture"])
-def test_degenerate_scenes_are_said(rng, method):
+def test_degenerate_scenes_are_said(method):
     """Without overlap no point has support; coincident points leave the rotation open; others are undisturbed."""
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.7], [0.0, 0.7]])
     source = np.stack([square, square, np.full((4, 2), 0.2)])

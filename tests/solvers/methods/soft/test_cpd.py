@@ -245,7 +245,7 @@ def test_a_batch_is_its_single_runs(method):
         np.testing.assert_allclose(batch.objective[k], alone.objective, rtol=1e-12)
 
 
-def test_units_and_origin_do_not_matter(rng, random_pose):
+def test_units_and_origin_do_not_matter():
     """If the volume is in the clouds' unit, whether given or default, clouds in millimetres and far from the origin
     give the same motion; if it is the number of points, they do not."""
     s = room("outliers")
@@ -332,7 +332,7 @@ def test_a_clutter_that_explains_all_is_said():
     assert result.steps == 0
 
 
-def test_a_circle_and_a_wall_stop_truthfully(rng):
+def test_a_circle_and_a_wall_stop_truthfully():
     """The scene does not determine the rotation about a circle or the slide along a wall; only the value converges. The
     status says converged, not right, and the error against the truth remains."""
     f = 2.0 * np.pi * np.arange(60) / 60.0
