@@ -146,10 +146,11 @@ def cpd_rows() -> list[Row]:
     return rows
 
 
-def cpd_memory(n: int = 1000) -> Row:
+def cpd_memory() -> Row:
     """The peak memory of a run of rigid CPD, without its clouds."""
     from solvers import register
 
+    n = 1000
     target = np.random.default_rng(40).normal(size=(n, 2))
     source = target @ _turn(0.3).T + 0.1
     tracemalloc.start()
@@ -214,10 +215,10 @@ def optional(name: str) -> Any | None:
         return None
 
 
-def fastest(work: Callable[[], Any], rounds: int = ROUNDS) -> float:
+def fastest(work: Callable[[], Any]) -> float:
     """Seconds of the fastest of several runs, after a warm-up run."""
     times = []
-    for _ in range(rounds + 1):
+    for _ in range(ROUNDS + 1):
         began = time.perf_counter()
         work()
         times.append(time.perf_counter() - began)

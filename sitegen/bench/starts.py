@@ -26,6 +26,7 @@ from sitegen.serve.static_files import serving
 HERE = Path(__file__).parent
 WORKER = HERE.parents[1] / "templates" / "assets" / "worker.mjs"
 TIMEOUT = 120_000
+TIMES = 5  # of cold starts in pairs, and of later visits
 STAY = 2_000.0  # ms that Python stays up on later visits: browsers store compiled code with a delay
 
 _RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) => {
@@ -66,8 +67,8 @@ def _serve(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any],
             yield playwright, origin, stock, ours
 
 
-def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
-    """`rounds` pairs of cold starts in milliseconds, (stock, ours), after a first pair that is discarded."""
+def measure_start(info: RuntimeInfo, chromium: Path) -> list[tuple[float, float]]:
+    """Pairs of cold starts in milliseconds, (stock, ours), after a first pair that is discarded."""
     with _serve(info) as (playwright, origin, stock, ours):
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
 
@@ -78,17 +79,17 @@ def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tu
             finally:
                 context.close()
 
-        pairs = [(cold("stock.mjs", stock), cold("worker.mjs", ours)) for _ in range(rounds + 1)][1:]
+        pairs = [(cold("stock.mjs", stock), cold("worker.mjs", ours)) for _ in range(TIMES + 1)][1:]
         browser.close()
     return pairs
 
 
-def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
+def measure_later(info: RuntimeInfo, chromium: Path) -> list[float]:
     """A returning reader's starts in milliseconds. Three visits are discarded: the first, and two on which the browser
     stores its compiled code."""
     with _serve(info) as (playwright, origin, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
         context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
-        times = [_start(context, origin, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
+        times = [_start(context, origin, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(TIMES + 3)]
         context.close()
     return times[3:]
 

@@ -19,7 +19,7 @@ PATIENCE_MS = 60_000
 NOT_KEPT = ("404.html",)  # the host's answer for addresses that do not exist
 
 
-def offline_check(root: Path, browser_path: Path | None = None) -> int:
+def offline_check(root: Path, browser_path: Path | None) -> int:
     """Build site/ and check it without its server, printing one line per page. The exit code is 1 if one fails."""
     with shown() as progress:
         outcome = attempt(root, root / "site", progress=progress)

@@ -30,6 +30,7 @@ class Command:
     needs_venv: bool = True
     passes_on: str = ""  # the receiver of further arguments; empty if none are allowed
     unused: Mapping[str, Sequence[str]] = field(default_factory=dict)  # option → options that it makes ineffective
+    only_with: Mapping[str, str] = field(default_factory=dict)  # option → the one without which it is ineffective
 
 
 def _no_options(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +53,7 @@ def _serve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--offline-check", action="store_true", help="visit, stop the server, try every page and figure, then exit"
     )
+    parser.add_argument("--browser-path", type=Path, help="the Chromium of that check (default: found or installed)")
 
 
 def _test_options(parser: argparse.ArgumentParser) -> None:
@@ -155,7 +157,7 @@ def _serve(root: Path, args: Arguments) -> int:
     if args.offline_check:
         from sitegen.check.offline import offline_check
 
-        return offline_check(root)
+        return offline_check(root, args.browser_path)
     from sitegen.serve.live import serve
 
     return serve(root, args.host, args.port, opens=not args.no_open)
@@ -235,6 +237,7 @@ COMMANDS: dict[str, Command] = {
         _serve_options,
         _serve,
         unused={"offline_check": ("host", "port", "no_open")},
+        only_with={"browser_path": "offline_check"},
     ),
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _no_options, _check),
     "test": Command(
@@ -282,11 +285,15 @@ def parse(words: Sequence[str]) -> Arguments:
     if further and not COMMANDS[args.command].passes_on:
         parser.error(f"{args.command}: unknown arguments {' '.join(further)}")
     subparser: argparse.ArgumentParser = subparsers.choices[args.command]
+    given = {name for name, value in vars(args).items() if value not in (subparser.get_default(name), [])}
     for option, conflicts in COMMANDS[args.command].unused.items():
         for conflict in conflicts:
-            if all(getattr(args, name) not in (subparser.get_default(name), []) for name in (option, conflict)):
+            if {option, conflict} <= given:
                 texts = [_argument_text(name, args) for name in (option, conflict)]
                 subparser.error(" cannot be combined with ".join(texts))
+    for option, other in COMMANDS[args.command].only_with.items():
+        if option in given and other not in given:
+            subparser.error(f"{_argument_text(option, args)} has no effect without {_argument_text(other, args)}")
     return args
 
 

@@ -107,25 +107,25 @@ def _loss(torch: Any, params: dict[str, Any], name: str, random: np.random.Gener
     return square.mean() + 0.3 * (square + 1e-4).sqrt().mean()
 
 
-def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> int:
+def train_command(folder: Path = KEPT, seed: int = SEED) -> int:
     """Train and evaluate both networks, and write weights and log into `folder`. The exit code is 2 without PyTorch."""
     try:
         import torch
     except ImportError:
         print(NEEDED)
         return 2
-    log: dict[str, Any] = {"seed": seed, "steps": steps, "batch": BATCH, "torch": torch.__version__, "networks": {}}
+    log: dict[str, Any] = {"seed": seed, "steps": STEPS, "batch": BATCH, "torch": torch.__version__, "networks": {}}
     with shown() as progress:
         for name in NAMES:
             began = time.monotonic()
             curve: list[list[float]] = []
 
             def tell(step: int, loss: float, name: str = name, curve: list[list[float]] = curve) -> None:
-                progress(f"training {name}", step, steps)
+                progress(f"training {name}", step, STEPS)
                 if step % 200 == 0 or step == 1:
                     curve.append([step, round(loss, 5)])
 
-            data = weights.pack(train(name, steps, tell, seed))
+            data = weights.pack(train(name, STEPS, tell, seed))
             write(folder / f"{name}.int8", data)
             log["networks"][name] = {
                 "sha256": hashlib.sha256(data).hexdigest(),

@@ -135,9 +135,9 @@ def numpy_wheel(originals: Mapping[str, Path]) -> Path:
     return next(path for key, path in originals.items() if key.startswith("numpy/"))
 
 
-def kept_modules(path: Path = KEPT_MODULES) -> frozenset[str]:
+def kept_modules() -> frozenset[str]:
     """The dotted names of the modules that are shipped (made by `python -m sitegen.runtime.trace_modules`)."""
-    lines = path.read_text("utf-8").splitlines()
+    lines = KEPT_MODULES.read_text("utf-8").splitlines()
     return frozenset(line for line in lines if line and not line.startswith("#"))
 
 

@@ -135,6 +135,7 @@ def test_help_and_mistakes_are_answered_before_any_set_up(
     [
         ("serve --offline-check --host ::1", "--offline-check cannot be combined with --host"),
         ("serve --no-open --offline-check", "--offline-check cannot be combined with --no-open"),
+        ("serve --browser-path chrome", "--browser-path has no effect without --offline-check"),
         ("test --pythons -k kabsch", "--pythons cannot be combined with -k kabsch"),
         ("test --pythons --hostile", "--pythons cannot be combined with --hostile"),
         ("test --pythons --browser-path chrome", "--pythons cannot be combined with --browser-path"),
@@ -164,7 +165,7 @@ def test_an_option_that_would_have_no_effect_is_refused(
         "test --pythons",
         "bench --keep --out a.json --browser-path chrome",
         "serve --host ::1 --port 1 --no-open",
-        "serve --offline-check",
+        "serve --offline-check --browser-path chrome",
         "",
     ],
 )
