@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from typing import Any
 
@@ -166,3 +167,8 @@ def tap_after_drag(target: Locator) -> None:
 def first_record(figure: Figure) -> dict[str, Any]:
     """The record that the build wrote into the page."""
     return json.loads(figure.root.locator("script.figure-record").text_content() or "")["record"]  # type: ignore[no-any-return]
+
+
+def link_of(record: Any) -> str:
+    """A record as a link carries it."""
+    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import unescape
@@ -251,6 +252,16 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         # All projects have the same templates, but in separate folders, by which Jinja would tell them apart.
         patch.setattr(Bytecode, "get_cache_key", lambda self, name, filename=None: name)
         yield fresh_cache(tmp_path_factory.mktemp("cache"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The files in a folder and those below, by path."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def git(root: Path, *words: str) -> None:
+    author = ("-c", "user.name=A", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *author, *words], cwd=root, check=True, capture_output=True)
 
 
 class Project:

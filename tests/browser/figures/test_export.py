@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -16,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, link_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -99,10 +96,6 @@ def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: P
     assert [float(row[rms]) for row in rows] == [float(before), float(after)]
 
 
-def link(record: dict[str, Any]) -> str:
-    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
-
-
 def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None:
     """A value out of range, an unknown control, an invalid seed and unknown actions are left out, and named."""
     visitor = reader(reduced_motion="reduce")
@@ -112,7 +105,7 @@ def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None
         "seed": -1,
         "log": [["press", "solve"], ["press", "<b>no such button</b>"], ["press", "solve"]],
     }
-    solve = Figure(visitor.open(f"kabsch.html#fig-solve?s={link(record)}"), "fig-solve").live()
+    solve = Figure(visitor.open(f"kabsch.html#fig-solve?s={link_of(record)}"), "fig-solve").live()
     note = solve.root.locator(".figure-status")
     expect(note).to_contain_text("Ignored in the state")
     for part in ("wrong", "“<img src=x onerror=alert(1)>”"[:31], "the seed", "action 2"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import threading
@@ -14,7 +13,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, link_of
 from tests.browser.server import SiteServer
 
 MARKUP = (
@@ -35,11 +34,6 @@ STRUCK = """() => [
   document.querySelectorAll('iframe, embed, object, img[onerror], svg[onload], main script:not([type])').length,
   Object.prototype.polluted,
 ]"""
-
-
-def state(record: Any) -> str:
-    """A record as a link carries it."""
-    return base64.urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
 
 
 def records() -> list[Any]:
@@ -71,7 +65,7 @@ def test_no_address_becomes_markup(reader: Callable[..., Reader]) -> None:
             await new Promise(done => addEventListener('hashchange', done, { once: true }));
           }
         }""",
-        [f"fig-solve?s={state(record)}" for record in records()]
+        [f"fig-solve?s={link_of(record)}" for record in records()]
         + [f"fig-solve?s=x{i}{text}" for i, text in enumerate(MARKUP)]
         + [f"{i}{text}" for i, text in enumerate(MARKUP)]
         + [f"fig-{i}{text}?s={text}" for i, text in enumerate(MARKUP)],
@@ -148,7 +142,7 @@ def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Read
     """With a link of 143 kB that names thousands of settings, the status and its announcement stay short."""
     page = reader(width, reduced_motion="reduce").open("kabsch.html")
     record = {"widget": "kabsch", "controls": {f"{i} {'setting' * 5}": 1 for i in range(2300)}, "seed": 7, "log": []}
-    link = state(record)
+    link = link_of(record)
     assert 135_000 < len(link) < 190_000
     page.evaluate("link => { location.hash = `fig-solve?s=${link}`; }", link)
     solve = Figure(page, "fig-solve")

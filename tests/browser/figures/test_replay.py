@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +10,7 @@ from playwright.sync_api import Route, expect
 from sitegen.bench.pages import until
 from sitegen.check.offline import ask
 from tests.browser.conftest import ROOT, Reader
-from tests.browser.figure import LIVE, Figure, first_record
+from tests.browser.figure import LIVE, Figure, first_record, link_of
 from tests.browser.widgets.test_own_clouds import choose, clouds, expect_message, lines
 from widgets.engine.host import Host
 
@@ -68,13 +66,8 @@ def open_link(reader: Callable[..., Reader]) -> Figure:
 def follow_link(figure: Figure, log: list[Any]) -> dict[str, Any]:
     """Navigate to the address of the figure's first record with this log; return that record."""
     record = {**first_record(figure), "log": log}
-    figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={state(record)}")
+    figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={link_of(record)}")
     return record
-
-
-def state(record: dict[str, Any]) -> str:
-    """The record as a link carries it."""
-    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
 
 
 def until_done(figure: Figure, count: int) -> None:
@@ -144,7 +137,7 @@ def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
     visitor = reader(alone=True, reduced_motion="reduce")
     slow_down(visitor)
     visitor.context.add_init_script(ASKED)
-    page = visitor.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
+    page = visitor.open(f"kabsch.html#fig-solve?s={link_of({'widget': 'kabsch', 'log': DONE})}")
     page.evaluate("() => { Ladder.limits.pause = 1e9; }")  # no warm-up, which also makes requests
     solve = Figure(page, "fig-solve").live()
     until_done(solve, len(DONE))

@@ -8,7 +8,6 @@ import re
 import struct
 import subprocess
 import sys
-from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +21,7 @@ from sitegen.bench.pages import until
 from solvers import Pose
 from solvers.scenes.rooms import room
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure, finger, tap_after_drag
+from tests.browser.figure import Figure, finger, link_of, tap_after_drag
 from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -374,8 +373,7 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
 ) -> None:
     """It says what was left out; the settings apply, and a named file that is missing can be opened."""
     state = {"widget": "own-clouds", "controls": {"clouds": "own", "method": "gicp"}, "log": [], "given": given}
-    link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
-    page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
+    page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link_of(state)}")
     own = Figure(page, "fig-own").live().settled()
     message = f"Ignored in the state in this page’s address: {words}."
     expect(own.root.locator(".figure-status")).to_contain_text(message)

@@ -18,7 +18,7 @@ from sitegen.cache import pool, store
 from sitegen.cache.store import Store
 from sitegen.pipeline.attempt import attempt
 from sitegen.runtime import assemble, wheel
-from tests.sitegen.conftest import Project, fresh_cache
+from tests.sitegen.conftest import Project, contents, fresh_cache
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -74,10 +74,6 @@ DAMAGES: list[Callable[[Path], None]] = [
     *((loop, pipe) if hasattr(os, "mkfifo") else ()),
 ]
 NAMES = ["shorten", "empty", "flip", "fill", "exchange", "folder", "loop", "pipe"][: len(DAMAGES)]
-
-
-def contents(site: Path) -> dict[str, bytes]:
-    return {path.relative_to(site).as_posix(): path.read_bytes() for path in site.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

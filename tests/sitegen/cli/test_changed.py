@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -20,13 +19,9 @@ from sitegen.cli.changed import (
     importing,
     steps,
 )
+from tests.sitegen.conftest import git
 
 ROOT = Path(__file__).resolve().parents[3]
-
-
-def git(root: Path, *words: str) -> None:
-    author = ("-c", "user.name=A", "-c", "user.email=a@example.org")
-    subprocess.run(["git", *author, *words], cwd=root, check=True, capture_output=True)
 
 
 def test_what_differs_is_what_was_edited_added_or_taken_away(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from sitegen.cli.run_tests import PROCESSES, Ledger, imports, is_part, processes
+from tests.sitegen.conftest import git
 
 ROOT = Path(__file__).resolve().parents[3]
 SPREAD = ["--dist=loadfile", "--no-loadscope-reorder"]
@@ -152,11 +153,6 @@ def test_an_engine_s_tests_write_no_results(checkout: Path) -> None:
     ((code, report, output),) = run(checkout, "", engines=("firefox",))
     assert (code, report) == (0, ["browser", "check"]), output
     assert "1 passed" in output
-
-
-def git(root: Path, *words: str) -> None:
-    author = ("-c", "user.name=A", "-c", "user.email=a@example.org")
-    subprocess.run(["git", *author, *words], cwd=root, check=True, capture_output=True)
 
 
 @pytest.fixture

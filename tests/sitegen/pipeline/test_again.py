@@ -18,7 +18,7 @@ from sitegen.pages import bodies
 from sitegen.pipeline.build import build
 from sitegen.pipeline.context import Parts
 from sitegen.problems import BuildFailed
-from tests.sitegen.conftest import REFERENCES, SECOND, START, Project
+from tests.sitegen.conftest import REFERENCES, SECOND, START, Project, contents
 
 GLOSSARY = """\
 pose:
@@ -63,10 +63,6 @@ class Again:
         except BuildFailed as error:
             return [str(problem) for problem in error.problems]
         return {**contents(site), "warnings": "\n".join(map(str, report.warnings)).encode()}
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture

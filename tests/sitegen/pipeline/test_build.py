@@ -18,7 +18,7 @@ from sitegen.cache.files import short_hash
 from sitegen.html_reader import Tag, read
 from sitegen.serve.static_files import header_rules, headers_for
 from tests.sitegen.check_site import check_site
-from tests.sitegen.conftest import START, Project, fresh_cache, policy_of
+from tests.sitegen.conftest import START, Project, contents, fresh_cache, policy_of
 from widgets.engine.host import Host
 
 
@@ -50,10 +50,6 @@ class Elements:
 def sample(project: Project) -> Project:
     project.build(strict=True)
     return project
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def test_every_page_is_valid_and_every_link_leads_somewhere(sample: Project) -> None:

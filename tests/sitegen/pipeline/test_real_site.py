@@ -12,6 +12,7 @@ from typing import get_args
 from sitegen.cache.files import cache_dir
 from sitegen.cache.store import Kind
 from sitegen.pipeline.build import build
+from tests.sitegen.conftest import contents
 
 ROOT = Path(__file__).resolve().parents[3]
 # Kinds that take minutes, or whose sameness has its own test; everything else that a build caches is made anew.
@@ -24,13 +25,10 @@ root, dest, cache = map(Path, sys.argv[1:])
 sys.path.insert(0, str(root))
 import sitegen
 from sitegen.pipeline.build import build
+from tests.sitegen.conftest import contents
 assert Path(sitegen.__file__).is_relative_to(root)
 assert "index.html" in build(root, dest, pack=False, cache=cache).pages
 """
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def ignore(folder: str, names: list[str]) -> list[str]:
