@@ -71,6 +71,7 @@ class _Lines:
     def close(self) -> None:
         """Do nothing: plain lines leave nothing open."""
 
+
 # The current task, the amount done and the total, in pieces or in bytes; the total is 0 if it is unknown.
 Progress = Callable[[str, int, int], None]
 

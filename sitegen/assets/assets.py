@@ -134,4 +134,3 @@ def _picture_addresses(sheets: Mapping[str, str], assets: Assets, problems: Prob
             message = f"unknown picture {name!r}, not in templates/assets{hint(name, assets.pictures)}"
             problems.add(Place(path, url.line, url.column), message)
     return addresses
-

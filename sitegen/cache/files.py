@@ -65,7 +65,6 @@ def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
     return hasher.hexdigest()
 
 
-
 def cache_dir() -> Path:
     """The cache folder: LADDER_CACHE, or this project's folder in the user's cache."""
     return Path(os.environ.get("LADDER_CACHE") or platformdirs.user_cache_dir("registration-ladder"))

@@ -17,6 +17,7 @@ from widgets.engine.controls import specs, validated, values
 
 ID = re.compile(r"(?=.*[A-Za-z0-9])[A-Za-z0-9-]+")  # not hyphens alone
 
+
 def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
     """The directive's attributes; None, and a problem, if they are malformed. A duplicate is also a problem."""
     try:

@@ -227,4 +227,3 @@ def is_light(pages: dict[str, Page]) -> Iterator[Problem]:
         if weight.total > RUNTIME_LIMIT:
             message = f"its runtime has {weight.total / 1e6:.2f} MB compressed, more than {RUNTIME_LIMIT / 1e6:.1f} MB"
             yield Problem(f"{SHOWN}/{weight.page}", 0, 0, message)
-

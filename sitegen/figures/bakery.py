@@ -238,4 +238,3 @@ def draw_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
 
 def _plain(values: list[Any]) -> bytes:
     return dumps(values).encode()
-

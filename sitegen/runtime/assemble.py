@@ -86,7 +86,6 @@ class RuntimeInfo:
         files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
         return [(f"runtime/{name}", size, digest) for name, size, digest in files]
 
-
     def write(self, folder: Path) -> Path:
         """Put all files into a folder."""
         for name, data in self.contents.items():

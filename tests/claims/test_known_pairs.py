@@ -116,9 +116,6 @@ def test_only_sums_matter(d):
     np.testing.assert_allclose(pose.t, (sum_q - R @ sum_p) / n, atol=1e-9)
 
 
-
-
-
 def test_one_valley_over_the_angle():
     """With the translation eliminated, the planar objective is a single cosine of the angle, with a single minimum."""
     source, target, _ = noisy_pairs(9, 2, noise=1.5)

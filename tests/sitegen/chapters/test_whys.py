@@ -137,4 +137,3 @@ def test_a_run_notes_the_outcomes_and_refuses_tests_without(tmp_path: Path, proc
     assert message.count('["the gate", [["0.6 u", "3"], ["none", "25"]]]') >= 1
     assert "takes the fixture `why` and has recorded no outcomes" in output
     assert "1 error in" in output, "a test that has failed is not told a second time"
-

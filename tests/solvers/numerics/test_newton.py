@@ -8,7 +8,6 @@ from solvers.numerics import newton
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 
-
 def test_damping_makes_the_matrix_definite_and_the_step_a_descent(rng):
     """For a positive definite Hessian, λ is 0 and the step is Newton's; otherwise H + λI is positive definite and the
     step still goes down."""
