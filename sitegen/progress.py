@@ -15,7 +15,7 @@ BYTES = 100_000  # totals from here on are taken as bytes: no other count comes 
 
 
 @contextmanager
-def shown() -> Iterator[Progress]:
+def reporting() -> Iterator[Progress]:
     """A Progress that reports on stderr and clears its bar at the end."""
     show = _Bars() if sys.stderr.isatty() else _Lines()
     try:

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
-_UNDER_WAY = threading.RLock()  # held by a thread inside held(): leave() waits for it
+_UNDER_WAY = threading.RLock()  # held by a thread inside deferred_signals(): leave() waits for it
 LEAVING_SECONDS = 2.0  # the longest that leave() waits; writing one file takes a fraction of that
 CLEARING_SECONDS = 5.0  # longer than any clean-up: a Ctrl-C after that means that the first was lost
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -48,7 +48,7 @@ def ending(stop: KeyboardInterrupt) -> tuple[int, str]:
 
 
 @contextmanager
-def held() -> Iterator[None]:
+def deferred_signals() -> Iterator[None]:
     """Run the body to its end: SIGNALS are handled only after it."""
     if threading.current_thread() is not threading.main_thread():  # signals interrupt only the main thread
         with _UNDER_WAY:
@@ -73,7 +73,7 @@ def held() -> Iterator[None]:
 
 
 def leave(code: int) -> NoReturn:
-    """End this process without waiting for its threads, except for one inside held()."""
+    """End this process without waiting for its threads, except for one inside deferred_signals()."""
     _UNDER_WAY.acquire(timeout=LEAVING_SECONDS)
     os._exit(code)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.stopping import held
+from sitegen.stopping import deferred_signals
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 60.0  # seconds until a wait counts as failed
@@ -199,7 +199,7 @@ def test_an_ignored_signal_takes_no_other_s_place() -> None:
         signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: calls.append(number)),
     }
     try:
-        with held():
+        with deferred_signals():
             signal.raise_signal(signal.SIGHUP)
             signal.raise_signal(signal.SIGTERM)
             assert calls == []

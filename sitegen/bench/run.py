@@ -20,7 +20,7 @@ from pathlib import Path
 from sitegen.bench.model import Bench, Row, number
 from sitegen.check.browsers import BrowserMissing, chromium
 from sitegen.pipeline.attempt import attempt, tell
-from sitegen.progress import shown
+from sitegen.progress import reporting
 
 
 def groups() -> dict[str, Callable[[Bench], list[Row]]]:
@@ -54,7 +54,7 @@ def bench(root: Path, out: Path, browser_path: Path | None, only: Sequence[str],
     if unknown:
         print(f"bench: unknown group {', '.join(unknown)}; known: {', '.join(available)}", file=sys.stderr)
         return 2
-    with shown() as progress:
+    with reporting() as progress:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome, root / "site")
     if not outcome.good:

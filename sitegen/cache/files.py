@@ -11,10 +11,10 @@ from pathlib import Path, PurePosixPath
 
 import platformdirs
 
-from sitegen.stopping import held
+from sitegen.stopping import deferred_signals
 
 
-@held()
+@deferred_signals()
 def write(path: Path, data: bytes) -> None:
     """Write to a temporary file, then rename: no reader sees a partial file, and a full disk leaves none behind."""
     path.parent.mkdir(parents=True, exist_ok=True)

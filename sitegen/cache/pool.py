@@ -24,7 +24,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any, cast
 
 from sitegen.progress import Progress
-from sitegen.stopping import SIGNALS, held, unheard
+from sitegen.stopping import SIGNALS, deferred_signals, unheard
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 CLEAR_UP_SECONDS = 0.4  # a worker's time to clean up when it is terminated in the middle of a piece
@@ -45,7 +45,7 @@ def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[
     try:
         yield _results(pieces, min(count or os.cpu_count() or 1, len(pieces)), crew)
     finally:
-        with held():
+        with deferred_signals():
             _end(crew)
 
 
@@ -106,7 +106,7 @@ def _start_process(crew: dict[Connection, SpawnProcess]) -> Connection:
     """Start a new process and return the pipe to it."""
     resource_tracker.ensure_running()  # otherwise the first start does it, which unblocks signals in the middle
     environment = {name: os.environ.get(name) for name in ONE_THREAD}
-    with held(), unheard():
+    with deferred_signals(), unheard():
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
         context = get_context("spawn")
         ours, theirs = context.Pipe()

@@ -27,7 +27,7 @@ from sitegen.figures.model import Figure, distinct, ways
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Attribute, Directive
 from sitegen.markup.located import Anchor, EquationLabel, Located, NoteMark, located, place_of
-from sitegen.markup.math import Asked, Formula, formula_of
+from sitegen.markup.math import Formula, FormulaUse, formula_of
 from sitegen.markup.parser import ANCHOR, ascii_slug, text_of
 from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import Record, Widget
@@ -56,7 +56,7 @@ class _Finding:
     equations: dict[str, str] = field(default_factory=dict)
     notes: dict[str, int] = field(default_factory=dict)
     labelled: dict[str, Formula] = field(default_factory=dict)
-    formulas: list[Asked] = field(default_factory=list)
+    formulas: list[FormulaUse] = field(default_factory=list)
     slides: list[Staged] = field(default_factory=list)
     predictions: dict[str, Prediction] = field(default_factory=dict)
     heading_of: dict[Located[Anchor], Heading] = field(default_factory=dict)
@@ -129,7 +129,7 @@ def _within(
             _equation(finding, token, problems)
         for child in token.children or []:
             if child.type == "math_inline":
-                finding.formulas.append(Asked(formula_of(child), _offset_place(child)))
+                finding.formulas.append(FormulaUse(formula_of(child), _offset_place(child)))
     for token in tokens:
         if token.type == "try":
             _try(finding, token, problems)
@@ -230,7 +230,7 @@ def _next(finding: _Finding) -> str:
 def _equation(finding: _Finding, token: Token, problems: Problems) -> None:
     lead = len(token.content) - len(token.content.lstrip())
     formula, at = formula_of(token), located(token, object).at
-    finding.formulas.append(Asked(formula, lambda index: at(lead + index)))
+    finding.formulas.append(FormulaUse(formula, lambda index: at(lead + index)))
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
@@ -363,7 +363,7 @@ def _stage(finding: _Finding, slide: Slide, problems: Problems) -> Staged:
     equation = finding.labelled.get(slide.equation)
     if equation is not None:  # without its sentence's punctuation
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
-        finding.formulas.append(Asked(equation, lambda offset: slide.at("equation")))
+        finding.formulas.append(FormulaUse(equation, lambda offset: slide.at("equation")))
     figure = finding.figures.get(slide.figure)
     for line in (located(token, Directive) for token in slide.text if token.type == "try"):
         button = finding.button_of.get(line)

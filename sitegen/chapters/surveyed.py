@@ -16,7 +16,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import Anchor, Located, NoteMark, located
-from sitegen.markup.math import Asked, Formula
+from sitegen.markup.math import Formula, FormulaUse
 from sitegen.problems import Place
 from widgets.engine.contract import Record, Widget
 
@@ -111,7 +111,7 @@ class Survey:
     equations: Mapping[str, str]
     notes: Mapping[str, int]
     labelled: Mapping[str, Formula]
-    formulas: Sequence[Asked]
+    formulas: Sequence[FormulaUse]
     slides: Sequence[Staged]
     predictions: Mapping[str, Prediction]
     lost: frozenset[str]

@@ -14,7 +14,7 @@ from sitegen.check.rules import check_pages
 from sitegen.check.sizes import heaviest, page_weight, runtime_weight
 from sitegen.check.spelling import spelling
 from sitegen.pipeline.attempt import attempt, tell
-from sitegen.progress import shown
+from sitegen.progress import reporting
 
 
 def summary(pages: dict[str, Page]) -> str:
@@ -28,7 +28,7 @@ def summary(pages: dict[str, Page]) -> str:
 
 def publish_and_check(root: Path, dest: Path) -> int:
     """Build strictly into `dest`, then run every check on it. The exit code is 1 if there are problems."""
-    with shown() as progress:
+    with reporting() as progress:
         outcome = attempt(root, dest, strict=True, progress=progress)
     tell(outcome, root / "site")
     if not outcome.good:

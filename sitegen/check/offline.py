@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, BrowserContext, Error, Page, sync_playw
 from sitegen.check.browsers import FLAGS, BrowserMissing, chromium
 from sitegen.pipeline.attempt import attempt, tell
 from sitegen.problems import first_line
-from sitegen.progress import shown
+from sitegen.progress import reporting
 from sitegen.serve.static_files import serving
 
 KEPT_MS = 180_000  # to store the whole site, from loopback, on a busy machine
@@ -21,7 +21,7 @@ NOT_KEPT = ("404.html",)  # the host's answer for addresses that do not exist
 
 def offline_check(root: Path, browser_path: Path | None) -> int:
     """Build site/ and check it without its server, printing one line per page. The exit code is 1 if one fails."""
-    with shown() as progress:
+    with reporting() as progress:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome, root / "site")
     if not outcome.good:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from sitegen.cache.files import write
 from sitegen.pipeline.attempt import attempt, tell
-from sitegen.progress import shown
+from sitegen.progress import reporting
 
 LIST = "published.txt"  # in the folder: the files that this command put there
 LAST = (".html", ".html.gz", ".html.br", "sw.js", "sw.js.gz", "sw.js.br")
@@ -57,7 +57,7 @@ def publish_command(root: Path, address: str, *, force: bool = False) -> int:
     except (PublishError, OSError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 2
-    with shown() as progress:
+    with reporting() as progress:
         outcome = attempt(root, site, strict=True, progress=progress)
     tell(outcome, site)
     if not outcome.good:

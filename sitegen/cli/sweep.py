@@ -11,7 +11,7 @@ from sitegen.cache.files import cache_dir
 from sitegen.experiments.sweep import run
 from sitegen.experiments.sweep_plan import FOLDER, SWEEPS, racing
 from sitegen.pipeline.plot_parts import long_plots, renew
-from sitegen.progress import shown
+from sitegen.progress import reporting
 
 
 def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
@@ -32,7 +32,7 @@ def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], metho
     if scheduler and importlib.util.find_spec("distributed") is None:
         print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
         return 2
-    with shown() as progress:
+    with reporting() as progress:
         for experiment in SWEEPS:
             if experiment.name in (only or sweeps):
                 run(root, experiment, methods, cache_dir(), progress, scheduler or processes)

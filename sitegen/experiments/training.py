@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from sitegen.cache.files import write
-from sitegen.progress import shown
+from sitegen.progress import reporting
 from solvers.core.arrays import FloatArray
 from solvers.methods.flow import network, scenes, study, weights
 
@@ -115,7 +115,7 @@ def train_command(folder: Path = KEPT, seed: int = SEED) -> int:
         print(NEEDED)
         return 2
     log: dict[str, Any] = {"seed": seed, "steps": STEPS, "batch": BATCH, "torch": torch.__version__, "networks": {}}
-    with shown() as progress:
+    with reporting() as progress:
         for name in NAMES:
             began = time.monotonic()
             curve: list[list[float]] = []

@@ -17,29 +17,29 @@ import numpy as np
 from sitegen.cache.files import write
 
 FOLDER = "content/data/plots"
-Asked = tuple[Any, ...]
-Found = Mapping[Asked, Any]
+Arguments = tuple[Any, ...]
+Results = Mapping[Arguments, Any]
 
 
 @dataclass(frozen=True)
 class Parts:
-    """asked: the arguments of `part` for each. whole: combines the results of all into the plot's result. code: returns
-    the hash of the code that `part` runs. file: where the results are stored."""
+    """arguments: those of `part` for each. whole: combines the results of all into the plot's result. code: returns the
+    hash of the code that `part` runs. file: where the results are stored."""
 
-    asked: Sequence[Asked]
+    arguments: Sequence[Arguments]
     part: Callable[..., Any]
-    whole: Callable[[Found], Any]
+    whole: Callable[[Results], Any]
     code: Callable[[], str]
     file: Path
 
-    def run(self, arguments: Asked) -> Any:
+    def run(self, arguments: Arguments) -> Any:
         """Run one part; its result in the form in which it is stored."""
         return json.loads(json.dumps(self.part(*arguments), allow_nan=False))
 
-    def kept(self) -> dict[Asked, Any] | None:
+    def stored(self) -> dict[Arguments, Any] | None:
         """The stored results; None if the file is missing, or from other code, another numpy or other parts, or not
         valid JSON, as after a merge."""
-        names = {named(arguments): arguments for arguments in self.asked}
+        names = {named(arguments): arguments for arguments in self.arguments}
         try:
             data = json.loads(self.file.read_text("utf-8"))
         except (FileNotFoundError, ValueError):
@@ -48,20 +48,22 @@ class Parts:
             return None
         return {names[name]: result for name, result in data["parts"].items()}
 
-    def keep(self, results: Found) -> None:
+    def store(self, results: Results) -> None:
         """Store the results of all parts, one per line, so that a diff shows which have changed."""
         head = json.dumps({"numpy": np.__version__, "code": self.code()})
         lines = ",\n".join(
-            f"{json.dumps(named(arguments))}: {json.dumps(results[arguments])}" for arguments in self.asked
+            f"{json.dumps(named(arguments))}: {json.dumps(results[arguments])}" for arguments in self.arguments
         )
         write(self.file, f'{head[:-1]}, "parts": {{\n{lines}\n}}}}\n'.encode())
 
     def result(self) -> Any:
         """The plot's result, from the stored results or else by running the parts."""
-        results = self.kept()
-        return self.whole({arguments: self.run(arguments) for arguments in self.asked} if results is None else results)
+        results = self.stored()
+        if results is None:
+            results = {arguments: self.run(arguments) for arguments in self.arguments}
+        return self.whole(results)
 
 
-def named(arguments: Asked) -> str:
+def named(arguments: Arguments) -> str:
     """A part's name: "clutter cpd 45"."""
     return " ".join(map(str, arguments))

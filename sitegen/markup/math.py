@@ -46,7 +46,7 @@ def formula_of(token: Token) -> Formula:
 
 
 @dataclass(frozen=True)
-class Asked:
+class FormulaUse:
     """A use of a formula: `at` maps an offset in its source to a place."""
 
     formula: Formula
@@ -62,7 +62,7 @@ class Mathematics:
 
 
 def render(
-    uses: Iterable[Asked],
+    uses: Iterable[FormulaUse],
     macros: Mapping[str, str],
     cache: Path,
     problems: Problems,

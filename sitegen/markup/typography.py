@@ -14,7 +14,7 @@ _OPTION = re.compile(r"(?<![\w-])--\w[\w-]*")
 _BESIDE = re.compile(r"([(\[“‘]*)(<math\b.*?</math>)([,.;:!?)\]’”]*)", re.DOTALL)
 
 
-def held(html: str) -> str:
+def unbroken_formulas(html: str) -> str:
     """The HTML with no line breaks between a formula and the punctuation that touches it. Browsers may break there,
     since they treat a formula as an object rather than a letter.
     """

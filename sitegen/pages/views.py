@@ -184,12 +184,13 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    templates.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
+    templates.globals |= {"slider_text": slider_text, "plain": plain, "dumps": dumps}
+    templates.globals |= {"panel_class": panel_class, "wheel": ""}
     templates.filters |= {"apostrophes": apostrophes, "breakable": breakable}
     return templates
 
 
-def shown(spec: Spec, value: float) -> str:
+def slider_text(spec: Spec, value: float) -> str:
     """A slider's value as its output shows it; no space before °."""
     text = number(value, spec.decimals)
     return f"{text}\u00a0{spec.unit}" if spec.unit not in ("", "°") else f"{text}{spec.unit}"

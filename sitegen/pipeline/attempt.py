@@ -13,7 +13,7 @@ from typing import Any
 from sitegen.cache.memory import Memory
 from sitegen.external.pins import OutsideError
 from sitegen.problems import BuildFailed, Problem
-from sitegen.progress import Progress, quiet, shown
+from sitegen.progress import Progress, quiet, reporting
 
 # Errors of the machine, not of anyone's code: a full disk, or one that we may not write to.
 MACHINE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
@@ -87,7 +87,7 @@ def attempt(
 
 def build_command(root: Path) -> int:
     """Build site/. The exit code is 1 if anything needs fixing; the previously published site then stays in place."""
-    with shown() as progress:
+    with reporting() as progress:
         outcome = attempt(root, root / "site", progress=progress)
     tell(outcome, root / "site")
     if outcome.good:

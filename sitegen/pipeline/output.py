@@ -16,7 +16,7 @@ from sitegen.cache.packing import packed
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import Progress
 from sitegen.runtime.assemble import RuntimeInfo
-from sitegen.stopping import held
+from sitegen.stopping import deferred_signals
 
 
 def clear(dest: Path) -> None:
@@ -46,10 +46,10 @@ def publish(
         _fill(beside, {**contents(runtime), **files}, dest, pack, cache, progress)
         if (dest / ".gitignore").is_file():  # it is tracked in git and not made by the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
-        with held():
+        with deferred_signals():
             _exchange(beside, dest)
     finally:
-        with held():
+        with deferred_signals():
             shutil.rmtree(beside, ignore_errors=True)
 
 

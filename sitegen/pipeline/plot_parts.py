@@ -14,7 +14,7 @@ from sitegen.cache import pool
 from sitegen.cache.memo import Remembered
 from sitegen.experiments.sweep_verify import Standing
 from sitegen.figures.gallery import Plot
-from sitegen.figures.parts import FOLDER, Asked, named
+from sitegen.figures.parts import FOLDER, Arguments, named
 from sitegen.plots.registry import all_plots
 from sitegen.problems import Problem
 from sitegen.progress import Progress
@@ -30,7 +30,7 @@ def long_plots() -> dict[str, Plot]:
     return {name: plot for name, plot in all_plots().items() if plot.parts}
 
 
-def run_part(name: str, arguments: Asked) -> Any:
+def run_part(name: str, arguments: Arguments) -> Any:
     """Run one part of a plot and return its result."""
     plot = all_plots()[name]
     assert plot.parts is not None
@@ -40,9 +40,9 @@ def run_part(name: str, arguments: Asked) -> Any:
 def renew(names: Iterable[str], processes: int, progress: Progress) -> list[str]:
     """Rerun, in parallel processes, the parts of these plots whose stored file is stale. Return the plots rerun."""
     stale = {name: plot.parts for name, plot in long_plots().items() if name in set(names) and plot.parts}
-    stale = {name: parts for name, parts in stale.items() if parts.kept() is None}
-    pieces = [(name, arguments) for name, parts in stale.items() for arguments in parts.asked]
-    results: dict[str, dict[Asked, Any]] = {name: {} for name in stale}
+    stale = {name: parts for name, parts in stale.items() if parts.stored() is None}
+    pieces = [(name, arguments) for name, parts in stale.items() for arguments in parts.arguments]
+    results: dict[str, dict[Arguments, Any]] = {name: {} for name in stale}
     with pool.working([(run_part, piece) for piece in pieces], processes) as finished:
         for count, (index, value) in enumerate(finished):
             if isinstance(value, pool.PieceFailed):
@@ -51,7 +51,7 @@ def renew(names: Iterable[str], processes: int, progress: Progress) -> list[str]
             results[name][arguments] = value
             progress("computing plots", count + 1, len(pieces))
     for name, parts in stale.items():
-        parts.keep(results[name])
+        parts.store(results[name])
     return list(stale)
 
 
@@ -64,7 +64,7 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
     wrong, stale, proved = [], [], 0
     for name, plot in (long_plots() if plots is None else plots).items():
         assert plot.parts is not None
-        file, results = f"{FOLDER}/{name}.json", plot.parts.kept()
+        file, results = f"{FOLDER}/{name}.json", plot.parts.stored()
         if results is None:
             command = f"run `python3 build.py sweep --only {name}`"
             stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy, or damaged; {command}"))
@@ -83,7 +83,7 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
     return Standing(tuple(wrong), tuple(stale), proved)
 
 
-def sample(results: Mapping[Asked, Any]) -> Asked:
+def sample(results: Mapping[Arguments, Any]) -> Arguments:
     """One of the parts, picked by a hash of all their results."""
     text = json.dumps([[named(arguments), value] for arguments, value in results.items()])
     return list(results)[int(sha256(text.encode()).hexdigest(), 16) % len(results)]

@@ -37,9 +37,9 @@ def build(root: str, dest: str, state: dict[str, Any]) -> dict[str, Any]:
     try:
         from sitegen.cache.memory import Memory
         from sitegen.pipeline.attempt import attempt
-        from sitegen.progress import shown
+        from sitegen.progress import reporting
 
-        with shown() as progress:
+        with reporting() as progress:
             memory = state.setdefault("memory", Memory())
             report = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, memory=memory)
         outcome = report.plain()

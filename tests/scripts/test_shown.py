@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from sitegen.external.node import environment, node_command
-from sitegen.pages.views import shown
+from sitegen.pages.views import slider_text
 from tests.scripts.test_node import HERE
 from widgets.engine.controls import Spec, specs
 from widgets.engine.registry import WIDGETS
@@ -40,11 +40,11 @@ def test_a_value_reads_the_same_in_the_build_and_in_the_page() -> None:
     process = subprocess.run(
         command, input=json.dumps(plain), capture_output=True, encoding="utf-8", env=environment(), check=True
     )
-    assert json.loads(process.stdout) == [shown(spec, value) for spec, value in pairs]
+    assert json.loads(process.stdout) == [slider_text(spec, value) for spec, value in pairs]
 
 
 def test_a_unit_stands_apart_but_a_degree_does_not() -> None:
     spec = sliders()[0][0]
-    assert shown(replace(spec, step=5.0, unit="°"), -60.0) == "−60°"
-    assert shown(replace(spec, step=0.1, unit="u"), 1.5) == "1.5\u00a0u"
-    assert shown(replace(spec, step=1.0, unit=""), 3.0) == "3"
+    assert slider_text(replace(spec, step=5.0, unit="°"), -60.0) == "−60°"
+    assert slider_text(replace(spec, step=0.1, unit="u"), 1.5) == "1.5\u00a0u"
+    assert slider_text(replace(spec, step=1.0, unit=""), 3.0) == "3"

@@ -31,43 +31,43 @@ def fail(*key: Any) -> Any:
 
 def test_what_is_kept_is_not_run(parts: Parts) -> None:
     """Without a file the parts are run; with one none is run, and the result is the same."""
-    assert parts.kept() is None
+    assert parts.stored() is None
     assert parts.result() == 14
-    results = {key: parts.run(key) for key in parts.asked}
+    results = {key: parts.run(key) for key in parts.arguments}
     assert results["a", 2] == [4, "a"], "as it comes from a file"
-    parts.keep(results)
+    parts.store(results)
     second = replace(parts, part=fail)
-    assert second.kept() == results
+    assert second.stored() == results
     assert second.result() == 14
 
 
 def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
     """The parts are run, and `keep` writes a whole file again."""
-    results = {key: parts.run(key) for key in parts.asked}
-    parts.keep(results)
+    results = {key: parts.run(key) for key in parts.arguments}
+    parts.store(results)
     parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")
-    assert parts.kept() is None
+    assert parts.stored() is None
     assert parts.result() == 14
-    parts.keep(results)
-    assert parts.kept() == results
+    parts.store(results)
+    assert parts.stored() == results
 
 
 @pytest.mark.parametrize(
     "change",
-    [{"code": lambda: "other"}, {"asked": (("a", 1), ("a", 2))}, {"asked": (("a", 1), ("a", 2), ("b", 4))}],
+    [{"code": lambda: "other"}, {"arguments": (("a", 1), ("a", 2))}, {"arguments": (("a", 1), ("a", 2), ("b", 4))}],
     ids=["code", "a part less", "another part"],
 )
 def test_other_code_and_other_parts_are_run(parts: Parts, change: dict[str, Any]) -> None:
-    parts.keep({key: parts.run(key) for key in parts.asked})
-    assert parts.kept() is not None
-    assert replace(parts, **change).kept() is None
+    parts.store({key: parts.run(key) for key in parts.arguments})
+    assert parts.stored() is not None
+    assert replace(parts, **change).stored() is None
 
 
 def test_another_numpy_is_run(parts: Parts) -> None:
-    parts.keep({key: parts.run(key) for key in parts.asked})
+    parts.store({key: parts.run(key) for key in parts.arguments})
     data = json.loads(parts.file.read_text("utf-8"))
     parts.file.write_text(json.dumps({**data, "numpy": "1.0"}), "utf-8")
-    assert parts.kept() is None
+    assert parts.stored() is None
 
 
 @pytest.mark.parametrize("name", long_plots())
@@ -76,12 +76,12 @@ def test_the_files_in_the_repository_are_whole(name: str) -> None:
     plot = long_plots()[name]
     parts = plot.parts
     assert parts is not None
-    names = [named(key) for key in parts.asked]
+    names = [named(key) for key in parts.arguments]
     assert len(set(names)) == len(names)
     report = json.loads(parts.file.read_text("utf-8"))["parts"]
     assert list(report) == names
     assert plot.compute == parts.result
-    assert isinstance(parts.whole({key: report[named(key)] for key in parts.asked}), plot.result)
+    assert isinstance(parts.whole({key: report[named(key)] for key in parts.arguments}), plot.result)
     assert len(parts.file.read_text("utf-8").splitlines()) == len(names) + 2
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.markup.math import Asked, Formula, render
+from sitegen.markup.math import Formula, FormulaUse, render
 from sitegen.problems import Place, Problems
 
 THIN = '<mspace width="0.1667em"></mspace>'
@@ -28,7 +28,7 @@ THIN = '<mspace width="0.1667em"></mspace>'
 def test_dots_and_functions_are_spaced_as_in_print(source: str, expected: str, cache: Path) -> None:
     """A thin space, |, comes before and after a function unless nothing is there; dots are not operators."""
     formula, problems = Formula(source, display=False), Problems()
-    mathml = render([Asked(formula, lambda at: Place("x.md", 1, at))], {}, cache, problems).mathml[formula]
+    mathml = render([FormulaUse(formula, lambda at: Place("x.md", 1, at))], {}, cache, problems).mathml[formula]
     assert not problems.found
     assert not re.search("<mo[^>]*>[…⋯]", mathml)
     assert re.sub("<[^>]*>|\u2061", "", mathml.replace(THIN, "|")) == expected

@@ -9,7 +9,7 @@ from markupsafe import escape
 
 from sitegen.html_reader import Tag, read
 from sitegen.markup.parser import Source, parse
-from sitegen.markup.typography import apostrophes, breakable, held, whole_options
+from sitegen.markup.typography import apostrophes, breakable, unbroken_formulas, whole_options
 from sitegen.problems import Problems
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
@@ -48,7 +48,7 @@ def test_what_is_curved_and_what_is_left(text: str, expected: str) -> None:
     ],
 )
 def test_signs_keep_to_their_formula(html: str, expected: str) -> None:
-    assert held(html) == expected
+    assert unbroken_formulas(html) == expected
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Plot]:
     """One of the site's plots with two of its parts, and nothing kept."""
     plot = all_plots()[NAME]
     assert plot.parts is not None
-    small = replace(plot.parts, asked=(("graduated", 0.1), ("graduated", 0.8)), file=tmp_path / "graduated.json")
+    small = replace(plot.parts, arguments=(("graduated", 0.1), ("graduated", 0.8)), file=tmp_path / "graduated.json")
     few = {NAME: replace(plot, parts=small)}
     monkeypatch.setattr(plot_parts, "long_plots", lambda: few)
     return few
@@ -36,7 +36,7 @@ def test_stale_parts_are_run_over_processes(plots: dict[str, Plot]) -> None:
     assert renew(["another"], 2, quiet) == []
     assert not parts.file.exists()
     assert renew([NAME], 2, quiet) == [NAME]
-    assert parts.kept() == {key: parts.run(key) for key in parts.asked}
+    assert parts.stored() == {key: parts.run(key) for key in parts.arguments}
     before = parts.file.stat().st_mtime_ns
     assert renew([NAME], 2, quiet) == []
     assert parts.file.stat().st_mtime_ns == before
@@ -45,7 +45,7 @@ def test_stale_parts_are_run_over_processes(plots: dict[str, Plot]) -> None:
 def test_a_part_that_fails_is_told_and_nothing_is_written(plots: dict[str, Plot]) -> None:
     parts = plots[NAME].parts
     assert parts is not None
-    plots[NAME] = replace(plots[NAME], parts=replace(parts, asked=(*parts.asked, ("graduated", "none"))))
+    plots[NAME] = replace(plots[NAME], parts=replace(parts, arguments=(*parts.arguments, ("graduated", "none"))))
     with pytest.raises(pool.PieceFailed):
         renew([NAME], 2, quiet)
     assert not parts.file.exists()

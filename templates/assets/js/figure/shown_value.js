@@ -1,4 +1,4 @@
-// A control's value as text, written as the build does: `shown` in sitegen/pages/views.py.
+// A control's value as text, written as the build does: `slider_text` in sitegen/pages/views.py.
 /** @import { Control, Value } from "../base/types.js" */
 
 import { quantity } from "../base/format.js";
