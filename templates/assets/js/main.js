@@ -28,6 +28,7 @@ import { figures } from "./figure/registry.js";
 import { addStatus } from "./figure/status.js";
 import { addWarmUp } from "./figure/warm_up.js";
 import { addCards, describeCards } from "./page/cards.js";
+import { keepPlace } from "./page/place.js";
 import { revealNamed } from "./page/reveal.js";
 import { addSearch, receiveSections } from "./page/search.js";
 import { addCopyButton, addForgetButton } from "./page/storage.js";
@@ -164,6 +165,7 @@ function enliven() {
   apart(addCards);
   apart(revealNamed);
   apart(followLinks);
+  apart(keepPlace);
   apart(() => startWhenSeen(document.querySelectorAll(FIGURES)));
   apart(keepOffline);
 }

@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
+from tests.browser.layout import FRAMES
 
 
 def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> None:
@@ -108,3 +109,40 @@ def test_an_equation_too_wide_for_its_column_can_be_reached_by_key(reader: Calla
     expect(wide).to_be_focused()
     page.set_viewport_size({"width": 1280, "height": 800})
     expect(page.locator(".formula[tabindex]")).to_have_count(0)
+
+
+@pytest.mark.parametrize(
+    ("page", "name", "size"),
+    [
+        ("mmd.html", "fig-dial-means", (390, 844)),
+        ("ransac.html", "fig-repeated", (390, 844)),
+        ("icp.html", "fig-atlas", (1024, 768)),
+    ],
+)
+def test_a_turned_screen_keeps_what_is_in_the_middle(
+    reader: Callable[..., Reader], page: str, name: str, size: tuple[int, int]
+) -> None:
+    """At least half of a picture, or of the window, when a phone or tablet is turned and turned back. At the top of the
+    page it stays there."""
+    tab = reader(*size, reduced_motion="reduce").open(page)
+    tab.evaluate("Ladder.alive")
+    stage = Figure(tab, name).root.locator(".figure-stage")
+    for begin in (
+        "scrollTo({ top: 0, behavior: 'instant' })",
+        "stage.scrollIntoView({ block: 'center', behavior: 'instant' })",
+        "scrollTo({ top: 0, behavior: 'instant' })",
+    ):
+        stage.evaluate(f"""stage => new Promise((done) => {{
+          const before = scrollY;
+          addEventListener("scrollend", done, {{ once: true }});
+          {begin};
+          if (scrollY === before) done();
+        }})""")
+        for width, height in (size[::-1], size):
+            tab.set_viewport_size({"width": width, "height": height})
+            tab.evaluate(FRAMES)
+            top, bottom = stage.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+            if begin.startswith("scrollTo"):
+                assert tab.evaluate("scrollY") == 0
+            else:
+                assert min(bottom, height) - max(top, 0) > min(bottom - top, height) / 2, (top, bottom, height)
