@@ -1,4 +1,5 @@
-"""Charts and questions below a figure's picture on a tablet: no larger than the picture, and on one screen with it."""
+"""What is beside or below a figure's picture on a tablet or a phone on its side: charts no larger than the picture, and
+questions and buttons on one screen with it."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.browser.conftest import Reader
-from tests.browser.layout import low, remaining
+from tests.browser.layout import SIDEWAYS, low, remaining
 
 LARGE = """() => [...document.querySelectorAll('.figure-charts > .figure-panel')].filter(e => {
   const main = e.closest('.figure-body').querySelector('.figure-stage > .figure-panel').getBoundingClientRect();
@@ -38,6 +39,15 @@ def test_a_tablet_shows_the_question_before_the_run(reader: Callable[..., Reader
     tab = reader(reduced_motion="reduce").open(page)
     for width, height in [(768, 1024), (1024, 768)]:
         assert low(tab, ("stage", "button", "controls", "readouts", "asked"), width, height, 100)[1] == []
+
+
+@pytest.mark.parametrize("page", ["clouds.html", "icp.html", "kabsch.html", "race.html", "ransac.html"])
+def test_a_phone_on_its_side_shows_the_picture_and_its_button(reader: Callable[..., Reader], page: str) -> None:
+    """The buttons are beside the picture, though the window is not wide, and nothing is too wide."""
+    tab = reader(reduced_motion="reduce").open(page)
+    for width, height in [(844, 390), (932, 430)]:
+        assert low(tab, ("button",), width, height, 100)[1] == []
+        assert remaining(tab, SIDEWAYS) == []
 
 
 @pytest.mark.parametrize("width", [390, 768, 1024])
