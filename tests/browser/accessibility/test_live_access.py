@@ -20,9 +20,9 @@ LISTEN = """() => {
   window.heard = [];
   const hear = new MutationObserver(all => { for (const {target} of all) {
     const e = target.nodeType === 1 ? target : target.parentElement;
-    heard.push([performance.now(), e.closest('[role=status]').textContent.trim()]);
+    heard.push([performance.now(), e.closest('[role=status], output').textContent.trim()]);
   } });
-  for (const e of document.querySelectorAll('[role=status], [aria-live]'))
+  for (const e of document.querySelectorAll(':is([role=status], output, [aria-live]):not([aria-live=off])'))
     hear.observe(e, {childList: true, characterData: true, subtree: true});
 }"""
 
@@ -83,6 +83,18 @@ def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., R
     cells.settled()
     until_announced(page, "Mean μ")
     expect(cross).to_be_focused()
+
+
+def test_a_slider_alone_tells_its_number(reader: Callable[..., Reader]) -> None:
+    """The number beside it is not told as well; what the number led to is."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    page.evaluate(LISTEN)
+    solve = Figure(page, "fig-solve").live().settled()
+    before = solve.readout("rms")
+    solve.set("wrong", "6")
+    rms = solve.changes("rms", before)
+    until_announced(page, rms)
+    assert [words for _, words in announcements(page) if rms not in words] == []
 
 
 def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> None:
