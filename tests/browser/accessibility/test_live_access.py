@@ -49,14 +49,14 @@ def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Re
     solve.drag("source", 120, 60, steps=150)
     solve.settled()
     error = solve.readout("translation_error")
-    until_announced(page, f"Translation error {error} u")
+    until_announced(page, f"Translation error: {error} u")
     moved = announcements(page)
     assert solve.frames() - frames > 3 * len(moved), "most frames are not spoken of"
     assert all(b - a > 900 for (a, _), (b, _) in pairwise(moved)), moved
-    assert f"Translation error {error} u" in moved[-1][1]
+    assert f"Translation error: {error} u" in moved[-1][1]
     solve.button("solve").click()
     until_announced(page, "Solved in closed form")
-    assert f"RMS residual now {solve.readout('rms')} u" in announcements(page)[-1][1]
+    assert f"RMS residual now: {solve.readout('rms')} u" in announcements(page)[-1][1]
     solve.reached("[data-link]").click()
     until_announced(page, "Link")
 

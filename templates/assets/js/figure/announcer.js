@@ -11,7 +11,7 @@ const MOST = 8; // numbers per announcement
 /** @param {string} words */
 const sentences = (words) => words.split(/(?<=[.!?])\s+/);
 /** @param {Readout} readout */
-const phrase = ({ label, value, unit }) => (value === "–" ? `${label} none` : `${label} ${value} ${unit}`.trimEnd());
+const phrase = ({ label, value, unit }) => `${label}: ${value === "–" ? "none" : `${value} ${unit}`}`.trimEnd();
 
 /**
  * What is new in the frame `current` after `previous`: its note and the changed numbers, else the first changed sentence of
