@@ -83,6 +83,7 @@ def test_a_long_replay_tells_how_far_it_is_and_comes_to_its_end(reader: Callable
     status = solve.root.locator(".figure-status")
     record = follow_link(solve, DONE)
     expect(status).to_contain_text(f"of {len(DONE)} actions", timeout=LIVE)
+    expect(solve.root.locator(".figure-voice")).to_have_text("Restoring your actions.")  # without how far it is
     solve.drag("source", 40, 30)
     until_done(solve, len(DONE))  # the link's last action is a drag of the same handle, which this one replaces
     after = solve.record()

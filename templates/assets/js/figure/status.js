@@ -29,7 +29,7 @@ function progress() {
 function replaying({ replayed, of, reads: file }) {
   if (of === undefined) return { words: `Python is reading ${file || "the drawing"} again.` };
   if (of === 1) return { words: "Python is working on this." }; // a single slow action
-  return { words: "Restoring your actions:", progress: `${replayed} of ${of} actions` };
+  return { words: "Restoring your actions.", progress: `${replayed} of ${of} actions` };
 }
 
 /**
