@@ -133,3 +133,17 @@ def test_what_is_pressed_stays_under_the_pointer(reader: Callable[..., Reader]) 
     expect(page.locator(".deck-at")).to_have_text("2 of 8")
     page.keyboard.press("Tab")
     stands_at(page, 3)
+
+
+@pytest.mark.parametrize(("width", "percent"), [(320, 100), (390, 200)])
+def test_the_bar_is_on_the_screen(reader: Callable[..., Reader], width: int, percent: int) -> None:
+    """On the narrowest phone, and with large text: the bar is fixed, so nothing beside it can be scrolled to."""
+    page = page_of(reader, "slides-icp.html", width, 640)
+    page.evaluate("percent => { document.documentElement.style.fontSize = `${percent}%`; }", percent)
+    buttons = page.locator(".deck-bar :is(a, button):visible")
+    boxes = [box for button in buttons.all() if (box := button.bounding_box())]
+    assert len(boxes) > 3
+    assert min(box["x"] for box in boxes) >= 0
+    assert max(box["x"] + box["width"] for box in boxes) <= width
+    assert max(box["y"] + box["height"] for box in boxes) <= 640
+    assert min(box["width"] for box in boxes) >= 43.5
