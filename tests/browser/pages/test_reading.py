@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
-from tests.browser.layout import FRAMES
+from tests.browser.layout import FRAMES, SIDEWAYS, remaining
 
 
 def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> None:
@@ -146,3 +146,13 @@ def test_a_turned_screen_keeps_what_is_in_the_middle(
                 assert tab.evaluate("scrollY") == 0
             else:
                 assert min(bottom, height) - max(top, 0) > min(bottom - top, height) / 2, (top, bottom, height)
+
+
+@pytest.mark.parametrize("page", ["kabsch.html", "mmd.html", "ransac.html", "soft.html", "space.html"])
+def test_a_formula_in_large_text_does_not_move_the_page(reader: Callable[..., Reader], page: str) -> None:
+    """At half a phone's width, which is its width with text at twice the size: a wide formula scrolls in its paragraph,
+    with nothing above or below it cut off."""
+    tab = reader(195, 422, reduced_motion="reduce").open(page)
+    assert remaining(tab, SIDEWAYS) == []
+    cut = "getComputedStyle(e).overflowY === 'hidden' && e.scrollHeight > e.clientHeight + 1"
+    assert tab.locator(".text p:has(> math, > .held)").evaluate_all(f"all => all.filter(e => {cut}).length") == 0
