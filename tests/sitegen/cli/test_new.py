@@ -97,8 +97,7 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
     ]
     run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen("my-figure").strip('"'), "tests/widgets")
     run(tmp_path, "-c", FRAMES)
-    ruff = ("ruff", "check", "--no-cache", "--ignore", "I001", "--config", str(ROOT / "pyproject.toml"))
-    run(ROOT, "-m", *ruff, *map(str, paths))
+    run(tmp_path, "-m", "ruff", "check", "--no-cache", *map(str, paths))
 
 
 def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:

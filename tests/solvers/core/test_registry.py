@@ -9,15 +9,16 @@ import subprocess
 import sys
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 from numpy.random import Generator
 
 import solvers
-from solvers import METHODS, Pose
+from solvers import METHODS, Pose, options
 from solvers.core.method import Problem
+from solvers.core.registry import MethodName
 from solvers.core.stepper import advance, begin
 from solvers.uncertainty import closed_form
 
@@ -40,9 +41,15 @@ def test_a_method_is_named_wherever_methods_are() -> None:
     alone = {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
     words = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     own = "widgets/figures/own_clouds/methods.py"
+    classes = {name: method.options.__name__ for name, method in METHODS.items()}
+    stub = "`.venv/bin/python -m tests.solvers.stub`"
     to_do = [
         *(f"solvers/core/registry.py: {name!r} is to be words of lower-case letters and digits, joined by hyphens:"
           " it stands in links and on command lines" for name in METHODS if not re.fullmatch(words, name)),
+        *(f"solvers/core/registry.py: add {name!r} to MethodName, in the same place as in the list; then write the"
+          f" types with {stub}" for name in METHODS if name not in get_args(MethodName)),
+        *(f"solvers/options.py: import {classes[name]} and list it in __all__; then write the types with {stub}"
+          for name in METHODS if classes[name] not in options.__all__),
         *(f"{page}: name `{name}` in the list of methods" for name in METHODS if name not in names),
         *(f"{page}: {name} is no method any more; take it off the list" for name in names - set(METHODS)),
         *(f"{own}: give {name!r} an Own(…): its button's label, what a length and a share are to it;"
