@@ -31,6 +31,7 @@ def test_each_method_stands_under_its_own_name() -> None:
 @pytest.mark.native
 def test_a_method_is_named_wherever_methods_are() -> None:
     """Lists all that a new method still needs, beside its module and its line in the registry, in one failure."""
+    from tests.solvers.stub import STUB, stub
     from widgets.figures.own_clouds.methods import OWN  # here: the page's Python has no figures
 
     page = "content/docs/package.md"
@@ -41,21 +42,21 @@ def test_a_method_is_named_wherever_methods_are() -> None:
     alone = {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
     words = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     own = "widgets/figures/own_clouds/methods.py"
-    classes = {name: method.options.__name__ for name, method in METHODS.items()}
-    stub = "`.venv/bin/python -m tests.solvers.stub`"
+    classes = {method.options.__name__ for method in METHODS.values()}
     to_do = [
         *(f"solvers/core/registry.py: {name!r} is to be words of lower-case letters and digits, joined by hyphens:"
           " it stands in links and on command lines" for name in METHODS if not re.fullmatch(words, name)),
-        *(f"solvers/core/registry.py: add {name!r} to MethodName, in the same place as in the list; then write the"
-          f" types with {stub}" for name in METHODS if name not in get_args(MethodName)),
-        *(f"solvers/options.py: import {classes[name]} and list it in __all__; then write the types with {stub}"
-          for name in METHODS if classes[name] not in options.__all__),
+        *(f"solvers/core/registry.py: add {name!r} to MethodName, in the list's order" for name in METHODS
+          if name not in get_args(MethodName)),
+        *(f"solvers/options.py: import {one} and name it in __all__" for one in classes - set(options.__all__)),
         *(f"{page}: name `{name}` in the list of methods" for name in METHODS if name not in names),
         *(f"{page}: {name} is no method any more; take it off the list" for name in names - set(METHODS)),
         *(f"{own}: give {name!r} an Own(…): its button's label, what a length and a share are to it;"
           " readers run their own clouds through it" for name in METHODS if name in alone - set(OWN)),
         *(f"{own}: take {name!r} away; it is no method that works in the plane without pairs"
           for name in set(OWN) - alone),
+        *([] if STUB.read_text("utf-8") == stub() else ["last, run .venv/bin/python -m tests.solvers.stub: it writes"
+          f" the types in solvers/{STUB.name}"]),
     ]  # fmt: skip
     assert not to_do, "still to do:\n" + "\n".join(to_do)
 
