@@ -20,6 +20,7 @@ from solvers import METHODS, Pose, options
 from solvers.core.method import Problem
 from solvers.core.registry import MethodName
 from solvers.core.stepper import advance, begin
+from solvers.studies.race import CONTESTANTS, EXTRAS
 from solvers.uncertainty import closed_form
 
 
@@ -33,6 +34,7 @@ def test_a_method_is_named_wherever_methods_are() -> None:
     """Lists all that a new method still needs, beside its module and its line in the registry, in one failure."""
     from tests.solvers.stub import STUB, stub
     from widgets.figures.own_clouds.methods import OWN  # here: the page's Python has no figures
+    from widgets.figures.race.field import ENTRIES
 
     page = "content/docs/package.md"
     text = (Path(__file__).resolve().parents[3] / page).read_text("utf-8")
@@ -55,6 +57,8 @@ def test_a_method_is_named_wherever_methods_are() -> None:
           " readers run their own clouds through it" for name in METHODS if name in alone - set(OWN)),
         *(f"{own}: take {name!r} away; it is no method that works in the plane without pairs"
           for name in set(OWN) - alone),
+        *(f"widgets/figures/race/field.py: {one.method!r} races, so give it a row: its name in the chart, its line, a"
+          " note" for one in (*CONTESTANTS, *EXTRAS) if one.method not in ENTRIES),
         *([] if STUB.read_text("utf-8") == stub() else ["last, run .venv/bin/python -m tests.solvers.stub: it writes"
           f" the types in solvers/{STUB.name}"]),
     ]  # fmt: skip
