@@ -47,7 +47,6 @@ from sitegen.problems import Place, Problems, hint
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
-INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad|k?m|m?s|[kM]B)(?!\w))")  # at ^ after a computed number
 EQUALS = re.compile(r"(?<=\w) = (?=[−\d])")
 
@@ -277,10 +276,11 @@ def _add_places(state: StateCore) -> None:
         elif token.type == "fence" and token.map:
             place = Place(source.path, token.map[0] + 1, 1)
             note(token, Located(None, place, source.at, source.starts[token.map[0]]))
-        elif token.type == "code_block" and token.map and INDENTED.match(token.content):
+        elif token.type == "code_block" and token.map:  # claims, promises and all else in it would go unread
             line = source.lines[token.map[0]]
-            place = Place(source.path, token.map[0] + 1, line.find("::") + 1)
-            source.problems.add(place, "indented by a tab or four spaces, this is code: unindent the directive")
+            place = source.at(source.starts[token.map[0]] + len(line) - len(line.lstrip(" >\t")))
+            message = "indented by a tab or four spaces, this is code: unindent it, or put code between lines of ```"
+            source.problems.add(place, message)
             lose(state.env, token.content)
         if token.type != "inline":
             continue

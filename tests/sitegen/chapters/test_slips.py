@@ -41,6 +41,13 @@ SLIPS = {
         "A^[b] ^[c]\n",
         ["7:7: write footnotes as a mark, [^name], and a line that starts with [^name]:"],
     ),
+    "an indented paragraph": (
+        "A\n\n    B :claim[c]{tests/no.py::test_no} and\n    d\n\n>     e\n",
+        [
+            f"{at}: indented by a tab or four spaces, this is code: unindent it, or put code between lines of ```"
+            for at in ("9:5", "12:7")
+        ],
+    ),
     "a table of one line": (
         "| a | b |\n| 1 | 2 |\n",
         ["7:1: missing | --- | --- | after the table's first row, with as many cells"],
