@@ -270,6 +270,8 @@ def _add_places(state: StateCore) -> None:
             if state.tokens[i - 1].type == "thead_open":  # the header itself may follow a list's mark
                 columns = cells(source.lines[token.map[0] + 1])
                 continue
+            if "|" not in line and "|" in source.lines[token.map[0] - 1]:  # text would be rows of one cell
+                source.problems.add(Place(source.path, token.map[0] + 1, 1), "missing blank line after the table")
             if cells(line) > columns:
                 place = Place(source.path, token.map[0] + 1, 1)
                 source.problems.add(place, f"row of {cells(line)} cells in a table of {columns} columns")

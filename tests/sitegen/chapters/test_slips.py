@@ -52,6 +52,10 @@ SLIPS = {
         "| a | b |\n| 1 | 2 |\n",
         ["7:1: missing | --- | --- | after the table's first row, with as many cells"],
     ),
+    "text directly below a table": (
+        "| a | b |\n| - | - |\n| 1 | 2 |\nText\nand more\n",
+        ["10:1: missing blank line after the table"],
+    ),
     "a cell too many": (
         "| a | b |\n| - | - |\n| 1 | 2 | 3 |\n",
         ["9:1: row of 3 cells in a table of 2 columns"],
