@@ -1,8 +1,9 @@
 """Finds misplaced or empty elements: references in headings, links in links, claims in claims, markup in terms,
-attributes on asides."""
+attributes on asides, bars with nothing beside them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
@@ -17,6 +18,7 @@ from sitegen.problems import Place, Problems
 REFERENCES = ("cite", "ref", "footnote_ref")
 MADE = (*REFERENCES, "term", "value", "readout", "claim_open", "promise_open")
 """Tokens that the build replaces with generated text or markup."""
+HALF = re.compile(r"(?<!\S)\|(?=\s*\Z)|\A\|(?=\s)")
 
 
 def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
@@ -28,6 +30,8 @@ def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
         _check_nesting(token.children or [], problems)
         if token.type == "aside" and (line := located(token, Directive)).thing.attributes.strip():
             problems.add(line.at(line.thing.attributes_start), "::aside takes no attributes")
+        if token.type == "figure" and (half := HALF.search((line := located(token, Directive)).thing.text)):
+            problems.add(line.at(line.thing.text_start + half.start()), "missing words beside the bar: lead | caption")
 
 
 def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:

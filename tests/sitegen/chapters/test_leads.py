@@ -97,6 +97,14 @@ def test_what_leads_and_is_not_there(desk: Project, attributes: str, message: st
     assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {message}"]
 
 
+@pytest.mark.parametrize("caption", ["¦| A caption.", "Press **Go**. ¦|", "Press **Go**.\n¦|\n", "¦|"])
+def test_a_bar_has_words_on_both_sides(desk: Project, caption: str) -> None:
+    before = f"::figure[{caption.partition('¦')[0]}"
+    desk.chapter(f"\n::figure[{caption.replace('¦', '')}]{{toy id=demo}}\n")
+    place = f"{8 + before.count(chr(10))}:{1 + len(before.rpartition(chr(10))[2])}"
+    assert desk.problems() == [f"content/01-second.md:{place}: missing words beside the bar: lead | caption"]
+
+
 @pytest.mark.parametrize("panels", ["mian", "none"])
 def test_a_figure_without_a_panel_hides_no_other_problem(desk: Project, panels: str) -> None:
     """The rest of its page is still read, and its problems reported."""
