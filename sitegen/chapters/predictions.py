@@ -50,8 +50,8 @@ def prediction(
     if "expect" in own:
         result = replace(result, expected=_expectation_groups(own["expect"], at, problems))
         if len(result.expected) != len(answers) or len(answers) < 2:
-            counts = f"{len(answers)} answers, {len(result.expected)} expectations"
-            problems.add(at(own["expect"].start), f"{counts}: give at least two, and one for each")
+            counts = f"answers: {len(answers)}, expectations: {len(result.expected)}"
+            problems.add(at(own["expect"].start), f"{counts}; give at least two, and one for each")
             return None
     elif answers:
         problems.add(at(directive.text_start), "answers after a | need expect=: panels= and within= have their own")

@@ -84,8 +84,8 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: give at least two"),
-        ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: give at least two"),
+        ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "answers: 2, expectations: 1; give at least two"),
+        ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "answers: 1, expectations: 1; give at least two"),
         (
             '¦::predict[Q | a | b]{demo press=go expect="presses < 9 | presses > 0"}',
             "this run of figure 'demo' makes every answer right",
