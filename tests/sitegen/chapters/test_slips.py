@@ -48,6 +48,13 @@ SLIPS = {
             for at in ("9:5", "12:7")
         ],
     ),
+    "a width": ("A [b](second.html){width=50%} and (c){d=e}\n", ["7:5: an image or link takes no {…}"]),
+    "a box to tick": (
+        "- [ ] A [b] == c\n- [x] B\n",
+        ["7:3: [ ]: boxes to tick are not supported", "8:3: [x]: boxes to tick are not supported"],
+    ),
+    "a coloured box": ("> [!NOTE]\n> A\n", ["7:3: [!NOTE]: write an ::aside, or the words in bold"]),
+    "a highlight": ("A ==b c==, d `e ==f==` and g == h == i\n", ["7:3: ==: write *emphasis* or **strong**"]),
     "a table of one line": (
         "| a | b |\n| 1 | 2 |\n",
         ["7:1: missing | --- | --- | after the table's first row, with as many cells"],
