@@ -148,6 +148,16 @@ def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems
     return ""
 
 
+def unknown(test_id: str, tests: Mapping[str, Test]) -> str:
+    """What is wrong with a claim's test that is not among all `tests`."""
+    if not test_id:
+        return "missing test, as in {tests/file.py::test_name}"
+    file, files = test_id.partition("::")[0], {known.partition("::")[0] for known in tests}
+    if "::" in test_id and file not in files:  # the nearest test would be one of another file
+        return f"no tests in {file!r}{hint(file, files)}"
+    return f"unknown test {test_id!r}{hint(test_id, tests)}"
+
+
 def lacking(test: Test, result: Result | None) -> str:
     """What a claim of kind *why* lacks, "" if nothing: a test with the fixture, or outcomes of its run on this code."""
     if not test.changes:

@@ -14,7 +14,7 @@ from markdown_it.token import Token
 from markupsafe import Markup, escape
 
 from sitegen.chapters.citations import NAME as REFERENCES
-from sitegen.chapters.claims import anchor, kind_of, lacking, standing, test_of
+from sitegen.chapters.claims import anchor, kind_of, lacking, standing, test_of, unknown
 from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
 from sitegen.chapters.leads import halves
@@ -317,9 +317,7 @@ class _Renderer:
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
         if test_id not in self._context.tests:
             place = at(directive.attributes_start + lead)
-            suggestion = hint(test_id, self._context.tests) if test_id else ""
-            missing = "missing test, as in {tests/file.py::test_name}"
-            self._problems.add(place, f"unknown test {test_id!r}{suggestion}" if test_id else missing)
+            self._problems.add(place, unknown(test_id, self._context.tests))
         else:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
         number = len(self._claims) + 1

@@ -123,6 +123,10 @@ BROKEN = {
             "did you mean 'tests/test_claimed.py::test_it_holds'?",
         ],
     ),
+    "unknown file of tests": (
+        "A :claim[C]{tests/test_climed.py::test_it_holds}\n",
+        ["7:13: no tests in 'tests/test_climed.py'; did you mean 'tests/test_claimed.py'?"],
+    ),
     "unknown reference": ("A [@one2001; @tow2002]\n", ["7:15: unknown reference 'tow2002'; did you mean 'two2002'?"]),
     "no citation": ("A [@one2001 p. 3]\n", ["7:3: expected [@key], [@key, p. 3] or [@one; @other]"]),
     "unknown equation": (
