@@ -9,6 +9,7 @@ import numpy as np
 
 from solvers import Pose
 from solvers.api import register
+from solvers.core.amounts import amount
 from solvers.core.arrays import BoolArray
 from solvers.studies.coverage import GATE, Runs, ends_of, regions
 from solvers.studies.redrawn import ENDS, NO_ECHO, STANDS, Redrawn, redrawn, starts
@@ -279,7 +280,6 @@ def _sizes(spread: Covariance) -> tuple[float, float]:
 
 def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
     n, unit = state.drawn, "u" if state.drawn else ""
-    each = " and ".join(str(round(share * n)) for share in stats.shares)
 
     def later(value: str) -> str:
         return value if n else "–"
@@ -294,7 +294,7 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
         Readout("narrowest", "Ends: smallest σ of the position", later(number(stats.narrowest, 3)), unit, "source"),
         Readout("claimed", "Hessian: largest σ of the position", *stats.claimed[0], "accent"),
         Readout("carried", "Censi: largest σ of the position", *stats.claimed[1], "inlier"),
-        Readout("modes", "Clusters of ends, over 5 %", later(str(len(stats.shares))), f"with {each} ends" if n else ""),
+        Readout("modes", "Clusters of ends, over 5 %", later(str(len(stats.shares)))),
         Readout("drawn", "Scans redrawn", str(n)),
     )
 
@@ -302,11 +302,11 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    share = max(stats.shares, default=0.0)
-    largest = f", {round(share * state.drawn)} ends in the largest cluster" if share < 1.0 - STRAY else ""
-    narrow, wide = number(stats.narrowest, 3), number(stats.widest, 3)
-    unbounded = f" Draws whose region is unbounded: {stats.counts[2]}." if stats.counts[2] else ""
-    return f"{state.drawn} draws{largest}: σ of the position {narrow} to {wide} u.{unbounded}"
+    sizes = [str(round(share * state.drawn)) for share in stats.shares]
+    words = [f"{state.drawn} draws", *([f"{amount(stats.counts[2], 'region')} unbounded"] if stats.counts[2] else [])]
+    if max(stats.shares, default=0.0) < 1.0 - STRAY:
+        words.append(f"{' + '.join(sizes) or 'no'} ends in {'one cluster' if len(sizes) == 1 else 'clusters'}")
+    return f"{', '.join(words)}: position σ {number(stats.narrowest, 3)} to {number(stats.widest, 3)} u."
 
 
 def _description(state: State, stats: _Numbers) -> str:
