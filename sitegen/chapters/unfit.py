@@ -18,7 +18,7 @@ from sitegen.problems import Place, Problems
 REFERENCES = ("cite", "ref", "footnote_ref")
 MADE = (*REFERENCES, "term", "value", "readout", "claim_open", "promise_open")
 """Tokens that the build replaces with generated text or markup."""
-HALF = re.compile(r"(?<!\S)\|(?=\s*\Z)|\A\|(?=\s)")
+HALF = re.compile(r"(?<!\S)\|(?=\s*\Z)|\A\s*\|(?=\s)")
 
 
 def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
@@ -31,7 +31,8 @@ def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
         if token.type == "aside" and (line := located(token, Directive)).thing.attributes.strip():
             problems.add(line.at(line.thing.attributes_start), "::aside takes no attributes")
         if token.type == "figure" and (half := HALF.search((line := located(token, Directive)).thing.text)):
-            problems.add(line.at(line.thing.text_start + half.start()), "missing words beside the bar: lead | caption")
+            bar = line.thing.text_start + half.end() - 1
+            problems.add(line.at(bar), "missing words beside the bar: lead | caption")
 
 
 def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:

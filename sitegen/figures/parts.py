@@ -23,8 +23,8 @@ Results = Mapping[Arguments, Any]
 
 @dataclass(frozen=True)
 class Parts:
-    """arguments: those of `part` for each. whole: combines the results of all into the plot's result. code: returns the
-    hash of the code that `part` runs. file: where the results are stored."""
+    """arguments: what `part` is called with, for each of them. whole: combines all results into the plot's result.
+    code: returns the hash of the code that `part` runs. file: where the results are stored."""
 
     arguments: Sequence[Arguments]
     part: Callable[..., Any]

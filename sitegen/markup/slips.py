@@ -27,7 +27,7 @@ SLIPS = (
     (r"(?<!\\)\\\((?=.*?\\\))", "write formulas between dollars: $a$"),
     (r"(?<!\\)\\begin(?=\{)", "write equations between two lines of $$"),
     (r"(?<![\\\w])\^\[(?=[^\]]*\])", "write footnotes as a mark, [^name], and a line that starts with [^name]:"),
-    (r"\]\([^()\n]*\)\{[^{}\n]*=[^{}\n]*\}", "an image or link takes no {{…}}"),
+    (r"\]\([^()\n]*\)\{(?:\s*:?\s*[.#][\w-]|[^{}\n]*=)[^{}\n]*\}", "an image or link takes no {{…}}"),
     (r"\A\[[ xX]\](?= )", "{0}: boxes to tick are not supported"),
     (r"\A\[![A-Za-z]+\]", "{0}: write an ::aside, or the words in bold"),
     (r"(?<![^\s(])==(?=[^\s=][^=\n]*[^\s=]==(?![^\s.,;:!?)]))", "==: write *emphasis* or **strong**"),

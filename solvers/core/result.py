@@ -203,7 +203,7 @@ class Result:
             q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
             with np.errstate(under="ignore"):
                 squares = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
-            values.append(measure(np.where(used, squares, 0.0), used))
+                values.append(measure(np.where(used, squares, 0.0), used))
         return np.concatenate(values).reshape(np.shape(self.objective))[()]
 
     def transform(self, points: ArrayLike | Sequence[ArrayLike]) -> Any:

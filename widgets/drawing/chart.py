@@ -31,7 +31,7 @@ WIDTH = 320.0  # px, of a chart in a column
 LINE = 16.0  # px between the baselines of two names
 LETTER = 7.0  # px, the approximate width of a letter
 DECADES = 6  # most that are labelled
-SPANS = (8, 16)  # steps: an axis of steps ends at the first of these that suffices: the first falls are large
+SPANS = (8, 16)  # steps at which an axis of steps may end, so that a short run fills it
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ import numpy as np
 
 from solvers import Pose
 from solvers.api import register
-from solvers.core.amounts import amount
 from solvers.core.arrays import BoolArray
 from solvers.studies.coverage import GATE, Runs, ends_of, regions
 from solvers.studies.redrawn import ENDS, NO_ECHO, STANDS, Redrawn, redrawn, starts
@@ -254,7 +253,7 @@ def _close_up(state: State) -> Panel:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """widest, narrowest: the largest cluster's σ. claimed: the closed forms' widest. shares: of clusters over 5 %."""
+    """widest, narrowest: the largest cluster's σ. claimed: the closed forms'. counts: all blocks'. shares: over 5 %."""
 
     widest: float
     narrowest: float
@@ -303,10 +302,11 @@ def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
     sizes = [str(round(share * state.drawn)) for share in stats.shares]
-    words = [f"{state.drawn} draws", *([f"{amount(stats.counts[2], 'region')} unbounded"] if stats.counts[2] else [])]
+    words = [f"{state.drawn} draws", *([f"{stats.counts[2]} with unbounded regions"] if stats.counts[2] else [])]
     if max(stats.shares, default=0.0) < 1.0 - STRAY:
         words.append(f"{' + '.join(sizes) or 'no'} ends in {'one cluster' if len(sizes) == 1 else 'clusters'}")
-    return f"{', '.join(words)}: position σ {number(stats.narrowest, 3)} to {number(stats.widest, 3)} u."
+    whose = "; of the largest, position σ" if len(sizes) > 1 else ": position σ"
+    return f"{', '.join(words)}{whose} {number(stats.narrowest, 3)} to {number(stats.widest, 3)} u."
 
 
 def _description(state: State, stats: _Numbers) -> str:
@@ -324,7 +324,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f"{asked} Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by"
         f" {number(stats.narrowest, 3)} u one way and {number(stats.widest, 3)} u the other. The truth lies in"
         f" {stats.counts[0]} of the Hessian’s 95 % regions and in {stats.counts[1]} of Censi’s."
-        f" Draws whose region is unbounded: {stats.counts[2]}. Clusters of over 5 % of ends: {len(stats.shares)}."
+        f" Draws with an unbounded region: {stats.counts[2]}. Clusters of over 5 % of ends: {len(stats.shares)}."
         f" In the largest: {counts[0]}, in none: {counts[1]}."
     )
 

@@ -148,6 +148,21 @@ def test_a_turned_screen_keeps_what_is_in_the_middle(
                 assert min(bottom, height) - max(top, 0) > min(bottom - top, height) / 2, (top, bottom, height)
 
 
+def test_a_turned_phone_keeps_the_figure_whose_controls_are_in_the_middle(reader: Callable[..., Reader]) -> None:
+    """On its side, a figure's desk has no box of its own; its parts have."""
+    tab = reader(390, 844, reduced_motion="reduce").open("ransac.html")
+    tab.evaluate("Ladder.alive")
+    figure = Figure(tab, "fig-repeated").root
+    figure.locator(".controls").first.evaluate("""e => new Promise((done) => {
+      addEventListener("scrollend", done, { once: true });
+      e.scrollIntoView({ block: "center", behavior: "instant" });
+    })""")
+    tab.set_viewport_size({"width": 844, "height": 390})
+    tab.evaluate(FRAMES)
+    top, bottom = figure.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+    assert top < 390 / 2 < bottom
+
+
 @pytest.mark.parametrize("page", ["kabsch.html", "mmd.html", "ransac.html", "soft.html", "space.html"])
 def test_a_formula_in_large_text_does_not_move_the_page(reader: Callable[..., Reader], page: str) -> None:
     """At half a phone's width, which is its width with text at twice the size: a wide formula scrolls in its paragraph,

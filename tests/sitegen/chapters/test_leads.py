@@ -97,7 +97,10 @@ def test_what_leads_and_is_not_there(desk: Project, attributes: str, message: st
     assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {message}"]
 
 
-@pytest.mark.parametrize("caption", ["¦| A caption.", "Press **Go**. ¦|", "Press **Go**.\n¦|\n", "¦|"])
+@pytest.mark.parametrize(
+    "caption",
+    ["¦| A caption.", " ¦| A caption.", "\n¦| A caption.", "Press **Go**. ¦|", "Press **Go**.\n¦|\n", "¦|"],
+)
 def test_a_bar_has_words_on_both_sides(desk: Project, caption: str) -> None:
     before = f"::figure[{caption.partition('¦')[0]}"
     desk.chapter(f"\n::figure[{caption.replace('¦', '')}]{{toy id=demo}}\n")

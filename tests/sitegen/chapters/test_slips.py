@@ -49,6 +49,7 @@ SLIPS = {
         ],
     ),
     "a width": ("A [b](second.html){width=50%} and (c){d=e}\n", ["7:5: an image or link takes no {…}"]),
+    "a class": ("A [b](second.html){.wide} and (c){d}\n", ["7:5: an image or link takes no {…}"]),
     "a box to tick": (
         "- [ ] A [b] == c\n- [x] B\n",
         ["7:3: [ ]: boxes to tick are not supported", "8:3: [x]: boxes to tick are not supported"],

@@ -42,7 +42,7 @@ def test_what_is_kept_is_not_run(parts: Parts) -> None:
 
 
 def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
-    """The parts are run, and `keep` writes a whole file again."""
+    """The parts are run, and `store` writes a whole file again."""
     results = {key: parts.run(key) for key in parts.arguments}
     parts.store(results)
     parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")

@@ -25,7 +25,6 @@ root, dest, cache = map(Path, sys.argv[1:])
 sys.path.insert(0, str(root))
 import sitegen
 from sitegen.pipeline.build import build
-from tests.sitegen.conftest import contents
 assert Path(sitegen.__file__).is_relative_to(root)
 assert "index.html" in build(root, dest, pack=False, cache=cache).pages
 """

@@ -65,7 +65,7 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
     assert texts("hall", "finish")["modes"] == "2", "a single stray end is no cluster of its own"
     assert texts("hall", "finish", heading=3.0)["modes"] == "1"
     frame = frame_after(WIDGET, ["press", "finish"], name="hall")
-    one, two = map(int, re.search(r", (\d+) \+ (\d+) ends in clusters: ", frame["note"]).groups())
+    one, two = map(int, re.search(r", (\d+) \+ (\d+) ends in clusters; ", frame["note"]).groups())
     assert f"In the largest: {one}, in none: {DRAWS - one - two}." in frame["description"]
 
 
@@ -84,8 +84,8 @@ def test_regions_without_a_bound_are_told(heading: float) -> None:
     made = runs("corridor", "point-to-plane", DRAWS, seed=40, heading=heading, shift=0.15, noise=0.04)
     free = np.any([regions(made, form).free.any(axis=-1) for form in ("hessian", "censi")], axis=0)
     frame = frame_after(WIDGET, ["press", "finish"], name="corridor", heading=heading)
-    assert f"Draws whose region is unbounded: {free.sum()}." in frame["description"]
-    assert (f", {free.sum()} regions unbounded" in frame["note"]) == (heading > 3.0) == free.any()
+    assert f"Draws with an unbounded region: {free.sum()}." in frame["description"]
+    assert (f", {free.sum()} with unbounded regions" in frame["note"]) == (heading > 3.0) == free.any()
 
 
 def test_ends_outside_all_clusters_are_counted() -> None:
@@ -100,7 +100,7 @@ def test_ends_outside_all_clusters_are_counted() -> None:
 def test_a_cluster_that_is_not_all_ends_says_how_many_it_holds(wall: float, is_told: bool) -> None:
     """Far end walls scatter the ends: the widths are those of a part of them."""
     frame = frame_after(WIDGET, ["press", "finish"], name="hall", wall=wall, heading=3.0)
-    held = re.search(r", (\d+) (?:\+ \d+ )*ends in .*: position σ", frame["note"])
+    held = re.search(r", (\d+) (?:\+ \d+ )*ends in .*position σ", frame["note"])
     assert bool(held) == is_told
     assert held is None or int(held[1]) < 0.95 * DRAWS
 

@@ -251,13 +251,13 @@ def _note(c: Controls, run: Run) -> str:
         suffix = "" if c.width != "estimated" else " Its σ follows a schedule."
         return f"GMMReg has no clutter term: w and its density have no effect.{suffix}"
     if c.method == "filterreg" and c.clutter < LEAST:
-        return _LEAST
+        return _ABOVE_ZERO
     if c.method != "filterreg" and c.filter != "exact":
         return "CPD sums exactly: the filter is not used."
     return ""
 
 
-_LEAST = "FilterReg needs w above zero: here it is 10⁻⁶."
+_ABOVE_ZERO = "FilterReg needs w above zero: here it is 10⁻⁶."
 _WHO = {
     "source": "Each moving point is a Gaussian; each fixed point is shared out among them",
     "target": "Each fixed point is a Gaussian; each moving point asks them where it belongs",
@@ -290,7 +290,7 @@ def _description(c: Controls, run: Run, linkage: Links) -> str:
     }
     words.append(f"{promises[run.rule.promise]} So far it rose at {len(run.rises)} of {amount(run.steps, 'step')}.")
     if c.method == "filterreg" and c.clutter < LEAST:
-        words.append(_LEAST)
+        words.append(_ABOVE_ZERO)
     if run.done:
         words.append(f"The run has stopped: {run.stop}.")
     return " ".join(words)

@@ -2,14 +2,14 @@
 // only where the layout stays the same.
 import { on } from "../base/dom.js";
 
-const PARTS = ".text > :not(.figure), .text :is(.figure-body > *, figcaption)";
+const PARTS = ".text > :not(.figure), .text :is(.figure-body > :not(.figure-desk), .figure-desk > *, figcaption)";
 
 /** For pages of text: a deck keeps its slide. */
 export function keepPlace() {
   /** @type {Element | undefined} */
   let kept; // none at the page's top, which stays there
   let width = innerWidth;
-  on(globalThis, "scrollend", () => {
+  on(globalThis, "onscrollend" in globalThis ? "scrollend" : "scroll", () => {
     if (innerWidth !== width) return;
     const parts = scrollY ? [...document.querySelectorAll(PARTS)] : [];
     kept = parts.find((part) => part.getBoundingClientRect().bottom > innerHeight / 2);
