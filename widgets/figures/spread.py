@@ -301,12 +301,12 @@ def _readouts(state: State, stats: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, stats: _Numbers) -> str:
     if not state.drawn:
         return ""
-    sizes = [str(round(share * state.drawn)) for share in stats.shares]
-    words = [f"{state.drawn} draws", *([f"{stats.counts[2]} with unbounded regions"] if stats.counts[2] else [])]
-    if max(stats.shares, default=0.0) < 1.0 - STRAY:
-        words.append(f"{' + '.join(sizes) or 'no'} ends in {'one cluster' if len(sizes) == 1 else 'clusters'}")
-    whose = "; of the largest, position σ" if len(sizes) > 1 else ": position σ"
-    return f"{', '.join(words)}{whose} {number(stats.narrowest, 3)} to {number(stats.widest, 3)} u."
+    free, widths = stats.counts[2], f"σ {number(stats.narrowest, 3)} to {number(stats.widest, 3)} u"
+    words = f"{state.drawn} draws" + (f", {free} with unbounded regions" if free else "")
+    largest, *others = [round(share * state.drawn) for share in stats.shares] or [state.drawn]
+    if largest < (1.0 - STRAY) * state.drawn:
+        return f"{words}; clusters: {' + '.join([f'{largest} ends ({widths})', *map(str, others)])}."
+    return f"{words}: position {widths}."
 
 
 def _description(state: State, stats: _Numbers) -> str:
