@@ -10,6 +10,7 @@ import pytest
 from sitegen.cache import memo
 from sitegen.cache.memo import Remembered
 from sitegen.check import rules
+from sitegen.check.html import read_pages
 from sitegen.runtime import reuse
 from sitegen.runtime.assemble import RuntimeInfo
 
@@ -50,14 +51,14 @@ def test_faults_of_html_are_told_from_memory_and_not_of_another_page(
     site.mkdir()
     page = site / "a.html"
     page.write_text("<!doctype html><title>T</title>\n<p>a</b></p>", "utf-8")
-    first = rules.html_faults(rules.read_pages(site), cache)
+    first = rules.html_faults(read_pages(site), cache)
     assert [(p.path, p.line, p.column) for p in first] == [("site/a.html", 2, 8)]
     page.rename(site / "b.html")
     monkeypatch.setattr(rules, "html_errors", lambda source: pytest.fail("it was read again"))
-    assert [p.path for p in rules.html_faults(rules.read_pages(site), cache)] == ["site/b.html"]
+    assert [p.path for p in rules.html_faults(read_pages(site), cache)] == ["site/b.html"]
     monkeypatch.undo()
     (site / "b.html").write_text("<!doctype html><title>T</title>\n<p>a</p>", "utf-8")
-    assert rules.html_faults(rules.read_pages(site), cache) == []
+    assert rules.html_faults(read_pages(site), cache) == []
 
 
 def test_a_runtime_is_put_together_anew_where_it_is_of_something_else_or_faulty(
