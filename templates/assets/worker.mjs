@@ -80,7 +80,8 @@ const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...(sha256.
 /** @param {string} url @param {RuntimeFile} file @param {RequestCache} cache */
 async function open(url, file, cache) {
   const options = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // the browser's check hides the progress
-  const response = await network(url, { cache, ...options }).catch(throwMissing(file));
+  const priority = python ? "auto" : "low"; // while the start's megabytes load, a figure that comes into view needs its tape
+  const response = await network(url, { cache, priority, ...options }).catch(throwMissing(file));
   if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
   return response;
 }

@@ -26,6 +26,26 @@ def test_solve_answers_from_the_tape(reader: Callable[..., Reader], server: Site
     solve.shows("rms", start)
 
 
+def test_a_tape_goes_before_the_runtime(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The tape of a figure that comes into view while the runtime loads is requested with a high priority."""
+    server.hold("/runtime/.*wasm")
+    page = reader().open("kabsch.html")
+    await_attribute(page, "html", "data-runtime", "loading")
+    figures = page.locator("figure.figure[data-tape]")
+    tapes = {str(figure.get_attribute("data-tape")) for figure in figures.all()}
+    priorities: dict[str, str] = {}
+    network = page.context.new_cdp_session(page)
+    network.on(
+        "Network.requestWillBeSent",
+        lambda event: priorities.update({event["request"]["url"]: event["request"]["initialPriority"]}),
+    )
+    network.send("Network.enable")
+    with page.expect_response(lambda response: "/tapes/" in response.url):
+        figures.last.scroll_into_view_if_needed()
+    seen = {priority for url, priority in priorities.items() if url.removeprefix(f"{server.origin}/") in tapes}
+    assert seen == {"High"}
+
+
 def test_a_scene_changes_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Recorded scenes appear at once, before a byte of the runtime has arrived."""
     server.hold("/runtime/")

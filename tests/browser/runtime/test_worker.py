@@ -129,6 +129,18 @@ def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served
     assert [name for name in names if name in later] == ["figure-pose_loop.pack", "drive.pack", "figure-kabsch.pack"]
 
 
+def test_only_the_start_gives_way_to_a_page_s_other_requests(served: Served) -> None:
+    """The start's files have a low priority, so that tapes go first; what a figure waits for does not."""
+    served.before("""
+      const fetch = self.fetch.bind(self);
+      self.fetch = (url, given) => (self.postMessage({ type: "asks", url, priority: given.priority }), fetch(url, given));
+    """)
+    messages = served.talk((question("kabsch", 1), "frame"))
+    asked = {m["url"].removeprefix(f"{served.origin}/runtime/"): m["priority"] for m in messages if m["type"] == "asks"}
+    (own,) = [file.name for file in served.info.later if file.name.endswith("figure-kabsch.pack")]
+    assert asked == {file.name: "low" for file in served.info.files} | {own: "auto"}
+
+
 def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Served) -> None:
     """Requests made meanwhile are answered after it."""
     served.before("""

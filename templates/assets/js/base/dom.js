@@ -135,13 +135,13 @@ export const pageName = () => location.pathname.split("/").at(-1)?.replace(/\.ht
 export const fileName = (id, ending) => `${pageName()}-${id}${ending}`;
 
 /**
- * Loads a classic script, which works from disk too.
+ * Loads a classic script, which works from disk too. A reader waits for it: it goes before what loads ahead of need.
  * @param {string} src
  * @returns {Promise<void>}
  */
 export function loadScript(src) {
   return new Promise((resolve, reject) => {
-    const script = make("script", { src });
+    const script = make("script", { src, fetchpriority: "high" });
     on(script, "load", () => resolve());
     on(script, "error", () => reject(new Error(`${src} did not load`)));
     document.head.append(script);

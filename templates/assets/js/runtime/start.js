@@ -18,7 +18,7 @@ export const frugal = Boolean(line?.saveData || line?.type === "cellular" || slo
 function preload() {
   const wasm = runtime.urls.find((url) => url.endsWith(".wasm"));
   if (!wasm || runtime.state !== "idle") return;
-  fetch(wasm).then((response) => response.arrayBuffer()).catch(() => {}); // the start will report what fails here
+  fetch(wasm, { priority: "low" }).then((response) => response.arrayBuffer()).catch(() => {}); // the start will report what fails here
 }
 
 /** @param {NodeListOf<HTMLElement>} roots */
