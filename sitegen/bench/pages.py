@@ -128,7 +128,7 @@ def tape(bench: Bench) -> list[Row]:
     with serving(bench.site, Holding) as server, browser_of(bench) as browser:
         try:
             for name in pages_with(bench.site, 'class="primary"'):
-                loads = [_first_answer(browser, f"{server.origin}/{name}") for _ in range(CLICKS)]
+                loads = [first_answer(browser, f"{server.origin}/{name}") for _ in range(CLICKS)]
                 if answers := [delay for load in loads for delay in load or ()]:
                     delays[name] = answers
                 elif loads[0] is not None:
@@ -144,7 +144,7 @@ def tape(bench: Bench) -> list[Row]:
     return [Row("first answer from the tape", middle[worst], "ms", 16, note)]
 
 
-def _first_answer(browser: Browser, address: str) -> list[float] | None:
+def first_answer(browser: Browser, address: str) -> list[float] | None:
     """How long the page's first main button takes to answer, ms; empty if it waits for Python, None without one.
 
     The mouse is moved there and pressed directly: a locator's click would first check its target in the page, which
