@@ -99,7 +99,9 @@ def _create(root: Path) -> None:
 
 def _install(root: Path) -> None:
     command = [str(python(root)), "-P", "-m", "pip", "install", "--require-hashes", "--no-input"]
-    command += ["--disable-pip-version-check", "--progress-bar", "off", "-r", str(root / LOCK)]
+    command += ["--disable-pip-version-check", "--progress-bar", "off"]
+    # Most modules are never imported; Python compiles those that are.
+    command += ["--no-compile", "-r", str(root / LOCK)]
     lines = (root / LOCK).read_text("utf-8").splitlines()
     total = sum("==" in line and not line.startswith((" ", "#")) for line in lines)
     show = _Line()
