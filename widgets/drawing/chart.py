@@ -106,16 +106,16 @@ def chart(
     marks: list[Mark] = [*around]
     if now is not None:
         marks.append(Segments([now, view.y0], [now, view.y1], "guide", dashed=True))
-    ends: list[tuple[Series, Array]] = []
+    lines: list[tuple[Series, Array]] = []
     for one in series:
         xy = np.stack([x.placed(one.x), y.placed(one.y)], axis=1)
         marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
         finite = xy[~np.isnan(xy).any(axis=1)]
         if one.dots and len(finite):
             marks.append(Points(finite, one.role, radius=2.5))
-        if one.name and len(finite):
-            ends.append((one, finite[-1]))
-    marks += _end_names(view, ends, PAD[0] + LETTER * len(y.label))
+        if len(finite):
+            lines.append((one, finite))
+    marks += _end_names(view, lines, PAD[0] + LETTER * len(y.label))
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
 
 
@@ -146,24 +146,40 @@ class _EndName:
     top: float
 
 
-def _end_names(view: View, ends: list[tuple[Series, Array]], label_end: float) -> list[Mark]:
-    """Each line's name above its last value, to the right of it if there is room, and a line higher if two would meet.
+def _end_names(view: View, lines: list[tuple[Series, Array]], label_end: float) -> list[Mark]:
+    """Each line's name at its last value, to the right of it if there is room: above it, below it if only there it
+    covers no line, and a line higher if two would meet.
 
-    label_end: px to the end of the y axis's name; a line's name that would meet it goes below its value.
+    lines: each series with its places (n, 2). label_end: px to the end of the y axis's name; a line's name that would
+    meet it goes below its value.
     """
+    drawn = [view.px(xy) for _, xy in lines]
+    floor = float(view.px([[view.x0, view.y0]])[0, 1])
     names = []
-    for one, xy in ends:
-        x, y = (float(v) for v in view.px(xy)[0])
+    for (one, places), line in zip(lines, drawn, strict=True):
+        if not one.name:
+            continue
+        x, y = (float(v) for v in line[-1])
         across = LETTER * len(one.name)
         anchor: Anchor = "end" if x + 4 + across > view.width else "start"
         begins = x - across if anchor == "end" else x
         top = LINE if begins > label_end else PAD[1] - ABOVE + LINE
-        height = y - 7 if y - 7 >= top else y + LINE
-        label = Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=-y)
+        above, below = y - 7, y + LINE
+        covers = [_meets(drawn, begins, begins + across, baseline) for baseline in (above, below)]
+        is_better_below = below + 3 <= floor and covers == [True, False]
+        height = above if above >= top and not is_better_below else below
+        label = Label(places[-1], one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=-y)
         names.append(_EndName(label, begins, begins + across, height, top))
     names.sort(key=lambda name: -name.height)
     heights = _apart(names)
     return [replace(name.label, dy=name.label.dy + height) for name, height in zip(names, heights, strict=True)]
+
+
+def _meets(lines: Sequence[Array], left: float, right: float, baseline: float) -> bool:
+    """Whether a line, px (n, 2) with x rising, passes through a name's letters."""
+    x = np.linspace(left, right, 17)
+    y = np.stack([np.interp(x, line[:, 0], line[:, 1], left=np.nan, right=np.nan) for line in lines])
+    return bool(((y > baseline - 11.0) & (y < baseline + 3.0)).any())
 
 
 def _apart(names: Sequence[_EndName]) -> list[float]:

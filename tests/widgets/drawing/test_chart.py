@@ -104,6 +104,31 @@ def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
     assert min(np.diff(heights)) >= 16 - 1e-9
 
 
+def _below(lines: dict[str, list[float]], name: str) -> bool:
+    """Whether a line's name stands below the line's end, in a chart of lines over equal steps."""
+    series = [Series(np.linspace(0, 9, len(y)), y, "source", key) for key, y in lines.items()]
+    panel = chart("c", "", series, Axis("", 0, 9), Axis("", 0, 10))
+    (label,) = (label for label in _labels(panel) if label.text == name)
+    return label.dy > 0
+
+
+def test_a_name_goes_below_its_line_if_it_would_cover_another_line_above() -> None:
+    assert not _below({"low": [3.0, 3.0]}, "low")
+    assert _below({"low": [3.0, 3.0], "high": [4.0, 4.0]}, "low")
+    assert not _below({"low": [3.0, 3.0], "high": [4.0, 4.0]}, "high")
+    assert not _below({"low": [3.0, 3.0], "high": [6.0, 6.0]}, "low"), "the other line is far enough above"
+
+
+def test_a_name_goes_below_its_own_line_where_that_falls_steeply() -> None:
+    assert _below({"falls": [10.0, 2.0]}, "falls")
+    assert not _below({"rises": [2.0, 6.0]}, "rises")
+
+
+def test_a_name_stays_above_if_a_line_or_the_axis_is_below() -> None:
+    assert not _below({"low": [0.4, 0.4], "high": [1.4, 1.4]}, "low"), "the axis is below"
+    assert not _below({"lowest": [2.0, 2.0], "low": [3.0, 3.0], "high": [4.0, 4.0]}, "low")
+
+
 @given(
     st.lists(st.tuples(st.integers(0, 9), st.floats(0, 10)), min_size=1, max_size=3),
     st.sampled_from(["u", "RMS in units", "Error against the truth, ° and u"]),
