@@ -18,6 +18,7 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "spaces"}
 COMPRESSED = {
     "gzip": b"\x1f\x8b", "zip": b"PK\x03\x04", "bzip2": b"BZh", "xz": b"\xfd7zXZ", "zstd": b"\x28\xb5\x2f\xfd",
 }  # fmt: skip
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?")
 AXIS = re.compile(r"([xyz])(?:[ _]?[\[(]?(?:u|m|mm|cm|km|in|ft|px|metres?|meters?)[\])]?)?", re.IGNORECASE)
 
 
@@ -77,7 +78,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
         raise ValueError("line 1: no line with numbers was found; expected x and y, or x, y and z, on every line")
     head = rows[0] + 1
     first = _bare(lines[rows[0]]).rstrip()  # a tab at the end separates nothing
-    separator = next((mark for mark in SEPARATORS if mark and mark in first), None)
+    unquoted = "".join(_by_quotes(first)[::2])
+    separator = next((mark for mark in SEPARATORS if mark and mark in unquoted), None)
     if separator == "\t" and _spaced(first):
         separator = None
     fields = _fields(first, separator)
@@ -120,7 +122,18 @@ def _bare(line: str) -> str:
 
 
 def _fields(line: str, separator: str | None) -> list[str]:
-    return [field.strip().strip('"') for field in line.split(separator)]
+    """The line's fields without the quotation marks around them; a separator between such marks is text."""
+    parts = _by_quotes(line)
+    if separator is None or len(parts) == 1:
+        return [field.strip().strip('"') for field in line.split(separator)]
+    parts[::2] = [part.replace(separator, "\0") for part in parts[::2]]  # no text has zero bytes
+    return [field.strip() for field in "".join(parts).split("\0")]
+
+
+def _by_quotes(line: str) -> list[str]:
+    """The line in parts, every second of which was between quotation marks; whole if a mark is without its second."""
+    parts = line.split('"')
+    return parts if len(parts) % 2 else [line]
 
 
 def _spaced(line: str) -> bool:
@@ -233,8 +246,12 @@ def _wrong(
 
 
 def _hint(field: str, otherwise: str = "expected a number such as -1.25 or 3e-2") -> str:
+    if not field:
+        return "write nan where a number is missing"
     if "," in field and is_number(field.replace(",", ".")):
         return "numbers are written with a decimal point"
+    if THOUSANDS.fullmatch(field):
+        return "numbers are written without separators of thousands"
     parts = re.split(r"[;,\s]+", field)
     if len(parts) > 1 and all(map(is_number, parts)):
         return "expected one separator throughout: semicolons, tabs, commas or spaces"

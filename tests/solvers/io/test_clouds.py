@@ -127,6 +127,9 @@ def survives(data):
         (b"1,5;2,5\n", 1, "decimal point"),
         (b"1;2\n1,5;2\n", 2, "decimal point"),
         (b"1 b\n", 1, "'b' is not a number"),
+        (b'"1,5","2,5"\n"3,5","4,5"\n', 1, "'1,5' is not a number; numbers are written with a decimal point"),
+        (b'"1,234.5","2,345.6"\n"1,234.6","2,3"\n', 2, "'1,234.6' is not a number; numbers are written without sep"),
+        (b"x,y\n,\n1,2\n", 2, "'' is not a number; write nan where a number is missing"),
         (b"12\n1 2\n", 1, "one column"),
         (b"12\t\n13\n", 1, "one column"),
         (b"1, 2\t3\n", 1, "'1, 2' is not a number; expected one separator throughout"),
@@ -173,6 +176,18 @@ def test_columns_are_taken_by_name():
     assert read(b"seconds,x_m,y_m,phi_rad\n0,1,2,3\n").points.tolist() == [[1, 2]]
     assert read(b"time\tx [m]\tY(m)\n0\t1\t2\n").points.tolist() == [[1, 2]]
     assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        *[b'name,x,y\n"a, b",1,2\nc,3,4\n', b'x;y;name\n1;2;"a; b"\n"3";"4";\n', b'"a; b",x,y\n0,1,2\n0,3,4\n'],
+        *[b'x,y,size\n1,2,5" pipe\n3,4,"6"" pipe"\n', b'x\ty\tname\n1\t2\t"a\tb"\n3\t4\tc\n'],
+    ],
+)
+def test_a_separator_between_quotation_marks_is_text(data):
+    """Otherwise "1,5","2,5", as pandas writes decimal commas, would be four columns."""
+    assert read(data).points.tolist() == [[1, 2], [3, 4]]
 
 
 @pytest.mark.parametrize(
