@@ -95,20 +95,20 @@ def _description(values: object, a: AnyArray, text: str) -> str:
     return f"dtype {a.dtype}; .astype(float) makes numbers of it" if a.dtype.kind == "b" else f"dtype {a.dtype}"
 
 
-def finite(a: FloatArray, name: str) -> FloatArray:
-    """Return `a` if every number is finite, else raise ValueError."""
+def finite(a: FloatArray, name: str, hint: str = "") -> FloatArray:
+    """Return `a` if every number is finite, else raise ValueError, its message ended by `hint`."""
     bad = a.size - int(np.count_nonzero(np.isfinite(a)))
     if bad:
         subject = f"{a.item():g} is" if a.size == 1 else f"{bad} of {a.size} numbers {'is' if bad == 1 else 'are'}"
-        raise ValueError(f"{name}: {subject} not finite")
+        raise ValueError(f"{name}: {subject} not finite{hint}")
     return a
 
 
-def moderate(a: FloatArray, name: str) -> FloatArray:
-    """Return `a` if every number is finite and none exceeds `LARGEST`, else raise ValueError."""
+def moderate(a: FloatArray, name: str, hint: str = "") -> FloatArray:
+    """Return `a` if every number is finite and none exceeds `LARGEST`, else raise ValueError, `hint` as in `finite`."""
     # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
     # infinity and numbers whose squares would overflow.
     if a.size and not np.abs(a).max() <= LARGEST:
-        finite(a, name)
+        finite(a, name, hint)
         raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")
     return a

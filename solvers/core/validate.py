@@ -47,7 +47,8 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
         )
     if d < 2 or (dim is not None and d != dim):
         raise ValueError(f"{name}: expected {width if dim else 'at least 2'} coordinates per point, got {d}")
-    return moderate(p, name)
+    rows = f"; {name}[numpy.isfinite({name}).all(axis=1)] has the rows without them" if p.ndim == 2 else ""
+    return moderate(p, name, rows or "; clouds without these rows are of unequal size: pass them as a list")
 
 
 def matched(source: ArrayLike, target: ArrayLike, hint: str = "") -> tuple[FloatArray, FloatArray]:

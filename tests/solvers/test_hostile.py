@@ -197,6 +197,19 @@ def test_a_single_bad_number_is_reported(name, value):
             solve(**arguments)
 
 
+@pytest.mark.parametrize("name", ["source", "target"])
+def test_rows_that_are_not_finite_can_be_left_out_as_the_message_says(name):
+    """A laser's beams without an echo are such rows."""
+    cloud = np.vstack([np.eye(2), [[np.nan, np.nan], [0.0, np.inf]]])
+    with pytest.raises(ValueError, match=rf"^{name}: 3 of 8 numbers are not finite; .* has the rows") as failure:
+        register(**{"source": np.eye(2), "target": np.eye(2), name: cloud})
+    remedy = str(failure.value).partition("; ")[2].partition(" has ")[0]
+    rows = eval(remedy, {"numpy": np, name: cloud})
+    assert rows.tolist() == np.eye(2).tolist()
+    with pytest.raises(ValueError, match=rf"^{name}: .* are of unequal size: pass them as a list$"):
+        register(**{"source": np.eye(2), "target": np.eye(2), name: np.stack([cloud, cloud])})
+
+
 @hostile
 @given(clouds(3, 2), clouds(3, 2))
 def test_a_start_pose_never_matters_to_a_closed_form(source, target):
