@@ -46,7 +46,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         (
             *(f"solvers.uncertainty.{name}" for name in ("covariance", "Covariance", "from_matrix", "range_bearing")),
             *(f"solvers.uncertainty.{name}" for name in ("monte_carlo", "spread_of", "Spread", "from_starts")),
-            *(f"solvers.uncertainty.{name}" for name in ("quantile", "exp", "log", "adjoint")),
+            *(f"solvers.uncertainty.{name}" for name in ("state_covariance", "quantile", "exp", "log", "adjoint")),
             *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "CoverageLine", "runs", "redrawn")),
         ),
     ),

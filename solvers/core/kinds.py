@@ -16,6 +16,8 @@ _WAYS = {
     "Scans": "; solvers.odometry.prepare makes them of a drive",
 }
 _PARTS = {
+    ("Covariance", "Result"): "solvers.uncertainty.covariance(result)",
+    ("Covariance", "Spread"): "spread.whole",
     ("Pose", "Chain"): "chain.poses",
     ("Pose", "Drive"): "drive.motion",
     ("Pose", "GraphResult"): "result.poses",

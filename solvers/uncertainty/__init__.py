@@ -11,7 +11,8 @@ questions:
   and can add a closed form.
 
 `Covariance` records the frame in which its small motion acts, names its directions, draws regions and poses through
-the exponential map, and changes frames by the adjoint. Everything is in the plane. The package is loaded on first use.
+the exponential map, and changes frames by the adjoint; `state_covariance` is the matrix that a Kalman filter takes.
+Everything is in the plane. The package is loaded on first use.
 """
 
 from solvers.uncertainty.chi_square import quantile
@@ -21,6 +22,7 @@ from solvers.uncertainty.matrices import from_matrix
 from solvers.uncertainty.noise import range_bearing
 from solvers.uncertainty.region import FRAMES, Covariance
 from solvers.uncertainty.se2 import adjoint, exp, log
+from solvers.uncertainty.state import state_covariance
 
 __all__ = [
     "APART",
@@ -40,4 +42,5 @@ __all__ = [
     "quantile",
     "range_bearing",
     "spread_of",
+    "state_covariance",
 ]

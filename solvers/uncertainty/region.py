@@ -90,7 +90,7 @@ class Covariance:
 
     @property
     def matrix(self) -> FloatArray:
-        """The covariance (..., 3, 3) over (angle, x, y), about the frame's origin.
+        """The covariance (..., 3, 3) over (angle, x, y), about the frame's origin; a filter's is `state_covariance`.
 
         rad², rad·u and u². Free directions are left out, as if they had no spread: no finite matrix can hold them.
         """

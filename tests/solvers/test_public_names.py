@@ -61,7 +61,7 @@ NAMES = {
     "thinning": "FINEST slab spacing thinned",
     "uncertainty": (
         "APART CENSI Covariance FRAMES HESSIAN POINT Spread adjoint covariance exp from_matrix from_starts log "
-        "monte_carlo quantile range_bearing spread_of"
+        "monte_carlo quantile range_bearing spread_of state_covariance"
     ),
     "uncertainty_study": (
         "CoverageLine ENDS GATE LEVEL METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
