@@ -41,6 +41,8 @@ from solvers.scenes.drive import Drive, chained, telecom_loop
 INCLUDED = "telecom-loop"
 LASER = ("view", "turns", "hertz", "ahead")
 KINDS = (*DRAWN, ".g2o", ".csv")
+NEAR = 1.0
+"""Metres: if no echo of a drive is as far, its file probably has metres where centimetres are expected."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -120,8 +122,10 @@ def _recording(file: str, recording: Drive) -> dict[str, Any]:
     """Print and return the facts of a recording."""
     n, k = recording.ranges.shape
     echoes = recording.ranges[np.isfinite(recording.ranges)]
-    farthest = float(echoes.max(initial=0.0))  # it shows if metres were read as centimetres
+    farthest = float(echoes.max(initial=0.0))
     summary = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
+    if 0.0 < farthest < NEAR:
+        summary += "; a CSV's ranges are centimetres, not metres"
     view = float(np.degrees(np.ptp(recording.bearings)))  # not in the file, but assumed or given
     print(f"drive     {file}: {n} scans of {k} beams over {view:.6g} deg, {summary}")
     return {"drive": file, "scans": n, "beams": k, "view_degrees": view, "farthest": farthest}

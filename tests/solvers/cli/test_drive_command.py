@@ -40,6 +40,17 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, s
     return code, streams.out, streams.err
 
 
+def test_ranges_in_metres_are_suspected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """ROS gives metres; read as centimetres, a room is as small as a cup."""
+    path = tmp_path / "metres.csv"
+    head, *rows = as_csv(simulated_drive(scans=3, beams=31)[0]).split()
+    metres = [",".join([*row.split(",")[:4], *(f"{float(r) / 100:g}" for r in row.split(",")[4:])]) for row in rows]
+    for lines, suspected in ((rows, False), (metres, True)):
+        path.write_text("\n".join([head, *lines]), "utf-8")
+        out = call(capsys, path, "--no-loops")[1]
+        assert ("; a CSV's ranges are centimetres, not metres\n" in out) is suspected
+
+
 def test_a_drive_becomes_a_map_a_graph_and_poses(
     table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
