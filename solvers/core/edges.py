@@ -236,6 +236,9 @@ def _positive(values: ArrayLike, count: int) -> FloatArray:
     root = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     least = np.linalg.eigvalsh(matrices / root[:, :, None] / root[:, None, :]).min(axis=1, initial=np.inf)
     for k in np.flatnonzero((diagonal <= 0.0).any(axis=1) | ~(least > 1e-12)):
-        raise ValueError(f"information: the matrix of edge {k} is not positive definite")
+        # Zero up to rounding: as of a covariance with a free direction, or about an origin thousands of kilometres off.
+        singular = diagonal[k].min() >= 0.0 and least[k] > -1e-9
+        hint = "; if a direction is free, add a little; if the origin is far away, shift the clouds" if singular else ""
+        raise ValueError(f"information: the matrix of edge {k} is not positive definite{hint}")
     matrices.flags.writeable = False
     return matrices

@@ -1,5 +1,7 @@
 """A covariance: its quantiles, frames and regions, its free directions, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -265,8 +267,16 @@ def test_an_edge_s_information_of_a_batch_is_that_of_its_poses():
     batch = from_matrix(np.stack([np.diag([0.01, 0.04, 0.02]) ** 2] * 2), Pose.from_angle([0.3, 2.0], [[1, 0], [0, 5]]))
     for i in (0, 1):
         np.testing.assert_allclose(batch.edge_information()[i], batch[i].edge_information(), rtol=1e-9)
-    with pytest.raises(ValueError, match="information: the matrix of edge 0 is not positive definite"):
+    with pytest.raises(ValueError, match=r"information: the matrix of edge 0 is not positive definite; if a dir"):
         Edges([0], [1], Pose.identity(batch=(1,)), slid().edge_information())
+
+
+def test_an_edge_whose_origin_is_too_far_away_says_so():
+    """About the origin of a national grid in millimetres, a turn and its shifts are one motion up to rounding."""
+    near = from_matrix(np.diag([1e-4, 0.2, 0.2]) ** 2, Pose.identity(), radius=2000.0)
+    far = replace(near, centre=np.array([4.5e8, 5.4e9]))
+    with pytest.raises(ValueError, match=r"; if the origin is far away, shift the clouds$"):
+        Edges([0], [1], Pose.identity(batch=(1,)), far.edge_information())
 
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0), (1.3, 2.7), (5e5, -5e6)])
