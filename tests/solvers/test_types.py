@@ -47,6 +47,7 @@ solvers.umeyama(p, q, pairs=[[0, 0], [1, 1]])
 solvers.cloud_text.read(b"0 0").points
 solvers.uncertainty.covariance(register(p, q)).edge_information()
 [one.steps for one in register([p, p], [q, q])]
+", ".join(str(one.status) for one in register([p, p], [q, q]))
 (register(p, q).covariance or exit()).words()
 [one.angle for one in Pose([np.eye(2)] * 2, [[0.0, 0.0], [1.0, 0.0]])]
 solvers.posegraph.Edges([0, 1], [1, 0], Pose.identity(2, (2,)), np.eye(3))
