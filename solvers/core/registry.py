@@ -60,6 +60,15 @@ ALIASES = {
 }
 """The field's other names for the methods: accepted, but not listed."""
 
+_MEANT = {
+    **dict.fromkeys(("arun", "horn", "procrustes", "svd"), "kabsch"),
+    **dict.fromkeys(("fgr", "teaser", "teaser++"), "graduated-nonconvexity"),
+    **dict.fromkeys(("pl-icp", "plicp", "point-to-line"), "point-to-plane"),
+    **dict.fromkeys(("bnb", "go-icp", "goicp"), "branch-and-bound"),
+    "coherent-point-drift": "cpd",
+}
+"""Names of other authors' methods, with the nearest here, or a part of it: suggested in the message, not accepted."""
+
 
 class _Methods(Mapping[str, Method[Any]]):
     """Read-only. A method's module is imported on first access, so that a page pays only
@@ -125,5 +134,6 @@ def rigid_method_of(name: object) -> Method[Any]:
 def _unknown(name: object) -> str:
     """The message for an unknown name, which may only need lower case and hyphens."""
     plain = str(name).lower().replace("_", "-")
+    plain = _MEANT.get(plain, plain)
     near = f", did you mean {plain!r}?" if plain in METHODS else validate.nearest(plain, [*METHODS, *ALIASES])
     return f"{name!r} is unknown{near}; known: {', '.join(sorted(METHODS))}"

@@ -152,10 +152,14 @@ def test_functions_have_the_field_s_names_too() -> None:
         ("trimed-icp", "'trimmed-icp'"),
         ("umeyma", "'umeyama'"),
         ("generalised-icp", "'generalized-icp'"),
+        ("Go-ICP", "'branch-and-bound'"),
+        ("plicp", "'point-to-plane'"),
+        ("svd", "'kabsch'"),
+        ("coherent_point_drift", "'cpd-rigid' or 'cpd-similarity'"),
     ],
 )
 def test_a_wrong_name_leads_to_the_right_one(wrong: str, meant: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    """`METHODS` and `register` both suggest the right name for a partial name, a typo, or a misspelt common name."""
+    """A part, a typo or another author's name leads to the right one, also in `METHODS`; Go-ICP is no gicp."""
     message = f"'{wrong}' is unknown, did you mean {meant}[?]; known: association-bp, branch-and-bound"
     with pytest.raises(ValueError, match=f"method: {message}"):
         register(*clouds, wrong)
