@@ -114,6 +114,8 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
         return Pose.from_matrix(matrix)
     except ValueError as error:
         message = str(error).removeprefix("matrix: ")
+        if matrix.shape[-2:-1] != matrix.shape[-1:]:  # such as [x, y, angle]
+            message += "; Pose.from_angle(radians, (x, y)) makes a Pose, in space Pose.from_rotvec"
         raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {message}") from None
 
 

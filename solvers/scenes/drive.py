@@ -88,7 +88,8 @@ class Drive:
         if ranges.ndim != 2 or not ranges.size:
             raise ValueError(f"ranges: expected shape (n, k), one row per scan, got {ranges.shape}")
         if (ranges < 0.0).any():
-            raise ValueError(f"ranges: must not be negative, but the smallest is {np.nanmin(ranges):.6g}")
+            hint = "; 0, inf or nan stands for no echo"
+            raise ValueError(f"ranges: must not be negative, but the smallest is {np.nanmin(ranges):.6g}{hint}")
         moderate(ranges[np.isfinite(ranges)], "ranges")
         n, k = ranges.shape
         seconds = validate.row(self.seconds, "seconds", n, "scan")

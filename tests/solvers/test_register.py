@@ -176,7 +176,7 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"pairs": [[-1, 0]]}, "pairs: column 0 names source row -1"),
         ({"pairs": [[0.0, 1.0]]}, "pairs: expected integers"),
         ({"pairs": [0, 1]}, r"pairs: expected shape \(\.\.\., k, 2\)"),
-        ({"start": np.eye(2)}, "start: is neither a Pose nor the matrix of one: expected shape"),
+        ({"start": [0.2, 0.1, 0.0]}, r"start: is neither .*, got \(3,\); Pose\.from_angle\(radians, \(x, y\)\) makes"),
         ({"start": np.diag([1.0, -1.0, 1.0])}, "start: is neither .*a reflection"),
         ({"start": "here"}, "start: expected real numbers, got str$"),
         ({"weights": "tukey"}, "weights: expected real numbers, got str$"),
