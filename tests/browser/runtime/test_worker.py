@@ -133,7 +133,10 @@ def test_only_the_start_gives_way_to_a_page_s_other_requests(served: Served) -> 
     """The start's files have a low priority, so that tapes go first; what a figure waits for does not."""
     served.before("""
       const fetch = self.fetch.bind(self);
-      self.fetch = (url, given) => (self.postMessage({ type: "asks", url, priority: given.priority }), fetch(url, given));
+      self.fetch = (url, given) => {
+        self.postMessage({ type: "asks", url, priority: given.priority });
+        return fetch(url, given);
+      };
     """)
     messages = served.talk((question("kabsch", 1), "frame"))
     asked = {m["url"].removeprefix(f"{served.origin}/runtime/"): m["priority"] for m in messages if m["type"] == "asks"}
