@@ -14,20 +14,9 @@ from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.controls import specs
 from widgets.engine.host import Host
-from widgets.figures.spread import (
-    CLOSE,
-    DRAWS,
-    NEEDLE,
-    PRESS,
-    SEEN,
-    WIDGET,
-    Controls,
-    _closed_forms,
-    _ends,
-    act,
-    draw,
-    start,
-)
+from widgets.figures.spread.figure import WIDGET, Controls, act, draw, start
+from widgets.figures.spread.panels import CLOSE, NEEDLE, SEEN
+from widgets.figures.spread.runs import DRAWS, PRESS, closed_forms, ends
 
 MORE, ALL = Action("press", "more"), Action("press", "finish")
 
@@ -129,7 +118,7 @@ def test_the_end_wall_is_pulled_by_a_handle_that_sets_the_slider(name: str) -> N
 
 def test_what_is_expected_lies_about_the_true_position() -> None:
     ask = start(Controls(), SEED).ask
-    for region in _closed_forms(ask):
+    for region in closed_forms(ask):
         middle = STANDS["room"][1].apply(region.ellipse(reach=1.0)[:-1]).mean(axis=0)
         np.testing.assert_allclose(middle, STANDS["room"][0].t, atol=1e-4)
 
@@ -149,7 +138,7 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     assert up == pytest.approx(0.05 / NEEDLE[1] if wall > SEEN else 0.02 / 0.06)
     dots = next(mark for mark in close.marks if isinstance(mark, Points) and mark.role == "source")
     assert (np.abs(dots.xy) < [CLOSE.x1, CLOSE.y1]).all()
-    spread, _ = _ends(state.ask, DRAWS)
+    spread, _ = ends(state.ask, DRAWS)
     assert len(np.asarray(dots.xy)) == (spread.mode == 0).sum()
     ellipses = [np.ptp(np.asarray(mark.xy), axis=0) for mark in close.marks if isinstance(mark, Path)]
     assert max(size[0] for size in ellipses) > 0.3

@@ -1,0 +1,1 @@
+"""The figure `spread`: one place scanned again and again."""
