@@ -364,7 +364,7 @@ WIDGET = Widget(
     known=known,
     buttons=(Button("roll", "Let it roll", primary=True), Button("every", "Every start"), *UNDONE),
     legend=(
-        Key("accent", "the objective by heading, high outside", "area"),
+        Key("accent", "objective by heading; higher is farther out", "area"),
         Key("ink", "a valley of the ring", "line"),
         Key("source", "source; the ball is its heading", "dot"),
         Key("truth", "ended at the truth", "dot"),

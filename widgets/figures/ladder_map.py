@@ -227,7 +227,7 @@ WIDGET = Widget(
         Button("new", "New draw", "reseed"),
     ),
     legend=(
-        Key("accent", "the objective by heading, high outside", "area"),
+        Key("accent", "objective by heading; higher is farther out", "area"),
         Key("ink", "a valley of the ring", "line"),
         Key("source", "source; the ball is its heading"),
         Key("truth", "ended at the truth"),
