@@ -1,10 +1,10 @@
 """Point-cloud registration in numpy: batched, and honest about its limits.
 
-`register(source, target, method=…)` is the entry point, `METHODS` lists the methods, and
-`fit_rigid` and `fit_planar` are the closed forms underneath. Each method is also a function
-with its options in its signature: `solvers.icp(source, target, gate=0.5)`. Points are rows; rotations
-are in radians; a pose maps source to target coordinates. Lengths are in the unit of
-the clouds, called world units (u).
+`register(source, target, method=…)` is the entry point, `METHODS` lists the methods,
+and `fit_rigid` and `fit_planar` are the closed forms underneath. Each method is also a
+function with its options in its signature: `solvers.icp(source, target, gate=0.5)`.
+Points are rows; rotations are in radians; a pose maps source to target coordinates.
+Lengths are in the unit of the clouds, called world units (u).
 
 Examples
 --------

@@ -68,7 +68,8 @@ def register(
     method : str or Method, default "icp"
         A name in `METHODS`, or a method of your own (`solvers.stepper.Method`).
     options : object, optional
-        The method's own options as one object, an instance of `METHODS[method].options`.
+        The method's own options as one object, an instance of
+        `METHODS[method].options`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
         Where local methods start: poses, or their homogeneous matrices. None is the
         identity. The scale must be 1 for a method that finds rigid motions.

@@ -34,7 +34,8 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     ValueError
-        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are not both of 2 or of 3 dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are not
+        both of 2 or of 3 dimensions.
 
     Examples
     --------
@@ -71,7 +72,8 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     ValueError
-        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of different dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of
+        different dimensions.
 
     Examples
     --------
@@ -103,7 +105,8 @@ def scale_error(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     ValueError
-        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of different dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of
+        different dimensions.
 
     Examples
     --------
@@ -137,8 +140,8 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
     Raises
     ------
     ValueError
-        If `pose` or `truth` is not a Pose, or `points` is not a finite cloud of the poses' dimension, or shapes do not
-        broadcast.
+        If `pose` or `truth` is not a Pose, or `points` is not a finite cloud of the
+        poses' dimension, or shapes do not broadcast.
 
     Examples
     --------
@@ -174,7 +177,8 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     Raises
     ------
     ValueError
-        If `pose` is not a Pose, or the clouds are not finite, not matched row by row, or do not fit the pose.
+        If `pose` is not a Pose, or the clouds are not finite, not matched row by row,
+        or do not fit the pose.
 
     Examples
     --------
@@ -192,9 +196,9 @@ def rms(
 ) -> FloatArray:
     """The weighted root mean square residual of matched rows.
 
-    `√(Σ wᵢ rᵢ² / Σ wᵢ)`, where r are the `residuals`: a fit of known pairs minimises it.
-    It says how well the pose fits the pairs, and nothing about how close the pose is to
-    the truth.
+    `√(Σ wᵢ rᵢ² / Σ wᵢ)`, where r are the `residuals`: a fit of known pairs minimises
+    it. It says how well the pose fits the pairs, and nothing about how close the pose
+    is to the truth.
 
     Parameters
     ----------
@@ -215,8 +219,8 @@ def rms(
     Raises
     ------
     ValueError
-        If `pose` is not a Pose, or the clouds are not finite, not matched row by row, or do not fit the pose, or
-        if a weight is negative.
+        If `pose` is not a Pose, or the clouds are not finite, not matched row by row,
+        or do not fit the pose, or if a weight is negative.
 
     Examples
     --------

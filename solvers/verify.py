@@ -55,8 +55,8 @@ class Evidence:
         The root mean square distance of the explained points to their nearest target
         points, in world units; 0 if none is explained.
     weakest : ndarray of shape (...)
-        The smallest eigenvalue of their point-to-plane system (`solvers.numerics.gauss_newton`)
-        divided by the largest: 0 if a motion is free.
+        The smallest eigenvalue of their point-to-plane system
+        (`solvers.numerics.gauss_newton`) divided by the largest: 0 if a motion is free.
 
     Examples
     --------
@@ -126,8 +126,8 @@ def evidence(
     pose : Pose
         The poses to judge, of shape (...).
     reach : float, optional
-        The distance within which a target point explains a source point: in world units,
-        of the order of spacing and noise. None is each target's `usual_reach`.
+        The distance within which a target point explains a source point: in world
+        units, of the order of spacing and noise. None is each target's `usual_reach`.
 
     Returns
     -------
@@ -137,8 +137,8 @@ def evidence(
     Raises
     ------
     ValueError
-        If `pose` is not a Pose, if an argument is not planar, if leading axes do not broadcast, or if the reach is
-        not positive.
+        If `pose` is not a Pose, if an argument is not planar, if leading axes do not
+        broadcast, or if the reach is not positive.
 
     Examples
     --------
@@ -225,9 +225,10 @@ def halves(
 ) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
-    One gets every second point from the first on, the other the rest. Both get the whole target (with a paired method,
-    their points' partners) and begin at `pose`. Agreement does not make the pose right: both runs may come to rest at
-    the same wrong one. Clouds of unequal size are passed as lists, as for `solvers.register`.
+    One gets every second point from the first on, the other the rest. Both get the
+    whole target (with a paired method, their points' partners) and begin at `pose`.
+    Agreement does not make the pose right: both runs may come to rest at the same wrong
+    one. Clouds of unequal size are passed as lists, as for `solvers.register`.
 
     Parameters
     ----------
@@ -240,22 +241,23 @@ def halves(
     method : str or Method, default "icp"
         As for `solvers.register`.
     weights : array_like of shape (..., m), or list, optional
-        Weights of all source points; each run uses those of its half. For a list of clouds, a list has one entry per
-        cloud, None for no weights.
+        Weights of all source points; each run uses those of its half. For a list of
+        clouds, a list has one entry per cloud, None for no weights.
     **options
         As for `solvers.register`, except `start` and `pairs`.
 
     Returns
     -------
     ndarray of shape (...)
-        The RMS distance between where the two end poses put the source, world units; NaN if a run is degenerate: where
-        half of the points do not determine a pose, agreement would say nothing.
+        The RMS distance between where the two end poses put the source, world units;
+        NaN if a run is degenerate: where half of the points do not determine a pose,
+        agreement would say nothing.
 
     Raises
     ------
     ValueError
-        If the source is a single point, if `pose` is not a Pose, if `pairs` or `start` is given,
-        or if `solvers.register` rejects an argument.
+        If the source is a single point, if `pose` is not a Pose, if `pairs` or `start`
+        is given, or if `solvers.register` rejects an argument.
 
     Examples
     --------

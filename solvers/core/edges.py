@@ -22,8 +22,8 @@ from solvers.core.poses import concatenated
 class Edges:
     """Measured relative poses between the nodes of a graph, in the plane.
 
-    Edge k says that node j has the pose `relative[k]` in the frame of node i. With poses
-    that map each node's own coordinates to the map's, it measures `Tᵢ⁻¹ Tⱼ`: what
+    Edge k says that node j has the pose `relative[k]` in the frame of node i. With
+    poses that map each node's own coordinates to the map's, it measures `Tᵢ⁻¹ Tⱼ`: what
     registering scan j (source) to scan i (target) yields. The arrays are copied and
     read-only.
 

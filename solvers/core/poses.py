@@ -27,7 +27,8 @@ def stacked(poses: Sequence[Pose]) -> Pose:
     Raises
     ------
     ValueError
-        If `poses` is not a sequence of poses, is empty, or they differ in shape or dimension.
+        If `poses` is not a sequence of poses, is empty, or they differ in shape or
+        dimension.
 
     Examples
     --------
@@ -61,7 +62,8 @@ def concatenated(parts: Sequence[Pose]) -> Pose:
     Raises
     ------
     ValueError
-        If `parts` is not a sequence of poses or is empty, if one is a single pose, or if they differ in more than n.
+        If `parts` is not a sequence of poses or is empty, if one is a single pose, or
+        if they differ in more than n.
 
     Examples
     --------

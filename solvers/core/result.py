@@ -45,8 +45,8 @@ class Result:
     steps : ndarray of int, shape (...), or int
         The steps taken.
     objective : ndarray of shape (...)
-        The function that the method minimises, at `pose`; each method has its own, in its
-        own unit.
+        The function that the method minimises, at `pose`; each method has its own, in
+        its own unit.
     history : History
         Poses and objective from the start to the last of k steps, (k + 1, ...).
     states : tuple
@@ -212,8 +212,8 @@ class Result:
         Parameters
         ----------
         points : array_like of shape (..., n, d), or list of (n, d) arrays
-            The points, in source coordinates. Clouds of unequal size are a list, one for each
-            problem.
+            The points, in source coordinates. Clouds of unequal size are a list, one
+            for each problem.
 
         Returns
         -------
@@ -223,8 +223,8 @@ class Result:
         Raises
         ------
         ValueError
-            If the points are not of the pose's dimension or do not broadcast with it, or there is
-            not one cloud per problem.
+            If the points are not of the pose's dimension or do not broadcast with it,
+            or there is not one cloud per problem.
 
         Examples
         --------

@@ -101,9 +101,9 @@ class Batch(Generic[S]):
 def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
     """Put every problem at its start, with no step taken.
 
-    Unless the method has `any_extent`, a problem whose clouds are both narrower than 1e-130 u,
-    but not both single points, is degenerate. So is, once it stops, a problem with a cloud
-    whose points are all equal.
+    Unless the method has `any_extent`, a problem whose clouds are both narrower than
+    1e-130 u, but not both single points, is degenerate. So is, once it stops, a problem
+    with a cloud whose points are all equal.
 
     Parameters
     ----------

@@ -31,8 +31,8 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
         Their partners, row by row, which noise may have moved off a line.
     angle : array_like of shape (...), default 0.0
         The rotation about the target's line in radians, anticlockwise when looking back
-        along it, from the point farthest from the first point towards the first; 0 is the
-        smallest rotation that lays one line on the other.
+        along it, from the point farthest from the first point towards the first; 0 is
+        the smallest rotation that lays one line on the other.
 
     Returns
     -------
@@ -42,9 +42,9 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     Raises
     ------
     ValueError
-        If the clouds are not matched rows of 3-D points, the source points do not lie on a
-        line or are all equal, the partners do not determine the line's direction, or an
-        angle is not finite.
+        If the clouds are not matched rows of 3-D points, the source points do not lie
+        on a line or are all equal, the partners do not determine the line's direction,
+        or an angle is not finite.
 
     References
     ----------

@@ -54,8 +54,8 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     The centroids of the occupied cells of a cubic grid, in the order of the cells.
     Bisection finds how many cells divide the longest side: with this number at most
     `most` cells are occupied, and with one more there would be more (unless it is
-    32767, the largest). A finer grid may do as well, since more cells do not always mean
-    more occupied ones. A cloud that is small enough is returned as it is.
+    32767, the largest). A finer grid may do as well, since more cells do not always
+    mean more occupied ones. A cloud that is small enough is returned as it is.
 
     Parameters
     ----------
@@ -72,7 +72,8 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is not one cloud of 2 or 3 dimensions, or `most` not an integer of at least 1.
+        If `points` is not one cloud of 2 or 3 dimensions, or `most` not an integer of
+        at least 1.
 
     Examples
     --------

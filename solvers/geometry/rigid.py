@@ -31,14 +31,14 @@ from solvers.geometry.moments import Moments, checked, moments, why
 class Fit:
     """The answer of a closed-form fit, one per problem of the batch.
 
-    A single problem gives numpy scalars and a `Status`. Below, Λ, U and V are those of `H = U Λ Vᵀ`,
-    the weighted correlation of the centred clouds (`fit_rigid`).
+    A single problem gives numpy scalars and a `Status`. Below, Λ, U and V are those of
+    `H = U Λ Vᵀ`, the weighted correlation of the centred clouds (`fit_rigid`).
 
     Attributes
     ----------
     pose : Pose
-        The optimum. If degenerate, the translation between the centroids with no rotation
-        and scale 1 (the identity if all weights are zero).
+        The optimum. If degenerate, the translation between the centroids with no
+        rotation and scale 1 (the identity if all weights are zero).
     status : ndarray of int8, shape (...), or Status
         `Status.CONVERGED` or `Status.DEGENERATE`; a `Status` for a single problem.
     reason : ndarray of object, shape (...), or str
@@ -46,8 +46,8 @@ class Fit:
     singular_values : ndarray of shape (..., d)
         The singular values of H, largest first, in squared world units.
     determinant : ndarray of int8, shape (...)
-        det(V Uᵀ): +1; −1 if the best orthogonal matrix is a reflection; 0 if H is singular
-        to rounding, so that a rotation and a reflection fit equally well.
+        det(V Uᵀ): +1; −1 if the best orthogonal matrix is a reflection; 0 if H is
+        singular to rounding, so that a rotation and a reflection fit equally well.
     cost : ndarray of shape (...)
         The weighted sum of squared residuals at `pose`.
     condition : ndarray of shape (...)
@@ -121,9 +121,10 @@ def fit_rigid(
 
     Notes
     -----
-    A fit is degenerate if all weights are zero, if the source or target points are equal,
-    if the points span fewer than d − 1 dimensions (collinear in 3-D), or if H leaves the
-    rotation undefined although the points spread. All are judged to rounding.
+    A fit is degenerate if all weights are zero, if the source or target points are
+    equal, if the points span fewer than d − 1 dimensions (collinear in 3-D), or if H
+    leaves the rotation undefined although the points spread. All are judged to
+    rounding.
 
     References
     ----------
@@ -209,8 +210,8 @@ def fit_planar(
 def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The rotation R with the largest `tr(R H)`.
 
-    The core of the fits above, for callers that already have H: they judge what is zero to
-    rounding.
+    The core of the fits above, for callers that already have H: they judge what is zero
+    to rounding.
 
     Parameters
     ----------

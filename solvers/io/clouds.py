@@ -39,7 +39,8 @@ class CloudText:
     notices : tuple of str
         What was left out.
     gaps : int
-        How many rows were left out because a number was not finite: after one, row i is not the file's row i.
+        How many rows were left out because a number was not finite: after one, row i is
+        not the file's row i.
 
     Examples
     --------
@@ -75,8 +76,9 @@ def read(data: bytes) -> CloudText:
     Raises
     ------
     ValueError
-        If the data are not bytes, cannot be read, or hold no points or too many. If a line is at fault,
-        the message says which, what was found there and what was expected.
+        If the data are not bytes, cannot be read, or hold no points or too many. If a
+        line is at fault, the message says which, what was found there and what was
+        expected.
 
     Examples
     --------

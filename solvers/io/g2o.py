@@ -82,8 +82,8 @@ def read(data: bytes) -> GraphText:
     Raises
     ------
     ValueError
-        If the data are not bytes, if there is no node, or if a line does not follow the format: the message says which
-        line, what was found there and what was expected.
+        If the data are not bytes, if there is no node, or if a line does not follow the
+        format: the message says which line, what was found there and what was expected.
 
     Examples
     --------
@@ -166,9 +166,9 @@ def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: Ar
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), or are none, if `edges` is not
-        Edges, if an edge or `fixed` names a node that does not exist, or if `ids` are not n
-        different integers from 0 to 2⁶² − 1.
+        If the poses are not rigid motions of the plane, of shape (n,), or are none, if
+        `edges` is not Edges, if an edge or `fixed` names a node that does not exist, or
+        if `ids` are not n different integers from 0 to 2⁶² − 1.
 
     Examples
     --------

@@ -83,7 +83,8 @@ def unit_frequencies(
     Raises
     ------
     ValueError
-        If the kernel is unknown, `seed` is not a row of seeds, or another argument is not a count.
+        If the kernel is unknown, `seed` is not a row of seeds, or another argument is
+        not a count.
 
     References
     ----------
@@ -319,8 +320,8 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaus
     Raises
     ------
     ValueError
-        If `x` or `y` is not one cloud, or their dimensions differ, if the kernel is unknown, or if the length is not a
-        positive number.
+        If `x` or `y` is not one cloud, or their dimensions differ, if the kernel is
+        unknown, or if the length is not a positive number.
 
     Examples
     --------

@@ -49,8 +49,8 @@ _LEAST = 1e-100
 def least_scale(target: FloatArray) -> FloatArray:
     """`FLOOR` times the RMS radius of target clouds.
 
-    It is a length of the scene itself, so that the weights do not depend on the unit. The radius ignores points more
-    than 20 times as far out as the median point.
+    It is a length of the scene itself, so that the weights do not depend on the unit.
+    The radius ignores points more than 20 times as far out as the median point.
 
     Parameters
     ----------

@@ -43,17 +43,19 @@ class Chain:
     poses : Pose
         n poses, each from the robot's coordinates at a scan to those at the first.
     motion : Pose
-        n links, each from a scan's coordinates to those of the previous scan; the first is the identity.
+        n links, each from a scan's coordinates to those of the previous scan; the first
+        is the identity.
     information : ndarray of shape (n, 3, 3)
-        Of the matches, for (x, y, angle) in the later scan's coordinates; zero for the first. Meaningless for a link
-        that is not believed: `edges_of` uses 0.1 m and 0.1 rad instead.
+        Of the matches, for (x, y, angle) in the later scan's coordinates; zero for the
+        first. Meaningless for a link that is not believed: `edges_of` uses 0.1 m and
+        0.1 rad instead.
     believed : ndarray of bool, shape (n,)
         Whether a link is a match; otherwise it is the prediction. True for the first.
     share : ndarray of shape (n,)
         The explained fraction of each scan at its match; 1 for the first.
     reference : ndarray of int64, shape (n,)
-        The scan from which each is measured: the previous one, or for a match to a map, the last scan matched to it
-        before. 0 for the first.
+        The scan from which each is measured: the previous one, or for a match to a map,
+        the last scan matched to it before. 0 for the first.
 
     Examples
     --------
@@ -78,7 +80,8 @@ class Chain:
     def measured(self) -> Pose:
         """n links, each from a scan's coordinates to those of its `reference`.
 
-        The first is the identity. Scans between the two did not match, so the match says nothing of their motions.
+        The first is the identity. Scans between the two did not match, so the match
+        says nothing of their motions.
 
         Examples
         --------
@@ -114,8 +117,9 @@ def scan_to_scan(
     options : MatchOptions, optional
         None takes the defaults.
     prediction : str, default "odometry"
-        The start of each match, and its replacement if it is not believed: "odometry"; "velocity", the previous match
-        repeated; "rest", no motion. With "odometry" no match waits for another, and many run at once.
+        The start of each match, and its replacement if it is not believed: "odometry";
+        "velocity", the previous match repeated; "rest", no motion. With "odometry" no
+        match waits for another, and many run at once.
     progress : callable, optional
         Called as `progress(done, links)` from time to time.
 
@@ -127,8 +131,8 @@ def scan_to_scan(
     Raises
     ------
     ValueError
-        If an argument is not of the type given above, if the motions are not as many rigid motions of the plane as
-        there are scans, or there is no such prediction.
+        If an argument is not of the type given above, if the motions are not as many
+        rigid motions of the plane as there are scans, or there is no such prediction.
 
     Examples
     --------
@@ -179,8 +183,8 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     Raises
     ------
     ValueError
-        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `shift` or `turn` is
-        negative or not a number.
+        If there is no pose, or the poses are not rigid motions of the plane, of shape
+        (n,), or `shift` or `turn` is negative or not a number.
 
     Examples
     --------
@@ -212,8 +216,8 @@ def scan_to_map(
 ) -> Chain:
     """Register every scan to a map of the last keyframes, starting from the odometry.
 
-    Where that match is not believed but one to the previous scan is, as after a gap in the recording, a new map begins
-    with the previous scan.
+    Where that match is not believed but one to the previous scan is, as after a gap in
+    the recording, a new map begins with the previous scan.
 
     Parameters
     ----------
@@ -224,7 +228,8 @@ def scan_to_map(
     options : MatchOptions, optional
         None takes the defaults.
     length : int, default 8
-        How many keyframes make up the map; with 1, a scan is registered to the last keyframe alone.
+        How many keyframes make up the map; with 1, a scan is registered to the last
+        keyframe alone.
     shift : float, default 0.5
         As for `keyframes`.
     turn : float, default 0.2
@@ -240,8 +245,9 @@ def scan_to_map(
     Raises
     ------
     ValueError
-        If an argument is not of the type given above, if the motions are not as many rigid motions of the plane as
-        there are scans, if the length is below 1, or `shift` or `turn` is negative.
+        If an argument is not of the type given above, if the motions are not as many
+        rigid motions of the plane as there are scans, if the length is below 1, or
+        `shift` or `turn` is negative.
 
     Examples
     --------

@@ -53,15 +53,17 @@ class MatchOptions:
     reach : float, default 0.15
         How near an echo must be to one of the target's to count as explained, metres.
     sigma : float, default 0.035
-        σ of a pair's distance along the normal, metres: above the laser's noise, since neighbouring beams err alike.
+        σ of a pair's distance along the normal, metres: above the laser's noise, since
+        neighbouring beams err alike.
     least_share : float, default 0.3
         The fraction of echoes that must be explained.
     least_weakest : float, default 0.01
-        The least ratio of the smallest eigenvalue to the largest after `margin` has been taken off: below it a motion
-        is nearly free.
+        The least ratio of the smallest eigenvalue to the largest after `margin` has
+        been taken off: below it a motion is nearly free.
     margin : float, default 1.5
-        How many times the part that the noise of the normals alone contributes is taken off that ratio. With 0, many
-        matches along bare walls are believed: of 2,100 simulated at 1 to 3 cm of noise half, and 7 with the default.
+        How many times the part that the noise of the normals alone contributes is taken
+        off that ratio. With 0, many matches along bare walls are believed: of 2,100
+        simulated at 1 to 3 cm of noise half, and 7 with the default.
     max_steps : int, default 40
         The most steps.
 
@@ -109,7 +111,8 @@ class Scans:
     points : ndarray of shape (n, m, 2)
         The echoes, padded to the largest number by repeats of the last.
     weights : ndarray of shape (n, m)
-        1 for an echo, 0 for padding. All 0 for a scan of fewer than three echoes, which matches nothing.
+        1 for an echo, 0 for padding. All 0 for a scan of fewer than three echoes, which
+        matches nothing.
     surface : Normals
         The normals of each scan, flagged where missing.
 
@@ -162,21 +165,22 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     drive : Drive
         The recording.
     farthest : float, default 30.0
-        The range beyond which echoes are left out, metres: there the beams are so far apart that a wall has no normal.
+        The range beyond which echoes are left out, metres: there the beams are so far
+        apart that a wall has no normal.
     every : int, default 1
         Keep every `every`-th echo.
 
     Returns
     -------
     Scans
-        As many scans as the drive has. One with fewer than three echoes left is empty: it is not matched, and the link
-        to it is the prediction.
+        As many scans as the drive has. One with fewer than three echoes left is empty:
+        it is not matched, and the link to it is the prediction.
 
     Raises
     ------
     ValueError
-        If `drive` is not a Drive, `farthest` is negative, `every` is not a positive integer, or no scan has three
-        echoes left.
+        If `drive` is not a Drive, `farthest` is negative, `every` is not a positive
+        integer, or no scan has three echoes left.
 
     Examples
     --------
@@ -221,16 +225,18 @@ class Matches:
     rms : ndarray of shape (b,)
         Of the distances along the normal over the weighted pairs, metres.
     weakest : ndarray of shape (b,)
-        Smallest over largest eigenvalue of the system, less the noise's part (see `MatchOptions.margin`) and at least
-        0; near 0 a motion is free.
+        Smallest over largest eigenvalue of the system, less the noise's part (see
+        `MatchOptions.margin`) and at least 0; near 0 a motion is free.
     information : ndarray of shape (b, 3, 3)
-        For (x, y, angle) in the source's coordinates, the inverse of a covariance in m², m rad and rad².
+        For (x, y, angle) in the source's coordinates, the inverse of a covariance in
+        m², m rad and rad².
     status : ndarray of int8, shape (b,)
         How each run stopped.
     reason : ndarray of object, shape (b,)
         The same in words.
     believed : ndarray of bool, shape (b,)
-        Whether `share` and `weakest` reach the options' limits and the run is not degenerate.
+        Whether `share` and `weakest` reach the options' limits and the run is not
+        degenerate.
 
     Examples
     --------
@@ -289,8 +295,9 @@ def match(
     Raises
     ------
     ValueError
-        If an argument is not of the type given above, if the numbers of pairs differ, if a scan's number is not an
-        integer or names no scan, or if the starts are not rigid motions of the plane.
+        If an argument is not of the type given above, if the numbers of pairs differ,
+        if a scan's number is not an integer or names no scan, or if the starts are not
+        rigid motions of the plane.
 
     Examples
     --------

@@ -45,15 +45,15 @@ def read_drive(
     data : bytes
         CSV or a CARMEN log, at most 64 MB and 20,000 scans.
     view : float, optional
-        The angle from the first beam to the last, degrees, above 0, at most 360, half of it on either side of straight
-        ahead. None is 180, except that the 180 or 360 beams of a CARMEN log are then 1° or 0.5° apart, the first 90° to
-        the right.
+        The angle from the first beam to the last, degrees, above 0, at most 360, half
+        of it on either side of straight ahead. None is 180, except that the 180 or 360
+        beams of a CARMEN log are then 1° or 0.5° apart, the first 90° to the right.
     ahead : float, default 0.0
-        How far the laser sits ahead of the robot's reference point, metres. It applies to CARMEN logs too, since the
-        poses read from them are the robot's.
+        How far the laser sits ahead of the robot's reference point, metres. It applies
+        to CARMEN logs too, since the poses read from them are the robot's.
     turns : int, default 0
-        Turns of the laser's mirror per scan: each turn sends every `turns`-th beam. With 0, all beams are assumed to
-        be sent at once.
+        Turns of the laser's mirror per scan: each turn sends every `turns`-th beam.
+        With 0, all beams are assumed to be sent at once.
     hertz : float, default 75.0
         Turns of the mirror per second.
 
@@ -65,8 +65,8 @@ def read_drive(
     Raises
     ------
     ValueError
-        If the data are not bytes or cannot be read; if a line is at fault, the message says which, what was found
-        there and what was expected.
+        If the data are not bytes or cannot be read; if a line is at fault, the message
+        says which, what was found there and what was expected.
 
     Examples
     --------

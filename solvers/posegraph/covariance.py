@@ -30,9 +30,10 @@ def marginals(
 ) -> FloatArray:
     """The marginal covariances of nodes, given the fixed ones: blocks of (JᵀΩJ)⁻¹.
 
-    They are of the perturbation `t + v, θ + ω`, with v along the axes of the map, to first order: right for errors
-    that are small against the bends of the graph. They show how noise with the given information spreads, and do not
-    account for wrong edges.
+    They are of the perturbation `t + v, θ + ω`, with v along the axes of the map, to
+    first order: right for errors that are small against the bends of the graph. They
+    show how noise with the given information spreads, and do not account for wrong
+    edges.
 
     Parameters
     ----------
@@ -45,7 +46,8 @@ def marginals(
     fixed : int or sequence of int, default 0
         The nodes that are known; their covariance is zero.
     weights : array_like of shape (e,), optional
-        Positive factors on the information matrices, such as a kernel's weights. None is 1 for all.
+        Positive factors on the information matrices, such as a kernel's weights. None
+        is 1 for all.
     sparse : bool, optional
         As for `optimise`.
 
@@ -57,8 +59,8 @@ def marginals(
     Raises
     ------
     ValueError
-        As `optimise` does, if a weight is not positive, or if the combined information of the edges is singular in
-        floating point.
+        As `optimise` does, if a weight is not positive, or if the combined information
+        of the edges is singular in floating point.
 
     Examples
     --------

@@ -40,8 +40,8 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
-        node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are
+        not Edges, or an edge names a node that does not exist.
 
     Examples
     --------
@@ -84,8 +84,8 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
-        node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are
+        not Edges, or an edge names a node that does not exist.
 
     Examples
     --------
@@ -130,14 +130,14 @@ def chi_squared(poses: Pose, edges: Edges) -> FloatArray:
     Returns
     -------
     ndarray of shape (e,)
-        Dimensionless; 3 on average for an edge whose information matches its noise, at the true poses. Infinite where
-        the numbers overflow.
+        Dimensionless; 3 on average for an edge whose information matches its noise, at
+        the true poses. Infinite where the numbers overflow.
 
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are not Edges, or an edge names a
-        node that does not exist.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are
+        not Edges, or an edge names a node that does not exist.
 
     Examples
     --------

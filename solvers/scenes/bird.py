@@ -28,8 +28,8 @@ MOST = 10
 def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
     """The outline of a bird, sampled twice: no point has an exact partner.
 
-    The two samplings differ in spacing and phase. More noise stretches the same draw; one
-    more clutter point leaves the others unchanged. The start is `bird_start()`.
+    The two samplings differ in spacing and phase. More noise stretches the same draw;
+    one more clutter point leaves the others unchanged. The start is `bird_start()`.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
     noise : float, default 0.1
         σ of the isotropic Gaussian noise on both clouds, in u.
     clutter : int, default 4
-        How many clutter points each cloud has, 0 to 10, spread uniformly over a field of
-        10 × 6.4 u in target coordinates; they come last in their cloud.
+        How many clutter points each cloud has, 0 to 10, spread uniformly over a field
+        of 10 × 6.4 u in target coordinates; they come last in their cloud.
 
     Returns
     -------

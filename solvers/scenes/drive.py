@@ -41,12 +41,14 @@ class Drive:
     seconds : array_like of shape (n,)
         When each scan was made, in seconds since the first; never decreasing.
     motion : Pose or array_like of shape (n, 3, 3)
-        n motions by odometry, or their homogeneous matrices: from the robot's coordinates at a scan to those at the
-        scan before, in metres. The first scan has none before it: its motion is not used and becomes the identity.
+        n motions by odometry, or their homogeneous matrices: from the robot's
+        coordinates at a scan to those at the scan before, in metres. The first scan has
+        none before it: its motion is not used and becomes the identity.
     ranges : array_like of shape (n, k)
         Metres along each beam; 0, infinite or NaN where no echo came back.
     bearings : array_like of shape (k,)
-        The beams' angles in the laser's coordinates, radians from −2π to 2π, anticlockwise from ahead.
+        The beams' angles in the laser's coordinates, radians from −2π to 2π,
+        anticlockwise from ahead.
     mount : Pose or array_like of shape (3, 3)
         From the laser's coordinates to the robot's.
     delays : array_like of shape (k,), optional
@@ -55,8 +57,9 @@ class Drive:
     Raises
     ------
     ValueError
-        If shapes do not fit, a number that should be finite is not, a range is negative, a bearing is beyond a whole
-        turn, the seconds go backwards, or a pose is not a rigid motion of the plane.
+        If shapes do not fit, a number that should be finite is not, a range is
+        negative, a bearing is beyond a whole turn, the seconds go backwards, or a pose
+        is not a rigid motion of the plane.
 
     Examples
     --------
@@ -175,7 +178,8 @@ def chained(motion: Pose) -> Pose:
     Parameters
     ----------
     motion : Pose
-        n motions, each from the coordinates at a scan to those at the scan before. The first is where the chain begins.
+        n motions, each from the coordinates at a scan to those at the scan before. The
+        first is where the chain begins.
 
     Returns
     -------
@@ -228,8 +232,8 @@ def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) 
     Raises
     ------
     ValueError
-        If the beams or the turns are not an integer of 1 or more, the step is not a finite number, or the period not a
-        finite one of 0 or more.
+        If the beams or the turns are not an integer of 1 or more, the step is not a
+        finite number, or the period not a finite one of 0 or more.
 
     Examples
     --------
@@ -249,8 +253,9 @@ def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) 
 def telecom_loop() -> Drive:
     """The real drive: 225 scans over half a circle, along one loop and a third.
 
-    Ranges are known to the centimetre, the odometry to the millimetre. The laser sends its whole degrees in one turn of
-    the mirror and the half degrees in the next. The file is read on the first call.
+    Ranges are known to the centimetre, the odometry to the millimetre. The laser sends
+    its whole degrees in one turn of the mirror and the half degrees in the next. The
+    file is read on the first call.
 
     Returns
     -------

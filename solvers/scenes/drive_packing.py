@@ -13,9 +13,10 @@ ESCAPE = 255
 def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> bytes:
     """Encode a recorded drive as its file stores it.
 
-    The numbers of scans n and beams k, two bytes each; n rows of milliseconds and of the motion dx, dy, dφ in 1e-6 m
-    and rad, four bytes each; then each beam's difference from the beam before, zigzag-encoded, in one byte or, after
-    `ESCAPE`, in two.
+    The numbers of scans n and beams k, two bytes each; n rows of milliseconds and of
+    the motion dx, dy, dφ in 1e-6 m and rad, four bytes each; then each beam's
+    difference from the beam before, zigzag-encoded, in one byte or, after `ESCAPE`, in
+    two.
 
     Parameters
     ----------
@@ -24,7 +25,8 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
     motion : ndarray of shape (n, 3)
         dx, dy in metres and dφ in radians.
     centimetres : ndarray of shape (n, k)
-        Whole numbers below 65536; neighbours differ by less than 32768, and the first of a row is below 32768.
+        Whole numbers below 65536; neighbours differ by less than 32768, and the first
+        of a row is below 32768.
 
     Returns
     -------

@@ -38,12 +38,12 @@ def facade_scene(
     Parameters
     ----------
     name : str, default "occluded"
-        Which pairs are wrong, and what their partners are. "occluded": mostly corners at
-        the left of the front, which the target view does not see, so each is paired with
-        a random corner of another window, one of the four at the right end; the wrong
-        pairs contradict one another. "repeated": any corners, each paired with the same
-        corner of the next window to the right, so all wrong pairs agree on one pose,
-        which is off by the distance between two windows.
+        Which pairs are wrong, and what their partners are. "occluded": mostly corners
+        at the left of the front, which the target view does not see, so each is paired
+        with a random corner of another window, one of the four at the right end; the
+        wrong pairs contradict one another. "repeated": any corners, each paired with
+        the same corner of the next window to the right, so all wrong pairs agree on one
+        pose, which is off by the distance between two windows.
     seed : int, default 40
         The seed of the random numbers.
     noise : float, default 0.06

@@ -134,9 +134,9 @@ def kabsch_scene(
     "would-reflect" measures a bowed mast: a cloud far thinner than its noise. The noise
     across the mast then decides whether the best orthogonal matrix is a rotation or a
     reflection, both equally likely. Of a draw and its mirror image across the mast
-    (equally probable), the scene takes the one that leans towards the reflection. A test
-    counts: at least 22 of the 25 seeds 40 + 13k reflect at the scene's own noise, and
-    none without noise.
+    (equally probable), the scene takes the one that leans towards the reflection. A
+    test counts: at least 22 of the 25 seeds 40 + 13k reflect at the scene's own noise,
+    and none without noise.
 
     Examples
     --------

@@ -79,8 +79,8 @@ def two_scans(
     turn : float, default 50.0
         The angle of the truth in degrees; the robot turned by its negative.
     distance : float, default 2.0
-        How far the robot drove between the sweeps, in u, 0 to 3.5 (which keeps it in the
-        room).
+        How far the robot drove between the sweeps, in u, 0 to 3.5 (which keeps it in
+        the room).
     rays : int, default 90
         The number of rays of a sweep over the full circle, at least 3.
 

@@ -22,8 +22,9 @@ def simulated_drive(
 ) -> tuple[Drive, Pose]:
     """A drive round a block in a hall, a little more than once, with the truth.
 
-    The laser sees half a circle ahead, up to 12 m. The odometry's error is a share of what was driven and turned; for
-    each metre driven it also turns a tenth of the slip too far, in radians, as if a wheel had the wrong radius.
+    The laser sees half a circle ahead, up to 12 m. The odometry's error is a share of
+    what was driven and turned; for each metre driven it also turns a tenth of the slip
+    too far, in radians, as if a wheel had the wrong radius.
 
     Parameters
     ----------

@@ -163,8 +163,8 @@ def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> S
 def hall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
     """A rectangular hall of 8.4 × 4.8 u, and a scan of seven tenths of its outline.
 
-    The hall is scanned every 0.15 u, the part every 0.16 u. Half a turn about the origin
-    lays walls on walls as well as the truth, the identity, does.
+    The hall is scanned every 0.15 u, the part every 0.16 u. Half a turn about the
+    origin lays walls on walls as well as the truth, the identity, does.
 
     Parameters
     ----------

@@ -192,11 +192,13 @@ def benchmark(
     seeds : sequence of int
         One per problem; by default the benchmark's 25, 40 + 13k.
     contestants : sequence of Contestant or str
-        Who runs, in this order: contestants or names of methods that race; by default the nine.
+        Who runs, in this order: contestants or names of methods that race; by default
+        the nine.
     max_steps : int, default 70
         The most steps of a contestant.
     progress : callable, optional
-        Called as `progress(contestant)` before each; a true return value ends the benchmark there.
+        Called as `progress(contestant)` before each; a true return value ends the
+        benchmark there.
 
     Returns
     -------
@@ -206,9 +208,10 @@ def benchmark(
     Raises
     ------
     ValueError
-        If an argument is not of the type given above, if the seeds are not integers, are negative or are missing, if a
-        name is not that of a method that races, if a contestant's method needs pairs, or an option of a contestant is
-        out of its range.
+        If an argument is not of the type given above, if the seeds are not integers,
+        are negative or are missing, if a name is not that of a method that races, if a
+        contestant's method needs pairs, or an option of a contestant is out of its
+        range.
     KeyError, TypeError
         As `Contestant.begin`.
 
@@ -253,8 +256,8 @@ def entry(method: str, name: str, **controls: Any) -> float:
     method : str
         A method that races.
     name : str
-        "median_rre" (degrees), "median_rte" (world units), "turned", "close", "median_steps", or a kind of stop to
-        count, such as "converged".
+        "median_rre" (degrees), "median_rte" (world units), "turned", "close",
+        "median_steps", or a kind of stop to count, such as "converged".
     **controls
         Of `solvers.race.Controls`.
 
@@ -266,8 +269,8 @@ def entry(method: str, name: str, **controls: Any) -> float:
     Raises
     ------
     ValueError
-        If the method is unknown or does not race, the name is unknown, or a control is out
-        of its range.
+        If the method is unknown or does not race, the name is unknown, or a control is
+        out of its range.
     TypeError
         If there is no such control.
 

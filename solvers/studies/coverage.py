@@ -56,7 +56,8 @@ class CoverageLine:
     count : int
         The number of draws.
     widest : float
-        The median of the regions' largest standard deviation, world units; infinite if most have a free direction.
+        The median of the regions' largest standard deviation, world units; infinite if
+        most have a free direction.
 
     Examples
     --------
@@ -134,7 +135,8 @@ def runs(
     shift : float, default 0.15
         That of each coordinate of their position, in u.
     **options
-        The method's own. "icp", "point-to-plane" and "gicp" get a gate of 2 u unless given another.
+        The method's own. "icp", "point-to-plane" and "gicp" get a gate of 2 u unless
+        given another.
 
     Returns
     -------
@@ -204,8 +206,9 @@ def regions(draws: Runs, way: str) -> Covariance:
     draws : Runs
         The result of `runs`.
     way : str
-        "hessian", "censi", "starts" or "sampled". The last uses one matrix for all draws, that of the twists between
-        the ends and their mean, about each draw's pose.
+        "hessian", "censi", "starts" or "sampled". The last uses one matrix for all
+        draws, that of the twists between the ends and their mean, about each draw's
+        pose.
 
     Returns
     -------
@@ -265,9 +268,9 @@ def coverage(
     method : str, default "point-to-plane"
         The registration method.
     ways : tuple of str, optional
-        The ways of estimating the spread. None is every way that the method offers: all four if it has Censi's
-        formula, as "icp" and "point-to-plane" do; "hessian" and "sampled" for "gicp"; "sampled" for methods without a
-        closed form.
+        The ways of estimating the spread. None is every way that the method offers: all
+        four if it has Censi's formula, as "icp" and "point-to-plane" do; "hessian" and
+        "sampled" for "gicp"; "sampled" for methods without a closed form.
     count : int, default 1000
         How many draws.
     seed : int, default 40

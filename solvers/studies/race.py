@@ -281,7 +281,8 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Raises
     ------
     ValueError
-        If `controls` are not Controls, or the seeds are not a sequence, are not integers, are negative or are missing.
+        If `controls` are not Controls, or the seeds are not a sequence, are not
+        integers, are negative or are missing.
 
     Examples
     --------

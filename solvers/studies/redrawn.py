@@ -79,7 +79,8 @@ def walls_of(place: str, end: float | None = None) -> tuple[FloatArray, ...]:
     place : str
         "room", "corridor" or "hall".
     end : float, optional
-        The distance of each end wall from the middle, in u, 1.5 to 20. None is the place's own.
+        The distance of each end wall from the middle, in u, 1.5 to 20. None is the
+        place's own.
 
     Returns
     -------
@@ -108,8 +109,8 @@ def redrawn(
 ) -> Redrawn:  # fmt: skip
     """Scan a place repeatedly from the same two stands.
 
-    Each draw turns both fans of rays by random angles and measures ranges with fresh noise. The first draws are the
-    same whatever `count` is.
+    Each draw turns both fans of rays by random angles and measures ranges with fresh
+    noise. The first draws are the same whatever `count` is.
 
     Parameters
     ----------

@@ -71,8 +71,8 @@ def begin_walk(
     Raises
     ------
     ValueError
-        If there is no method of that name, if there are not as many starts as scenes, or if the
-        scenes differ in size.
+        If there is no method of that name, if there are not as many starts as scenes,
+        or if the scenes differ in size.
 
     Examples
     --------

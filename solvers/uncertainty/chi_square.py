@@ -10,10 +10,11 @@ from solvers.core import validate
 def quantile(level: float, freedom: int = 3) -> float:
     """The χ² quantile for 1, 2 or 3 degrees of freedom.
 
-    With 2 degrees of freedom the distribution function, 1 − e^(−x/2), is inverted in closed form. The others are
-    inverted by bisection: up to a half the distribution function as a series (Abramowitz & Stegun 1964, 26.4.6),
-    above it the closed forms of its complement, erfc(√(x/2)) and erfc(√(x/2)) + √(2x/π) e^(−x/2) (26.4.4), so that no
-    digits are lost at levels near 0 or 1.
+    With 2 degrees of freedom the distribution function, 1 − e^(−x/2), is inverted in
+    closed form. The others are inverted by bisection: up to a half the distribution
+    function as a series (Abramowitz & Stegun 1964, 26.4.6), above it the closed forms
+    of its complement, erfc(√(x/2)) and erfc(√(x/2)) + √(2x/π) e^(−x/2) (26.4.4), so
+    that no digits are lost at levels near 0 or 1.
 
     Parameters
     ----------

@@ -42,24 +42,27 @@ def covariance(
     Parameters
     ----------
     result : Result
-        From `solvers.register`, in the plane: one problem, a batch or a list of clouds. For a list, each noise is one
-        number for all or a list with one entry per cloud.
+        From `solvers.register`, in the plane: one problem, a batch or a list of clouds.
+        For a list, each noise is one number for all or a list with one entry per cloud.
     how : str, default "hessian"
-        "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, `icp`, `trimmed-icp`, `capped-icp`, `kiss-threshold-icp`, `point-to-plane`
-        and `gicp`; "censi", which carries the noise of every measured point through the minimum, for the same except
-        `gicp`.
+        "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, `icp`, `trimmed-icp`, `capped-icp`,
+        `kiss-threshold-icp`, `point-to-plane` and `gicp`; "censi", which carries the
+        noise of every measured point through the minimum, for the same except `gicp`.
     sigma : array_like of shape (...), optional
-        For "hessian": the standard deviation of a residual of weight 1, in world units, per coordinate if the residual
-        is a vector; a residual of weight w is assumed to have σ/√w. For `gicp`, whose residuals are in units of its
-        model, a dimensionless factor. None estimates it from the residuals.
+        For "hessian": the standard deviation of a residual of weight 1, in world units,
+        per coordinate if the residual is a vector; a residual of weight w is assumed to
+        have σ/√w. For `gicp`, whose residuals are in units of its model, a
+        dimensionless factor. None estimates it from the residuals.
     source_noise : array_like of shape (), (m,) or (..., m, 2, 2), optional
-        For "censi": the source points' noise, as a standard deviation per coordinate in world units, one for all or
-        one each, or as covariances in source coordinates, such as those of `range_bearing`. None treats the points as
-        exact.
+        For "censi": the source points' noise, as a standard deviation per coordinate in
+        world units, one for all or one each, or as covariances in source coordinates,
+        such as those of `range_bearing`. None treats the points as exact.
     target_noise : array_like of shape (), (n,) or (..., n, 2, 2), optional
-        The same for the target points, in target coordinates. "censi" needs at least one of the two.
+        The same for the target points, in target coordinates. "censi" needs at least
+        one of the two.
     free_below : float, default 1e-6
-        The fraction of the Hessian's largest eigenvalue below which a direction is free.
+        The fraction of the Hessian's largest eigenvalue below which a direction is
+        free.
 
     Returns
     -------
@@ -69,41 +72,51 @@ def covariance(
     Raises
     ------
     ValueError
-        If `result` is not a Result, if its method has no such covariance, if it is not of the plane, if a noise is not
-        finite, is negative or has a wrong shape, if it belongs to the other form, or if "censi" is given none.
+        If `result` is not a Result, if its method has no such covariance, if it is not
+        of the plane, if a noise is not finite, is negative or has a wrong shape, if it
+        belongs to the other form, or if "censi" is given none.
 
     Notes
     -----
-    Both hold to first order, at a minimum that the run has reached, for the pairs that it ended with: neither accounts
-    for other pairs, or another start, leading elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic
-    noise whose variances are proportional to 1/w, if no two of the `pairs` share a point and `sigma` is given. With σ
-    estimated from few residuals, its 95 % regions are too small: of 3 pairs they hold the truth in 77 % of draws, of 5
-    in 87 %, of 8 in 90 %, of 15 in 93 % and of 40 in 94 %. For the other methods it treats each point's partner and its
-    normal as given and the residuals as independent, which makes it overconfident unless the points are precise. Of 100
-    redrawn pairs of scans of a room, with range noise of 0.04 u, its 95 % regions held the truth in about 89 with
-    `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and `kiss-threshold-icp`, and 10 with `trimmed-icp`;
-    in a corridor in 51 with `point-to-plane`, 6 with `gicp` and none with `icp`. `solvers.uncertainty_study.coverage`
-    counts this. The noisier the points are relative to their spacing, the less reliable the normals are: of 100 draws
-    of `room("noise")`, σ = 0.11 u, the regions with `point-to-plane` held the truth in about 40, those of "censi" in
-    92. Precise points turn the two round: what is left at corners counts as noise, and "censi" passes over it. Of 200
-    pairs of scans of the room with a range noise of 0.01 u, the regions of "hessian" held the truth in 198, those of
-    "censi" in 129; at 0.005 u in 200 and 48.
+    Both hold to first order, at a minimum that the run has reached, for the pairs that
+    it ended with: neither accounts for other pairs, or another start, leading
+    elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic noise whose
+    variances are proportional to 1/w, if no two of the `pairs` share a point and
+    `sigma` is given. With σ estimated from few residuals, its 95 % regions are too
+    small: of 3 pairs they hold the truth in 77 % of draws, of 5 in 87 %, of 8 in 90 %,
+    of 15 in 93 % and of 40 in 94 %. For the other methods it treats each point's
+    partner and its normal as given and the residuals as independent, which makes it
+    overconfident unless the points are precise. Of 100 redrawn pairs of scans of a
+    room, with range noise of 0.04 u, its 95 % regions held the truth in about 89 with
+    `point-to-plane`, 54 with `gicp`, 24 with `icp`, `capped-icp` and
+    `kiss-threshold-icp`, and 10 with `trimmed-icp`; in a corridor in 51 with
+    `point-to-plane`, 6 with `gicp` and none with `icp`.
+    `solvers.uncertainty_study.coverage` counts this. The noisier the points are
+    relative to their spacing, the less reliable the normals are: of 100 draws of
+    `room("noise")`, σ = 0.11 u, the regions with `point-to-plane` held the truth in
+    about 40, those of "censi" in
+    92. Precise points turn the two round: what is left at corners counts as noise, and
+    "censi" passes over it. Of 200
+    pairs of scans of the room with a range noise of 0.01 u, the regions of "hessian"
+    held the truth in 198, those of "censi" in 129; at 0.005 u in 200 and 48.
 
-    "censi" differentiates the condition for the minimum, ∂E/∂x = 0, by pose and measurements:
-    cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point that is the partner of several counts as one
-    measurement (but not for given `pairs`, each of which counts as two points of its own), and with `point-to-plane` so
-    do the neighbours that determine a normal. Weights are treated as constants. `gicp` is left out because its
-    precisions, which depend on the pose, are frozen in each step.
+    "censi" differentiates the condition for the minimum, ∂E/∂x = 0, by pose and
+    measurements: cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point
+    that is the partner of several counts as one measurement (but not for given `pairs`,
+    each of which counts as two points of its own), and with `point-to-plane` so do the
+    neighbours that determine a normal. Weights are treated as constants. `gicp` is left
+    out because its precisions, which depend on the pose, are frozen in each step.
 
-    The deviation along a free direction is infinite. So is that of the turn where a degenerate run's partners cost the
-    same at every angle, whatever `free_below` is.
+    The deviation along a free direction is infinite. So is that of the turn where a
+    degenerate run's partners cost the same at every angle, whatever `free_below` is.
 
     References
     ----------
     .. [1] A. Censi, "An accurate closed-form estimate of ICP's covariance", 2007.
        doi:10.1109/ROBOT.2007.363961
     .. [2] S. Bonnabel, M. Barczyk, F. Goulette, "On the covariance of ICP-based
-       scan-matching techniques", 2014 (why pairs taken as given mislead point-to-point ICP). arXiv:1410.7632
+       scan-matching techniques", 2014 (why pairs taken as given mislead point-to-point
+       ICP). arXiv:1410.7632
 
     Examples
     --------

@@ -38,8 +38,8 @@ class Spread:
     poses : Pose
         The k end poses.
     mode : ndarray of int64, shape (k,)
-        The group of each pose; 0 is the largest. Poses closer than the threshold belong together, as do all connected
-        by a chain of such poses.
+        The group of each pose; 0 is the largest. Poses closer than the threshold belong
+        together, as do all connected by a chain of such poses.
     whole : Covariance
         One mean and one matrix for all poses.
     modes : tuple of Covariance
@@ -93,8 +93,9 @@ def spread_of(
     radius : float
         The cloud's RMS radius, world units.
     apart : float, optional
-        The distance from which on two poses belong to different modes, world units: the RMS distance between the
-        cloud's points as moved by each. None is a quarter of the radius.
+        The distance from which on two poses belong to different modes, world units: the
+        RMS distance between the cloud's points as moved by each. None is a quarter of
+        the radius.
     made_by : str, default "sampled"
         The `made_by` of the covariances.
 
@@ -106,14 +107,15 @@ def spread_of(
     Raises
     ------
     ValueError
-        If the poses are fewer than two, or not rigid motions of the plane, or the centre is
-        not a point of the plane.
+        If the poses are fewer than two, or not rigid motions of the plane, or the
+        centre is not a point of the plane.
 
     Notes
     -----
-    The mean is the pose about which the twists average to zero, found by iteration; the covariance is the sum of the
-    outer products of these twists over k − 1. With modes half a turn apart there is no meaningful mean: `whole` shows
-    what one matrix makes of them.
+    The mean is the pose about which the twists average to zero, found by iteration; the
+    covariance is the sum of the outer products of these twists over k − 1. With modes
+    half a turn apart there is no meaningful mean: `whole` shows what one matrix makes
+    of them.
 
     Examples
     --------
@@ -145,8 +147,8 @@ def monte_carlo(
 ) -> Spread:  # fmt: skip
     """Register redrawn scans, each as if it were the only one, and keep all end poses.
 
-    The caller decides what to redraw: the noise, the rays, the start. Sources of error that are not redrawn do not
-    appear in the spread.
+    The caller decides what to redraw: the noise, the rays, the start. Sources of error
+    that are not redrawn do not appear in the spread.
 
     Parameters
     ----------
@@ -168,13 +170,14 @@ def monte_carlo(
     Returns
     -------
     Spread
-        Of the k end poses, however the runs stopped, about the centre of the first source's points with a weight; if
-        pairs are given, of those that are paired.
+        Of the k end poses, however the runs stopped, about the centre of the first
+        source's points with a weight; if pairs are given, of those that are paired.
 
     Raises
     ------
     ValueError
-        If there are fewer than two draws, if the method finds a scale, or if `solvers.register` rejects an argument.
+        If there are fewer than two draws, if the method finds a scale, or if
+        `solvers.register` rejects an argument.
 
     Examples
     --------
@@ -207,9 +210,9 @@ def from_starts(
 ) -> Covariance:  # fmt: skip
     """The covariance of a run's end pose that the uncertainty of its start causes.
 
-    One pair of scans is registered from several starts. With `draws` = 0 these are the six points of the unscented
-    transform, √3 deviations to either side along each direction of the start's covariance; otherwise they are drawn
-    from it.
+    One pair of scans is registered from several starts. With `draws` = 0 these are the
+    six points of the unscented transform, √3 deviations to either side along each
+    direction of the start's covariance; otherwise they are drawn from it.
 
     Parameters
     ----------
@@ -222,8 +225,8 @@ def from_starts(
     start : Covariance
         The starting pose with its uncertainty, without free directions.
     noise : Covariance, optional
-        The covariance due to the points' noise, such as a closed form's: the two matrices are added. Its free
-        directions stay free.
+        The covariance due to the points' noise, such as a closed form's: the two
+        matrices are added. Its free directions stay free.
     weights : array_like, optional
         As for `solvers.register`.
     draws : int, default 0
@@ -236,14 +239,15 @@ def from_starts(
     Returns
     -------
     Covariance
-        In the frame "target", about the end pose of the run from the mean start. The spread is measured from that
-        pose, not from the mean of the ends, so that it shows if the run from the mean misses what the others find.
+        In the frame "target", about the end pose of the run from the mean start. The
+        spread is measured from that pose, not from the mean of the ends, so that it
+        shows if the run from the mean misses what the others find.
 
     Raises
     ------
     ValueError
-        If `start` or `noise` is not a single Covariance, if a direction of the start is free, if the method finds a
-        scale, or if `solvers.register` rejects an argument.
+        If `start` or `noise` is not a single Covariance, if a direction of the start is
+        free, if the method finds a scale, or if `solvers.register` rejects an argument.
 
     References
     ----------

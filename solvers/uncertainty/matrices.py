@@ -51,9 +51,9 @@ def from_matrix(
     Raises
     ------
     ValueError
-        If the matrix is not finite, not symmetric or not positive semidefinite, the mean
-        is not a planar pose, centre or radius are not finite, the radius is not positive,
-        or a shape does not fit the mean's.
+        If the matrix is not finite, not symmetric or not positive semidefinite, the
+        mean is not a planar pose, centre or radius are not finite, the radius is not
+        positive, or a shape does not fit the mean's.
 
     Examples
     --------

@@ -92,7 +92,8 @@ def log(pose: Pose) -> FloatArray:
 def adjoint(pose: Pose) -> FloatArray:
     """The matrix that takes a twist from one side of a pose to the other.
 
-    `T ∘ exp(ξ) = exp(Ad(T) ξ) ∘ T`: a small motion in source coordinates, expressed in target coordinates.
+    `T ∘ exp(ξ) = exp(Ad(T) ξ) ∘ T`: a small motion in source coordinates, expressed in
+    target coordinates.
 
     Parameters
     ----------

@@ -2,26 +2,31 @@
 
 A network predicts, step after step, where every point of both clouds belongs.
 
-`flow` follows the structure of Register Any Point [1]_ at toy size. It starts from noise and generates the coordinates
-of *both* views in a common frame. From the current coordinates x_t at time t the network predicts the endpoint. Each
-view's part of it is projected onto a rigid motion of the view itself (Procrustes against its condition, the cloud as
-given), and the coordinates are noised again with the same draw, `x_t' = (1 − t') x_0 + t' x̂_1`: an Euler step of the
-straight flow towards the projected endpoint. Of several samples, the one with the smallest rigidity residual is kept,
-and the pose is read out as `A_target⁻¹ ∘ A_source`, with A_v the fit of view v.
+`flow` follows the structure of Register Any Point [1]_ at toy size. It starts from
+noise and generates the coordinates of *both* views in a common frame. From the current
+coordinates x_t at time t the network predicts the endpoint. Each view's part of it is
+projected onto a rigid motion of the view itself (Procrustes against its condition, the
+cloud as given), and the coordinates are noised again with the same draw,
+`x_t' = (1 − t') x_0 + t' x̂_1`: an Euler step of the straight flow towards the
+projected endpoint. Of several samples, the one with the smallest rigidity residual is
+kept, and the pose is read out as `A_target⁻¹ ∘ A_source`, with A_v the fit of view v.
 
-`flow-from-source` is a simpler variant: it starts at the source's own coordinates, keeps the target's fixed, moves
-only the source, and reads the pose from a rigid fit between the source's first and last coordinates.
+`flow-from-source` is a simpler variant: it starts at the source's own coordinates,
+keeps the target's fixed, moves only the source, and reads the pose from a rigid fit
+between the source's first and last coordinates.
 
-Neither the objective nor the stop is evidence of alignment: the rigidity residual measures only how nearly the
-generated coordinates are a rigid copy of each view, and a run ends when its time is up. It is then *finished*, not
-converged: there is no test for rest, and even the last step moves the points.
+Neither the objective nor the stop is evidence of alignment: the rigidity residual
+measures only how nearly the generated coordinates are a rigid copy of each view, and a
+run ends when its time is up. It is then *finished*, not converged: there is no test for
+rest, and even the last step moves the points.
 
-Attention compares every point of both clouds with every other, which takes about 105 (m + n)² bytes of memory. Clouds
-of more than 3000 points together are therefore refused.
+Attention compares every point of both clouds with every other, which takes about 105 (m
++ n)² bytes of memory. Clouds of more than 3000 points together are therefore refused.
 
-The networks were trained in minutes on synthetic curves (`flow.scenes`); this is an analogy to the papers and says
-nothing about them. `flow` needs no starting pose, but it is not equivariant: the orientation of the input clouds
-matters, so a start, if given, is applied to the source first.
+The networks were trained in minutes on synthetic curves (`flow.scenes`); this is an
+analogy to the papers and says nothing about them. `flow` needs no starting pose, but it
+is not equivariant: the orientation of the input clouds matters, so a start, if given,
+is applied to the source first.
 
 References
 ----------
@@ -63,7 +68,8 @@ class FlowOptions:
     steps : int, default 10
         Euler steps from time 0 to 1.
     samples : int, default 4
-        The number of noise draws; the one with the smallest rigidity residual is read out.
+        The number of noise draws; the one with the smallest rigidity residual is read
+        out.
     project : bool, default True
         Whether to replace each view's endpoint by the nearest rigid motion of the view.
 

@@ -2,19 +2,21 @@
 
 Welsch's loss with a threshold that shrinks in stages, and Anderson-accelerated steps.
 
-For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance of moved point i to its nearest
-target point, is lowered by majorisation: pair with the nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`.
-It converges slowly, so each step also proposes a pose extrapolated from the last `history` steps,
+For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance
+of moved point i to its nearest target point, is lowered by majorisation: pair with the
+nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`. It converges slowly, so
+each step also proposes a pose extrapolated from the last `history` steps,
 
     f_k = G(x_k) − x_k,   θ = argmin ‖f_k − Σ_j θ_j (f_{k−j+1} − f_{k−j})‖,
     x = G(x_k) − Σ_j θ_j (G(x_{k−j+1}) − G(x_{k−j})),
 
-which is kept only if its energy lies below that of x_k; otherwise the step is `G(x_k)`, whose energy never lies above.
-After such a refusal the differences gathered so far are dropped. In the code that the authors of [1]_ published they
-stay, and the next proposal is made from them: `forget=False`. In the race's rooms that took more steps and found no
-more poses. The pose's coordinates x are a rotation vector times the source's RMS radius and the position of its moved
-centroid, both relative to `G(x_k)`: all are lengths, comparable in any unit and about any origin, and far from any
-wrap-around.
+which is kept only if its energy lies below that of x_k; otherwise the step is `G(x_k)`,
+whose energy never lies above. After such a refusal the differences gathered so far are
+dropped. In the code that the authors of [1]_ published they stay, and the next proposal
+is made from them: `forget=False`. In the race's rooms that took more steps and found no
+more poses. The pose's coordinates x are a rotation vector times the source's RMS radius
+and the position of its moved centroid, both relative to `G(x_k)`: all are lengths,
+comparable in any unit and about any origin, and far from any wrap-around.
 
 ν begins at three times the median distance of the starting pairs and is halved whenever
 a stage has come to rest, until it is the target's spacing over 3√3, the spacing being
@@ -22,7 +24,8 @@ the median, over its points, of the median distance to the six nearest others. A
 ν means a smaller energy for the same pose, so the objective never rises over the whole
 run.
 
-Left out: the point-to-plane variant. Difference: the paper takes the logarithm of the whole matrix as coordinates.
+Left out: the point-to-plane variant. Difference: the paper takes the logarithm of the
+whole matrix as coordinates.
 
 References
 ----------
@@ -60,17 +63,20 @@ class FastRobustOptions:
     Parameters
     ----------
     first : float, optional
-        The first ν, world units. None is three times the median distance of the starting pairs.
+        The first ν, world units. None is three times the median distance of the
+        starting pairs.
     last : float, optional
-        The last ν, world units. None is the target's spacing over 3√3: the median, over its points, of the median
-        distance to the six nearest others. Equal points count as one.
+        The last ν, world units. None is the target's spacing over 3√3: the median, over
+        its points, of the median distance to the six nearest others. Equal points count
+        as one.
     history : int, default 5
         The number of past steps that an extrapolation uses, 0 for none.
     forget : bool, default True
         Whether the past steps are dropped when an extrapolated pose is refused. False
         keeps them, as the authors' code does.
     tolerance : float, default 1e-6
-        The last stage ends when a step's RMS motion of the source points is at most this fraction of their RMS radius.
+        The last stage ends when a step's RMS motion of the source points is at most
+        this fraction of their RMS radius.
     rough : float, default 1e-3
         The same fraction for the stages before the last.
 

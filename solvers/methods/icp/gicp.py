@@ -1,18 +1,23 @@
 """Generalised ICP.
 
-Nearest points, each pair weighted by the surfaces that its two points are assumed to lie on.
+Nearest points, each pair weighted by the surfaces that its two points are assumed to
+lie on.
 
-With covariances Σ_p of the source point and Σ_q of the target point, the pair's precision is `(Σ_q + R Σ_p Rᵀ)⁻¹`. The
-canonical surface covariance is `tangent` along the surface and the smaller `normal` across it,
-`Σ = tangent (I − n nᵀ) + normal n nᵀ`, with n from the point's neighbourhood; a point without a normal gets
-`tangent I`, as wide in every direction as a surface is along itself. These covariances model where a point's partner
-may lie; they are not a measured uncertainty, and a bad normal does not widen them. A source point of weight 0 is in no
-pair but is still a neighbour of others: points that lie on no surface are better left out of the cloud.
+With covariances Σ_p of the source point and Σ_q of the target point, the pair's
+precision is `(Σ_q + R Σ_p Rᵀ)⁻¹`. The canonical surface covariance is `tangent` along
+the surface and the smaller `normal` across it, `Σ = tangent (I − n nᵀ) + normal n nᵀ`,
+with n from the point's neighbourhood; a point without a normal gets `tangent I`, as
+wide in every direction as a surface is along itself. These covariances model where a
+point's partner may lie; they are not a measured uncertainty, and a bad normal does not
+widen them. A source point of weight 0 is in no pair but is still a neighbour of others:
+points that lie on no surface are better left out of the cloud.
 
-The precision is frozen within one Gauss-Newton step and re-evaluated after it. Two limits hold exactly, and are tested:
-equal isotropic covariances give the Gauss-Newton step of point-to-point ICP (not Kabsch's closed form, with which it
-shares only the fixed points); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point-to-plane as τ → ∞. The
-canonical covariances with ε → 0 do not: where the two normals differ, some precision remains along the tangent.
+The precision is frozen within one Gauss-Newton step and re-evaluated after it. Two
+limits hold exactly, and are tested: equal isotropic covariances give the Gauss-Newton
+step of point-to-point ICP (not Kabsch's closed form, with which it shares only the
+fixed points); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point-to-plane as τ →
+∞. The canonical covariances with ε → 0 do not: where the two normals differ, some
+precision remains along the tangent.
 
 Difference: one Gauss-Newton step per pairing, where the paper minimises to convergence.
 
@@ -42,8 +47,8 @@ from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 class GicpOptions(SurfaceOptions):
     """Options of `gicp`.
 
-    A common factor of the two variances changes the objective but not the steps. A run that cycles through the same
-    poses, to `tolerance`, has stalled.
+    A common factor of the two variances changes the objective but not the steps. A run
+    that cycles through the same poses, to `tolerance`, has stalled.
 
     Parameters
     ----------
@@ -55,10 +60,12 @@ class GicpOptions(SurfaceOptions):
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
         "geman-mcclure", of the pair's distance.
     tuning : float, optional
-        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect
+        if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
-        step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, afresh at every step, and never below 3e-4 of the target's RMS
+        radius.
     neighbours : int, default 6
         How many other points make up a point's neighbourhood.
     roundness : float, default 0.9
@@ -71,11 +78,11 @@ class GicpOptions(SurfaceOptions):
         The fraction of the system's largest eigenvalue below which a direction of
         motion counts as free.
     tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
-        radius.
+        The run stops when a step's RMS motion of the source points in use is at most
+        this fraction of their RMS radius.
     rms_tolerance : float, default 1e-6
-        The run also stops when the number of pairs used is unchanged and the RMS of their residuals has changed by at
-        most this fraction.
+        The run also stops when the number of pairs used is unchanged and the RMS of
+        their residuals has changed by at most this fraction.
     tangent : float, default 1.0
         The variance along the surface, squared world units.
     normal : float, default 0.01

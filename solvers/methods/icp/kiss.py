@@ -1,22 +1,26 @@
 """ICP with a threshold derived from how far off motion predictions were, after KISS-ICP.
 
-The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are used, weighted by the kernel of
-Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with `κ = σ/3`, which leaves few parameters to set.
+The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are
+used, weighted by the kernel of Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with
+`κ = σ/3`, which leaves few parameters to set.
 
-KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors (θ, t) of its motion prediction,
-`δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a point within r_max of the origin was off. A single pair of clouds
-has no such history. Here the deviation of the start replaces it: `angle` and `shift` where given, else the start pose's
-own motion, as if the prediction had been to stand still and the start were the correction. As in the original,
-`initial` counts as a first error and a deviation below `least` is ignored: `σ² = (initial² + δ²) / 2`, or `initial²`.
-The paper takes 2 m and 0.1 m, for scans of streets; here both are fractions of the target's size, since clouds come in
-any unit.
+KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors
+(θ, t) of its motion prediction, `δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a
+point within r_max of the origin was off. A single pair of clouds has no such history.
+Here the deviation of the start replaces it: `angle` and `shift` where given, else the
+start pose's own motion, as if the prediction had been to stand still and the start were
+the correction. As in the original, `initial` counts as a first error and a deviation
+below `least` is ignored: `σ² = (initial² + δ²) / 2`, or `initial²`. The paper takes 2 m
+and 0.1 m, for scans of streets; here both are fractions of the target's size, since
+clouds come in any unit.
 
 The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never
 rises.
 
-Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton step; distance and κ both enter the
-kernel squared (with an unsquared κ the kernel would change with the units). Left out, since there is no sequence:
-motion prediction, undistortion, the voxel map and its sampling.
+Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton
+step; distance and κ both enter the kernel squared (with an unsquared κ the kernel would
+change with the units). Left out, since there is no sequence: motion prediction,
+undistortion, the voxel map and its sampling.
 
 References
 ----------
@@ -41,8 +45,9 @@ from solvers.numerics.fits import lengths
 class KissOptions:
     """Options of `kiss-threshold-icp`.
 
-    The origin of the coordinates counts as the scanner's position. Far from it, as in a national grid, the slightest
-    turn is a deviation of kilometres and every pair is used: subtract the scanner's position first.
+    The origin of the coordinates counts as the scanner's position. Far from it, as in a
+    national grid, the slightest turn is a deviation of kilometres and every pair is
+    used: subtract the scanner's position first.
 
     Parameters
     ----------
@@ -57,7 +62,8 @@ class KissOptions:
     least : float, optional
         The smallest deviation that counts, world units. None is 0.03 of that radius.
     tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points is at most this fraction of their RMS radius.
+        The run stops when a step's RMS motion of the source points is at most this
+        fraction of their RMS radius.
 
     Raises
     ------

@@ -1,14 +1,17 @@
 """Point to plane: the distance to the surface through the nearest target point.
 
-The residual `r_i = n_jᵀ (R p_i + t − q_j)`, n_j the target's normal at q_j, is blind to sliding along the surface.
-That removes the spurious pull of a point's accidental partner along a wall, and it leaves free what the surface does
-not determine: with one straight wall, the slide along it; with a circle, the turn about its centre; with a plane in
-space, two slides and the turn about its normal. The system's condition number and weak direction show this, and a run
-that comes to rest with a free direction is degenerate.
+The residual `r_i = n_jᵀ (R p_i + t − q_j)`, n_j the target's normal at q_j, is blind to
+sliding along the surface. That removes the spurious pull of a point's accidental
+partner along a wall, and it leaves free what the surface does not determine: with one
+straight wall, the slide along it; with a circle, the turn about its centre; with a
+plane in space, two slides and the turn about its normal. The system's condition number
+and weak direction show this, and a run that comes to rest with a free direction is
+degenerate.
 
-Each step is one Gauss-Newton step on the linearised residuals (`solvers.numerics.gauss_newton`,
-with the precision `n nᵀ`), about the cloud's centre, with the angle scaled by its RMS
-radius. Pairs whose target point has no normal are not used.
+Each step is one Gauss-Newton step on the linearised residuals
+(`solvers.numerics.gauss_newton`, with the precision `n nᵀ`), about the cloud's centre,
+with the angle scaled by its RMS radius. Pairs whose target point has no normal are not
+used.
 
 References
 ----------

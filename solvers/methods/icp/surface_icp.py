@@ -62,10 +62,12 @@ class SurfaceOptions:
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
         "geman-mcclure", of the pair's distance.
     tuning : float, optional
-        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
+        The kernel's constant. None takes the usual one. It and `scale` have no effect
+        if `weight` is "none".
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
-        step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, afresh at every step, and never below 3e-4 of the target's RMS
+        radius.
     neighbours : int, default 6
         How many other points make up a point's neighbourhood.
     roundness : float, default 0.9
@@ -78,11 +80,11 @@ class SurfaceOptions:
         The fraction of the system's largest eigenvalue below which a direction of
         motion counts as free.
     tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
-        radius.
+        The run stops when a step's RMS motion of the source points in use is at most
+        this fraction of their RMS radius.
     rms_tolerance : float, default 1e-6
-        The run also stops when the number of pairs used is unchanged and the RMS of their residuals has changed by at
-        most this fraction.
+        The run also stops when the number of pairs used is unchanged and the RMS of
+        their residuals has changed by at most this fraction.
 
     Raises
     ------

@@ -49,8 +49,9 @@ class CappedField:
     shape : tuple of int
         Columns and rows of squares.
     candidates : ndarray of int, shape (squares + 1, k)
-        For each square, the target rows that can be nearest to a point in it and within the cap, padded with n. The
-        last row is for all points outside the squares, which lie beyond the cap of every target point.
+        For each square, the target rows that can be nearest to a point in it and within
+        the cap, padded with n. The last row is for all points outside the squares,
+        which lie beyond the cap of every target point.
 
     Examples
     --------
@@ -89,7 +90,8 @@ class CappedField:
         Returns
         -------
         rows : ndarray of int, shape (k,)
-            The lowest of equally near rows; n, the number of target points, where none lies within the cap.
+            The lowest of equally near rows; n, the number of target points, where none
+            lies within the cap.
         squares : ndarray of shape (k,)
             `min(min_j ‖x − y_j‖², τ²)`, u².
         """
@@ -191,7 +193,8 @@ class CappedField:
         Raises
         ------
         ValueError
-            If `start` is not finite or not of that shape, or another argument is negative or not finite.
+            If `start` is not finite or not of that shape, or another argument is
+            negative or not finite.
         """
         t = translations(start, "start")
         validate.count(max_steps, "max_steps")
@@ -243,8 +246,8 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
     cap : float
         τ, the distance beyond which a pair's cost stays constant, in world units.
     squares : int, default 8192
-        The approximate number of squares. Fewer squares are faster to build but slow down each query; the values are
-        the same.
+        The approximate number of squares. Fewer squares are faster to build but slow
+        down each query; the values are the same.
 
     Returns
     -------

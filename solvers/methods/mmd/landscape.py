@@ -32,7 +32,8 @@ class Path:
     Attributes
     ----------
     points : ndarray of shape (k + 1, ..., 2)
-        Translations from the first to the last, world units; a run that stopped earlier repeats its last one.
+        Translations from the first to the last, world units; a run that stopped earlier
+        repeats its last one.
     objective : ndarray of shape (k + 1, ...)
         The objective there.
     steps : ndarray of int, shape (...)
@@ -188,7 +189,8 @@ class MmdField:
         Raises
         ------
         ValueError
-            If `start` is not finite or not of that shape, or another argument is negative or not finite.
+            If `start` is not finite or not of that shape, or another argument is
+            negative or not finite.
         """
         t = translations(start, "start")
         validate.count(max_steps, "max_steps")

@@ -2,27 +2,33 @@
 
 No point is paired with any other.
 
-With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual `r(T) = mean φ(T x) − mean φ(y)`
-(2D numbers) and the objective `‖r‖²`, which estimates MMD². Here X moves and Y is fixed, the reverse of CPD's
-notation. The mean of the fixed cloud is computed once per ℓ. Levenberg-Marquardt minimises over translation and
-rotation, the latter about the moved cloud's centroid and scaled by its RMS radius, so that units and origin do not
-matter. The length scale follows a falling schedule, each stage starting where the last one ended; the objective jumps
-when ℓ changes.
+With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual
+`r(T) = mean φ(T x) − mean φ(y)` (2D numbers) and the objective `‖r‖²`, which estimates
+MMD². Here X moves and Y is fixed, the reverse of CPD's notation. The mean of the fixed
+cloud is computed once per ℓ. Levenberg-Marquardt minimises over translation and
+rotation, the latter about the moved cloud's centroid and scaled by its RMS radius, so
+that units and origin do not matter. The length scale follows a falling schedule, each
+stage starting where the last one ended; the objective jumps when ℓ changes.
 
-With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a turn in the plane with generator
-K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`. `feature_sums` gives all these sums at once.
+With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a
+turn in the plane with generator K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`.
+`feature_sums` gives all these sums at once.
 
-Nothing compensates for density, partial overlap or clutter: they move the minimum, and random features add minima of
-their own. Left out of [1]_: learned starts, scales and overlap weights.
+Nothing compensates for density, partial overlap or clutter: they move the minimum, and
+random features add minima of their own. Left out of [1]_: learned starts, scales and
+overlap weights.
 
-Every source point counts, strays too: one far off displaces the centroid and raises the radius, so that a run can end
-near its start. `room("noise")`, started 10° and 0.3 u off, ends 1° and 0.1 u off; with a source point added at
-(100, −100), 11° and 0.6 u off. Leave such points out.
+Every source point counts, strays too: one far off displaces the centroid and raises the
+radius, so that a run can end near its start. `room("noise")`, started 10° and 0.3 u
+off, ends 1° and 0.1 u off; with a source point added at (100, −100), 11° and 0.6 u off.
+Leave such points out.
 
-Two defaults differ from [1]_; options give the authors' choices. The frequencies are Gaussian; the authors' code also
-offers "Laplace" and uses it outdoors. That word may mean the kernel, `kernel="laplace"`, or the distribution of the
-frequencies, whose kernel is `kernel="cauchy"`; both are available. One draw is rescaled through all stages; the authors
-draw again for each (`redraw=True`), with a different number of waves (`count`, one per stage).
+Two defaults differ from [1]_; options give the authors' choices. The frequencies are
+Gaussian; the authors' code also offers "Laplace" and uses it outdoors. That word may
+mean the kernel, `kernel="laplace"`, or the distribution of the frequencies, whose
+kernel is `kernel="cauchy"`; both are available. One draw is rescaled through all
+stages; the authors draw again for each (`redraw=True`), with a different number of
+waves (`count`, one per stage).
 
 References
 ----------
@@ -62,7 +68,8 @@ _WEAK = 1e-10  # of the largest eigenvalue: below this a direction is undetermin
 class MmdOptions:
     """Options of `mmd`.
 
-    Every source point counts, and one far away can keep the run near its start: leave such points out.
+    Every source point counts, and one far away can keep the run near its start: leave
+    such points out.
 
     Parameters
     ----------
@@ -73,16 +80,20 @@ class MmdOptions:
         D, the number of frequencies, at least 1: one for all stages, or one for each of
         the `lengths`. Without `redraw` a stage takes the first D of one draw.
     kernel : str, default "gaussian"
-        The kernel for which frequencies are drawn, with x the difference of two points: "gaussian", `exp(−‖x‖²/2ℓ²)`;
-        "cauchy", `Π 1/(1 + x_j²/2ℓ²)`, Laplace frequencies along each axis; "laplace", `exp(−‖x‖/ℓ)`, multivariate
-        Cauchy frequencies. The last have no variance, so JᵀJ has no mean and grows with D: the kernel has a kink where
-        points meet. The fastest waves dominate the step, and a run stops early unless it starts close.
+        The kernel for which frequencies are drawn, with x the difference of two points:
+        "gaussian", `exp(−‖x‖²/2ℓ²)`; "cauchy", `Π 1/(1 + x_j²/2ℓ²)`, Laplace
+        frequencies along each axis; "laplace", `exp(−‖x‖/ℓ)`, multivariate Cauchy
+        frequencies. The last have no variance, so JᵀJ has no mean and grows with D: the
+        kernel has a kink where points meet. The fastest waves dominate the step, and a
+        run stops early unless it starts close.
     redraw : bool, default False
-        Whether every stage draws its own frequencies; otherwise the first stage's draw serves all.
+        Whether every stage draws its own frequencies; otherwise the first stage's draw
+        serves all.
     damping : float, default 1e-3
         λ of each stage's first step, a fraction of the largest eigenvalue of JᵀJ.
     tolerance : float, default 1e-6
-        The last stage ends when a step's RMS motion of the source points is at most this fraction of their RMS radius.
+        The last stage ends when a step's RMS motion of the source points is at most
+        this fraction of their RMS radius.
     coarse : float, default 1e-2
         The same fraction for the stages before the last.
     decrease : float, default 1e-6

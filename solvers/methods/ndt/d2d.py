@@ -2,8 +2,9 @@
 
 Each cloud becomes a map, and the two maps are registered cell by cell.
 
-The score of `ndt.d2d_score`, climbed as in `ndt.ndt`. Once the maps are built the points are no longer needed, so the
-cost of a step depends on the number of cells, not of points. The uncertainty of the moving side counts, too.
+The score of `ndt.d2d_score`, climbed as in `ndt.ndt`. Once the maps are built the
+points are no longer needed, so the cost of a step depends on the number of cells, not
+of points. The uncertainty of the moving side counts, too.
 
 References
 ----------
@@ -33,8 +34,9 @@ class D2dOptions(NdtOptions):
     grids : int, default 1
         The number of the target's grids, 1 or 4; the source has one.
     offset : sequence of two floats, default (0.0, 0.0)
-        A corner of the target's first grid, world units; the source's grid has a corner at its own origin. If either
-        cloud is shifted, the run may end at another pose, except for the target with `offset=target.min(axis=0)`.
+        A corner of the target's first grid, world units; the source's grid has a corner
+        at its own origin. If either cloud is shifted, the run may end at another pose,
+        except for the target with `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2
@@ -42,11 +44,13 @@ class D2dOptions(NdtOptions):
     halvings : int, default 4
         How many times a step is halved before the level ends.
     tolerance : float, default 1e-4
-        A level also ends when a step's RMS motion of the source points is at most about this fraction of their RMS
-        radius: converged if the full Newton step was that short, stalled if only its halvings were.
+        A level also ends when a step's RMS motion of the source points is at most about
+        this fraction of their RMS radius: converged if the full Newton step was that
+        short, stalled if only its halvings were.
     outliers : float, optional
-        The share of outliers, above 0 and below 1, that widens every Gaussian by one factor (`ndt.mixture`). None
-        leaves them unchanged, which is the limit of a share of one.
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one
+        factor (`ndt.mixture`). None leaves them unchanged, which is the limit of a
+        share of one.
 
     Raises
     ------

@@ -1,19 +1,22 @@
 """The two constants, d₁ and d₂, by which a share of outliers changes the NDT score.
 
-Each cell's Gaussian is mixed with a uniform density, `c₁ exp(−½ e) + c₂` with e the squared Mahalanobis distance. The
-negative logarithm of this has no simple derivatives, so it is approximated by another Gaussian, `d₁ exp(−½ d₂ e) + d₃`,
-equal to it at e = 0, at e = 1 and as e → ∞. Only `ρ = c₁/c₂` enters:
+Each cell's Gaussian is mixed with a uniform density, `c₁ exp(−½ e) + c₂` with e the
+squared Mahalanobis distance. The negative logarithm of this has no simple derivatives,
+so it is approximated by another Gaussian, `d₁ exp(−½ d₂ e) + d₃`, equal to it at e = 0,
+at e = 1 and as e → ∞. Only `ρ = c₁/c₂` enters:
 
     d₁ = −log(1 + ρ),    d₂ = −2 log( log(1 + ρ e^{−½}) / log(1 + ρ) ).
 
-All cells share them, so the score keeps its form: all covariances are divided by d₂, which lies below one, and all
-values are multiplied by −d₁, which moves no optimum. As the share of outliers goes to one, ρ goes to zero, d₂ to one,
-and the shape becomes that of the plain score, `exp(−½ e)`: the plain score trusts the points least. As the share goes
-to zero, so does d₂, and the score becomes a sum of squared distances.
+All cells share them, so the score keeps its form: all covariances are divided by d₂,
+which lies below one, and all values are multiplied by −d₁, which moves no optimum. As
+the share of outliers goes to one, ρ goes to zero, d₂ to one, and the shape becomes that
+of the plain score, `exp(−½ e)`: the plain score trusts the points least. As the share
+goes to zero, so does d₂, and the score becomes a sum of squared distances.
 
-How ρ follows from a share p is a choice. [1]_ takes c₁ and c₂ such that the mixture has probability one within a cell.
-The implementation in the Point Cloud Library takes `c₁ = 10 (1 − p)` and `c₂ = p/h³` for cells of side h, which depends
-on the unit of length. Here `ρ = 10 (1 − p)/p`, the value that this gives for cells of side one.
+How ρ follows from a share p is a choice. [1]_ takes c₁ and c₂ such that the mixture has
+probability one within a cell. The implementation in the Point Cloud Library takes
+`c₁ = 10 (1 − p)` and `c₂ = p/h³` for cells of side h, which depends on the unit of
+length. Here `ρ = 10 (1 − p)/p`, the value that this gives for cells of side one.
 
 References
 ----------

@@ -2,16 +2,20 @@
 
 Climb the score of the target's map by damped Newton steps, from coarse cells to fine.
 
-One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled by the cloud's RMS radius so
-that one λ damps lengths and angle alike. The step is capped by one common factor and halved until the score rises;
-otherwise it is rejected. A level, one cell size, ends when no shorter step helps or the step has become small; the next
-level starts from its pose, with another objective. Coarse cells reach farther, fine ones resolve more; neither
-guarantees anything, and a run that has stopped is not thereby aligned.
+One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled
+by the cloud's RMS radius so that one λ damps lengths and angle alike. The step is
+capped by one common factor and halved until the score rises; otherwise it is rejected.
+A level, one cell size, ends when no shorter step helps or the step has become small;
+the next level starts from its pose, with another objective. Coarse cells reach farther,
+fine ones resolve more; neither guarantees anything, and a run that has stopped is not
+thereby aligned.
 
-The score jumps at a cell's border, so a run often stalls there instead of ending where the gradient vanishes.
+The score jumps at a cell's border, so a run often stalls there instead of ending where
+the gradient vanishes.
 
-The mixture of each Gaussian with a uniform part for outliers, which is part of the score in [2]_, is an option here
-(`outliers`), off by default; it divides all covariances by one number (`ndt.mixture`).
+The mixture of each Gaussian with a uniform part for outliers, which is part of the
+score in [2]_, is an option here (`outliers`), off by default; it divides all
+covariances by one number (`ndt.mixture`).
 
 References
 ----------
@@ -64,8 +68,9 @@ class NdtOptions:
     grids : int, default 4
         The number of grids, 1 or 4.
     offset : sequence of two floats, default (0.0, 0.0)
-        A corner of the first grid, world units. The grid does not move with the scene: if both clouds are shifted, the
-        run may end at another pose, unless `offset=target.min(axis=0)`.
+        A corner of the first grid, world units. The grid does not move with the scene:
+        if both clouds are shifted, the run may end at another pose, unless
+        `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2
@@ -73,11 +78,13 @@ class NdtOptions:
     halvings : int, default 4
         How many times a step is halved before the level ends.
     tolerance : float, default 1e-4
-        A level also ends when a step's RMS motion of the source points is at most about this fraction of their RMS
-        radius: converged if the full Newton step was that short, stalled if only its halvings were.
+        A level also ends when a step's RMS motion of the source points is at most about
+        this fraction of their RMS radius: converged if the full Newton step was that
+        short, stalled if only its halvings were.
     outliers : float, optional
-        The share of outliers, above 0 and below 1, that widens every Gaussian by one factor (`ndt.mixture`). None
-        leaves them unchanged, which is the limit of a share of one.
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one
+        factor (`ndt.mixture`). None leaves them unchanged, which is the limit of a
+        share of one.
 
     Raises
     ------

@@ -98,7 +98,8 @@ def evaluate(
     pivot : ndarray of shape (k, 2)
         c, the centre of the turn φ.
     which : ndarray of int, shape (k,), optional
-        Which cloud's map each point set is scored on. None: one set per cloud, in order.
+        Which cloud's map each point set is scored on. None: one set per cloud, in
+        order.
     derivatives : bool, default True
         Whether to compute the gradient and the Hessian.
     outliers : float, optional
@@ -112,7 +113,8 @@ def evaluate(
     Raises
     ------
     ValueError
-        If `moved`, `pivot` or `which` has another shape, or `outliers` is not a share between 0 and 1.
+        If `moved`, `pivot` or `which` has another shape, or `outliers` is not a share
+        between 0 and 1.
 
     References
     ----------
@@ -201,9 +203,11 @@ def score_map(
 ) -> FloatArray:
     """The score of points turned beforehand, moved by every (x_i, y_j).
 
-    A point's column of cells depends on x alone and its row on y alone, and neighbouring translations share them: a
-    cell is looked up once for each run of columns and of rows of a point, and only pairs that meet a kept cell are
-    evaluated. Rows are independent, so a caller may request a few at a time, or a coarse lattice first.
+    A point's column of cells depends on x alone and its row on y alone, and
+    neighbouring translations share them: a cell is looked up once for each run of
+    columns and of rows of a point, and only pairs that meet a kept cell are evaluated.
+    Rows are independent, so a caller may request a few at a time, or a coarse lattice
+    first.
 
     Parameters
     ----------
@@ -226,8 +230,8 @@ def score_map(
     Raises
     ------
     ValueError
-        If the map is of more than one cloud, `points` is of another shape, `x` or `y` not a row of numbers, or
-        `outliers` not a share between 0 and 1.
+        If the map is of more than one cloud, `points` is of another shape, `x` or `y`
+        not a row of numbers, or `outliers` not a share between 0 and 1.
 
     Examples
     --------

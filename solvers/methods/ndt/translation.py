@@ -77,8 +77,9 @@ def climb(
 ) -> Climb:
     """Climb the score of points turned beforehand, by translations alone.
 
-    The climb stops when the next step would be at most `tolerance` cells long, when neither the step nor any of its
-    halvings raises the score, after `max_steps` steps, or, degenerate, if no point lies in a cell at the start.
+    The climb stops when the next step would be at most `tolerance` cells long, when
+    neither the step nor any of its halvings raises the score, after `max_steps` steps,
+    or, degenerate, if no point lies in a cell at the start.
 
     Parameters
     ----------

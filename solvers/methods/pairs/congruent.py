@@ -1,16 +1,18 @@
 """RANSAC without pairs: two source points are laid on two target points equally far apart.
 
-A draw takes two source points at least `separation` apart, a target point, and a second target point at the same
-distance from it up to `tolerance`. It lays one segment on the other, midpoint on midpoint, in both directions, which
-gives two hypotheses. A pose is judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the
+A draw takes two source points at least `separation` apart, a target point, and a second
+target point at the same distance from it up to `tolerance`. It lays one segment on the
+other, midpoint on midpoint, in both directions, which gives two hypotheses. A pose is
+judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the
 distance of moved point i to its nearest target point. The starting pose plays no part.
 
-Hypotheses are screened before they are scored. A grid over the target holds in each cell the least r² of any point in
-it, which bounds C from below. All hypotheses of a step are bounded with `screen` of the source points and the lowest
-few with all of them; the lowest of these is scored exactly if its bound lies below the best score so far. A hypothesis
-that becomes the best is refitted to the pairs within ε, at most twice, while that lowers C. After `patience` steps
-without a better one, the best pose is refitted, twice a step, until C stops falling: the run is at rest, which proves
-nothing.
+Hypotheses are screened before they are scored. A grid over the target holds in each
+cell the least r² of any point in it, which bounds C from below. All hypotheses of a
+step are bounded with `screen` of the source points and the lowest few with all of them;
+the lowest of these is scored exactly if its bound lies below the best score so far. A
+hypothesis that becomes the best is refitted to the pairs within ε, at most twice, while
+that lowers C. After `patience` steps without a better one, the best pose is refitted,
+twice a step, until C stops falling: the run is at rest, which proves nothing.
 
 Left out: the search structures of [3]_.
 
@@ -56,21 +58,25 @@ class CongruentOptions:
     Parameters
     ----------
     separation : float, optional
-        The least distance between two drawn source points, u; by default 0.6 of the source's RMS radius.
+        The least distance between two drawn source points, u; by default 0.6 of the
+        source's RMS radius.
     tolerance : float, optional
-        How much the distance of the two target points may differ from theirs, u; by default 0.1 of the target's RMS
-        radius.
+        How much the distance of the two target points may differ from theirs, u; by
+        default 0.1 of the target's RMS radius.
     inlier : float, optional
-        ε, the distance at which a point's share of the objective is capped, u; by default 0.1 of the target's RMS
-        radius, which is too large if a point lies far away.
+        ε, the distance at which a point's share of the objective is capped, u; by
+        default 0.1 of the target's RMS radius, which is too large if a point lies far
+        away.
     per_step : int, default 32
         Hypotheses per step, an even number.
     most : int, default 70
         The number of steps for which draws are made; then they are reused.
     screen : int, default 32
-        The number of source points with which all hypotheses of a step are first bounded.
+        The number of source points with which all hypotheses of a step are first
+        bounded.
     patience : int, default 20
-        Steps without a better pose after which the best one is refitted for the last time.
+        Steps without a better pose after which the best one is refitted for the last
+        time.
 
     Raises
     ------

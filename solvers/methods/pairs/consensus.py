@@ -13,8 +13,8 @@ from solvers.core.numbers import numbers
 def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | float:
     """The number of trials after which, with a given probability, one has drawn only right pairs.
 
-    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. It treats the s draws of a trial as
-    independent.
+    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. It treats
+    the s draws of a trial as independent.
 
     Parameters
     ----------

@@ -1,26 +1,29 @@
 """Graduated non-convexity: a fit despite many wrong pairs, without random draws.
 
-The pose sought minimises the truncated sum of squares `C(T) = Σ_i w_i min(r_i², c²)`, r_i the residual distance of
-pair i under T and c the bound within which a right pair is expected. C is replaced by a surrogate with a parameter μ:
-for small μ it grows with every distance, ever more slowly, and for μ → ∞ it is the sum itself. μ grows by a constant
-factor from step to step while a minimum is tracked.
+The pose sought minimises the truncated sum of squares `C(T) = Σ_i w_i min(r_i², c²)`,
+r_i the residual distance of pair i under T and c the bound within which a right pair is
+expected. C is replaced by a surrogate with a parameter μ: for small μ it grows with
+every distance, ever more slowly, and for μ → ∞ it is the sum itself. μ grows by a
+constant factor from step to step while a minimum is tracked.
 
 One step is a weighted closed-form fit, then new weights for the pairs. By the duality
-of Black and Rangarajan the surrogate is `min over v of Σ_i w_i (v_i r_i² + Φ(v_i))` with
-`Φ(v) = c² μ (1 − v)/(μ + v)`, and its best v has a closed form (`tls_weights`).
+of Black and Rangarajan the surrogate is `min over v of Σ_i w_i (v_i r_i² + Φ(v_i))`
+with `Φ(v) = c² μ (1 − v)/(μ + v)`, and its best v has a closed form (`tls_weights`).
 
-As in [1]_, μ starts at `c²/(2 r_max² − c²)`, r_max the largest residual of the least-squares fit of all pairs, and
-grows by 1.4. The authors' program ends when the weighted sum of squares settles. Here a run ends when every v is 0 or
-1 and equals the v that the pose was fitted with: no larger μ then changes anything. The result is a local minimum of C,
-with no proof that it is the lowest. The starting pose plays no part.
+As in [1]_, μ starts at `c²/(2 r_max² − c²)`, r_max the largest residual of the
+least-squares fit of all pairs, and grows by 1.4. The authors' program ends when the
+weighted sum of squares settles. Here a run ends when every v is 0 or 1 and equals the v
+that the pose was fitted with: no larger μ then changes anything. The result is a local
+minimum of C, with no proof that it is the lowest. The starting pose plays no part.
 
-Left out: solvers for problems other than the rigid fit, and the surrogate of Geman and McClure.
+Left out: solvers for problems other than the rigid fit, and the surrogate of Geman and
+McClure.
 
 References
 ----------
-.. [1] H. Yang, P. Antonante, V. Tzoumas, L. Carlone, "Graduated non-convexity for robust
-   spatial perception: from non-minimal solvers to global outlier rejection", 2020.
-   doi:10.1109/LRA.2020.2965893
+.. [1] H. Yang, P. Antonante, V. Tzoumas, L. Carlone, "Graduated non-convexity for
+   robust spatial perception: from non-minimal solvers to global outlier rejection",
+   2020. doi:10.1109/LRA.2020.2965893
 .. [2] M. J. Black, A. Rangarajan, "On the unification of line processes, outlier
    rejection, and robust statistics with applications in early vision", 1996.
    doi:10.1007/BF00131148
@@ -55,9 +58,10 @@ class GraduatedOptions:
     Parameters
     ----------
     inlier : float, optional
-        c, the residual up to which a pair may be right, world units. None is a twentieth of the root mean square
-        distance of the source points from their centroid, without strays, points more than 20 times as far out as the
-        median point. That ignores the noise: give the bound if it is known.
+        c, the residual up to which a pair may be right, world units. None is a
+        twentieth of the root mean square distance of the source points from their
+        centroid, without strays, points more than 20 times as far out as the median
+        point. That ignores the noise: give the bound if it is known.
     factor : float, default 1.4
         The factor by which μ grows in a step, 1.01 to 10.
 

@@ -1,20 +1,24 @@
 """RANSAC on proposed pairs.
 
-Fit a few pairs drawn at random, count how many agree, keep the best pose, refit it to its consensus.
+Fit a few pairs drawn at random, count how many agree, keep the best pose, refit it to
+its consensus.
 
-A trial draws d distinct pairs (two in the plane, three in space), fits them in closed form (by least squares, as their
-lengths disagree), and is judged by its capped sum of squares `C(T) = Σ_i min(r_i², ε²)`, r_i the residual distance of
-pair i. The pairs within ε are its consensus. When the trials are done, the best pose is refitted to its consensus until
-that stays the same. A refit never raises C: it lowers the sum over the consensus, and capping again lowers it further.
-It may *lower the count*, which is why the best pose is chosen by C and not by the count.
+A trial draws d distinct pairs (two in the plane, three in space), fits them in closed
+form (by least squares, as their lengths disagree), and is judged by its capped sum of
+squares `C(T) = Σ_i min(r_i², ε²)`, r_i the residual distance of pair i. The pairs
+within ε are its consensus. When the trials are done, the best pose is refitted to its
+consensus until that stays the same. A refit never raises C: it lowers the sum over the
+consensus, and capping again lowers it further. It may *lower the count*, which is why
+the best pose is chosen by C and not by the count.
 
-The number of trials comes from `solvers.consensus.trials`, with the best consensus so far as the share of right pairs,
-so the budget falls as better poses are found; `most` caps it, and a run that ends at that cap says so. The formula
-treats the draws of one trial as independent; d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a
-little less than wᵈ.
+The number of trials comes from `solvers.consensus.trials`, with the best consensus so
+far as the share of right pairs, so the budget falls as better poses are found; `most`
+caps it, and a run that ends at that cap says so. The formula treats the draws of one
+trial as independent; d *distinct* pairs are all right with probability
+k(k−1)…/(n(n−1)…), a little less than wᵈ.
 
-A draw in which two source points, or two target points, lie closer than `separation` is discarded and does not count
-as a trial: a short baseline gives a poor angle.
+A draw in which two source points, or two target points, lie closer than `separation` is
+discarded and does not count as a trial: a short baseline gives a poor angle.
 
 For comparison, `ghost` is the least-squares fit of all pairs, right and wrong.
 
@@ -61,7 +65,8 @@ class RansacOptions:
         ε, the residual up to which a pair agrees with a pose, world units. None is 0.1
         of the target's RMS radius, which wrong pairs far away make too large.
     confidence : float, default 0.99
-        p, the probability, above 0 and below 1, that at least one draw holds only right pairs.
+        p, the probability, above 0 and below 1, that at least one draw holds only right
+        pairs.
     most : int, default 1000
         The cap on trials.
     per_step : int, default 32

@@ -1,26 +1,31 @@
 """Lower bounds of the mean capped squared distance over boxes of rigid motions of the plane.
 
-Lengths are in units of the cap, which is 1 here. A motion turns the source about its centroid and then places the
-centroid. A box holds all turns φ within ±δ of its middle and all places within ±h along x and along y. Anywhere in it
-point i, at ρ_i from the centroid, is at most
+Lengths are in units of the cap, which is 1 here. A motion turns the source about its
+centroid and then places the centroid. A box holds all turns φ within ±δ of its middle
+and all places within ±h along x and along y. Anywhere in it point i, at ρ_i from the
+centroid, is at most
 
     γ_i = 2 ρ_i sin(min(δ, π) / 2) + √2 h
 
-from where the box's middle puts it. Two bounds follow, with d_i the distance to the cloud at the middle:
+from where the box's middle puts it. Two bounds follow, with d_i the distance to the
+cloud at the middle:
 
-- `coarse`: a distance falls by no more than the point moves, so E ≥ mean min(max(0, d_i − γ_i), 1)². It needs one
-  look-up per point and is too low by about 2 d_i γ_i: near a minimum, boxes must become as small as the gap. The
-  grid's rounding is added to γ_i, so that even a single pose has a bound below its value.
-- `fine`: with v the vector from the nearest target point, d²(x + u) ≥ ‖v‖² + 2 v·u + a_i for every move ‖u‖ ≤ γ_i,
-  where a_i ≤ 0 is the most that a change of partner, or the cap, may gain. The linear parts are summed over the points
-  *before* they are bounded. At a minimum they cancel, and the remaining slack falls with the square of the box's size.
+- `coarse`: a distance falls by no more than the point moves, so E ≥ mean min(max(0, d_i
+  − γ_i), 1)². It needs one look-up per point and is too low by about 2 d_i γ_i: near a
+  minimum, boxes must become as small as the gap. The grid's rounding is added to γ_i,
+  so that even a single pose has a bound below its value.
+- `fine`: with v the vector from the nearest target point, d²(x + u) ≥ ‖v‖² + 2 v·u +
+  a_i for every move ‖u‖ ≤ γ_i, where a_i ≤ 0 is the most that a change of partner, or
+  the cap, may gain. The linear parts are summed over the points *before* they are
+  bounded. At a minimum they cancel, and the remaining slack falls with the square of
+  the box's size.
 
 References
 ----------
-.. [1] T. M. Breuel, "Implementation techniques for geometric branch-and-bound matching methods", 2003 (boxes of planar
-   motions). doi:10.1016/S1077-3142(03)00026-2
-.. [2] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP", 2016, sec. 4 (`coarse`, for balls of turns in space).
-   doi:10.1109/TPAMI.2015.2513405
+.. [1] T. M. Breuel, "Implementation techniques for geometric branch-and-bound matching
+   methods", 2003 (boxes of planar motions). doi:10.1016/S1077-3142(03)00026-2
+.. [2] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP", 2016, sec. 4 (`coarse`, for balls
+   of turns in space). doi:10.1109/TPAMI.2015.2513405
 """
 
 from __future__ import annotations

@@ -1,26 +1,31 @@
 """Branch and bound in the plane: the globally best pose, with a proof that none is better by more than a gap.
 
-The objective is the mean of `min(r_i², cap²)` over the source points, r_i the distance to the nearest target point:
-that of `capped-icp`, divided by the number of points. Poses are kept as boxes (`solvers.methods.search.bounds`), each
-with a lower bound of the objective within it. A step takes the boxes with the lowest bounds, splits them, bounds the
-parts, and drops every part that cannot hold a pose better by more than `gap` than the best one found. That pose's
-objective is an upper bound of the optimum; the lowest bound of any box, dropped or left, is a lower bound. When no box
-is left, the two are within `gap`.
+The objective is the mean of `min(r_i², cap²)` over the source points, r_i the distance
+to the nearest target point: that of `capped-icp`, divided by the number of points.
+Poses are kept as boxes (`solvers.methods.search.bounds`), each with a lower bound of
+the objective within it. A step takes the boxes with the lowest bounds, splits them,
+bounds the parts, and drops every part that cannot hold a pose better by more than `gap`
+than the best one found. That pose's objective is an upper bound of the optimum; the
+lowest bound of any box, dropped or left, is a lower bound. When no box is left, the two
+are within `gap`.
 
-Upper bounds ("ceilings" in the code) come from capped ICP: in the first step from the start and from the best of a
-coarse sweep over all poses, later whenever the middle of a promising box beats the best pose. The start plays no other
-part, unless `turn` or `shift` confine the search to its neighbourhood.
+Upper bounds ("ceilings" in the code) come from capped ICP: in the first step from the
+start and from the best of a coarse sweep over all poses, later whenever the middle of a
+promising box beats the best pose. The start plays no other part, unless `turn` or
+`shift` confine the search to its neighbourhood.
 
-The proof concerns the objective, computed in floating point: the coarse bound is lowered by more than float32 can
-lose, and the fine one is right to about 1e-12. It says nothing about the truth. The time grows with the number of
-source points; thin large clouds first (`solvers.thinning`).
+The proof concerns the objective, computed in floating point: the coarse bound is
+lowered by more than float32 can lose, and the fine one is right to about 1e-12. It says
+nothing about the truth. The time grows with the number of source points; thin large
+clouds first (`solvers.thinning`).
 
 References
 ----------
-.. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D ICP point-set registration",
-   2016 (bounds and the ICP in between; left out: its two nested searches, its trimming). doi:10.1109/TPAMI.2015.2513405
-.. [2] T. M. Breuel, "Implementation techniques for geometric branch-and-bound matching methods", 2003 (planar motions).
-   doi:10.1016/S1077-3142(03)00026-2
+.. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D
+   ICP point-set registration", 2016 (bounds and the ICP in between; left out: its two
+   nested searches, its trimming). doi:10.1109/TPAMI.2015.2513405
+.. [2] T. M. Breuel, "Implementation techniques for geometric branch-and-bound matching
+   methods", 2003 (planar motions). doi:10.1016/S1077-3142(03)00026-2
 """
 
 from __future__ import annotations
@@ -57,8 +62,8 @@ _TRIED = 16  # middles whose objective is evaluated in a step
 class BranchAndBoundOptions:
     """Options of `branch-and-bound`.
 
-    The objective is the mean over the source points of min(d, cap)², d the distance to the
-    nearest target point.
+    The objective is the mean over the source points of min(d, cap)², d the distance to
+    the nearest target point.
 
     Parameters
     ----------
@@ -69,14 +74,16 @@ class BranchAndBoundOptions:
         median point. `result.detail("ground").cap` is the one used; `ground` is None if
         the clouds could not be searched.
     gap : float, optional
-        The most by which another pose's objective may lie below the result's, in squared world units. None is the
-        square of a hundredth of that radius.
+        The most by which another pose's objective may lie below the result's, in
+        squared world units. None is the square of a hundredth of that radius.
     turn : float, default π
-        How far to search to either side of the start's heading, radians; π is the whole circle.
+        How far to search to either side of the start's heading, radians; π is the whole
+        circle.
     shift : float, optional
-        How far to search along x and along y from where the start puts the source's centroid, world units; 0 treats
-        the translation as known. None is wherever any source point can come within the cap of the target, and so is
-        a shift that reaches beyond that on all sides.
+        How far to search along x and along y from where the start puts the source's
+        centroid, world units; 0 treats the translation as known. None is wherever any
+        source point can come within the cap of the target, and so is a shift that
+        reaches beyond that on all sides.
     boxes : int, default 2048
         The most boxes that a step splits.
     most : int, default 500000
@@ -154,7 +161,8 @@ class BranchAndBoundState:
     ground : ndarray of object, shape (b,)
         The fixed data of each problem's search, a `Ground`.
     boxes : ndarray of object, shape (b,)
-        The boxes left, `Boxes` in caps from the target's middle; `Ground.in_world` converts them to world units.
+        The boxes left, `Boxes` in caps from the target's middle; `Ground.in_world`
+        converts them to world units.
     discarded : ndarray of object, shape (b,)
         The boxes that the last step dropped.
     lower : ndarray of shape (b,)

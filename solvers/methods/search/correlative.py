@@ -1,27 +1,30 @@
 """Correlative scan matching: the best pose of a grid of poses, and the runner-up.
 
-The target is drawn on a grid of square cells and blurred: a cell is worth `exp(−d²/2σ²)`, d the distance of its centre
-from the nearest target point, in 255 steps. A pose scores the mean worth of the cells that the moved source points
-fall in, 0 to 1. The poses form a grid: angles so close that no point moves by more than a cell from one to the next,
-and translations by whole cells, wherever the clouds can overlap. The starting pose plays no part unless a window about
-it is given.
+The target is drawn on a grid of square cells and blurred: a cell is worth
+`exp(−d²/2σ²)`, d the distance of its centre from the nearest target point, in 255
+steps. A pose scores the mean worth of the cells that the moved source points fall in, 0
+to 1. The poses form a grid: angles so close that no point moves by more than a cell
+from one to the next, and translations by whole cells, wherever the clouds can overlap.
+The starting pose plays no part unless a window about it is given.
 
-Not every pose of the grid is scored. For one angle, no translation in a square of 2^h × 2^h can score more than if
-each point took the best cell of its own window of 2^h × 2^h cells, and these maxima are computed beforehand, one grid
-per h. Squares whose bound does not exceed the best score so far are dropped; the others are cut in four ([2]_, here the
-largest bounds first, many at a time). The result is therefore the same as from trying every pose of the grid. It is the
-grid's best pose, not polished: that is left to a local method started from it.
+Not every pose of the grid is scored. For one angle, no translation in a square of 2^h ×
+2^h can score more than if each point took the best cell of its own window of 2^h × 2^h
+cells, and these maxima are computed beforehand, one grid per h. Squares whose bound
+does not exceed the best score so far are dropped; the others are cut in four ([2]_,
+here the largest bounds first, many at a time). The result is therefore the same as from
+trying every pose of the grid. It is the grid's best pose, not polished: that is left to
+a local method started from it.
 
-A second search gives the *runner-up*, the best pose of the grid that is not a neighbour of the best: the RMS distance
-of the source points between the two exceeds `apart`. Two nearly equal scores are a sign of a scene that looks the same
-from two poses.
+A second search gives the *runner-up*, the best pose of the grid that is not a neighbour
+of the best: the RMS distance of the source points between the two exceeds `apart`. Two
+nearly equal scores are a sign of a scene that looks the same from two poses.
 
 Left out: the covariance of [1]_, and its choice of two resolutions.
 
 References
 ----------
-.. [1] E. B. Olson, "Real-time correlative scan matching", 2009 (the blurred table, the angular step).
-   doi:10.1109/ROBOT.2009.5152375
+.. [1] E. B. Olson, "Real-time correlative scan matching", 2009 (the blurred table, the
+   angular step). doi:10.1109/ROBOT.2009.5152375
 .. [2] W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-time loop closure in 2D LIDAR SLAM",
    2016, sec. V (windows of doubling size as bounds). doi:10.1109/ICRA.2016.7487258
 """
@@ -46,27 +49,30 @@ from solvers.methods.search.lattice import WORTH, Lattice, Window, build
 class CorrelativeOptions:
     """Options of `correlative`.
 
-    Points more than 20 times as far out as their cloud's median point are left out of the search, so that they do not
-    widen the field; those of the source score nothing.
+    Points more than 20 times as far out as their cloud's median point are left out of
+    the search, so that they do not widen the field; those of the source score nothing.
 
     Parameters
     ----------
     cell : float, optional
-        The side of a cell and the step in translation, world units. None is the median distance of a target point to
-        its neighbour, or larger if more than 256 cells would lie across the field searched.
+        The side of a cell and the step in translation, world units. None is the median
+        distance of a target point to its neighbour, or larger if more than 256 cells
+        would lie across the field searched.
     blur : float, default 1.0
         σ of the blur, in cells, 0.3 to 8.
     angle : float, optional
-        The angular step, radians, 1e-5 to π. None is the one that moves the farthest source point by one cell. A step
-        that does not divide the circle is made a little smaller.
+        The angular step, radians, 1e-5 to π. None is the one that moves the farthest
+        source point by one cell. A step that does not divide the circle is made a
+        little smaller.
     shift : float, optional
-        How far to search along x and y from where the start puts the source's centroid, world units. None is wherever
-        the clouds can overlap.
+        How far to search along x and y from where the start puts the source's centroid,
+        world units. None is wherever the clouds can overlap.
     turn : float, optional
-        How far to search to either side of the start's angle, radians. None is the whole circle.
+        How far to search to either side of the start's angle, radians. None is the
+        whole circle.
     apart : float, default 0.25
-        The RMS distance of the source points between two poses beyond which these are not neighbours, in RMS radii of
-        the source.
+        The RMS distance of the source points between two poses beyond which these are
+        not neighbours, in RMS radii of the source.
     per_step : int, default 64
         The number of squares to cut up in a step.
 

@@ -1,17 +1,19 @@
 """A grid of the distances to a cloud, with coarser cells that list the points that may be nearest.
 
-The distance to a cloud changes by no more than the query point moves. One number per cell, the distance from its
-middle, is therefore right to within half the cell's diagonal anywhere in the cell, and that number less this error is a
-lower bound. It costs one look-up, whatever the size of the cloud.
+The distance to a cloud changes by no more than the query point moves. One number per
+cell, the distance from its middle, is therefore right to within half the cell's
+diagonal anywhere in the cell, and that number less this error is a lower bound. It
+costs one look-up, whatever the size of the cloud.
 
-Outside the grid, the nearest cell on its border is used. That is a lower bound, too: the grid is convex and contains
-the cloud, so the projection of a point onto it is no farther from any point of the cloud.
+Outside the grid, the nearest cell on its border is used. That is a lower bound, too:
+the grid is convex and contains the cloud, so the projection of a point onto it is no
+farther from any point of the cloud.
 
 References
 ----------
-.. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D ICP point-set registration",
-   2016, sec. 5.1 (where a distance transform replaces the nearest neighbour, and its error is neglected).
-   doi:10.1109/TPAMI.2015.2513405
+.. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D
+   ICP point-set registration", 2016, sec. 5.1 (where a distance transform replaces the
+   nearest neighbour, and its error is neglected). doi:10.1109/TPAMI.2015.2513405
 """
 
 from __future__ import annotations
@@ -52,7 +54,8 @@ class DistanceGrid:
     listed : ndarray of shape (cells, k, 2)
         The k points nearest to the middle of each wide cell, `WIDE` cells to a side.
     others : ndarray of shape (cells,)
-        The distance from there to the nearest point not listed; infinite if all are listed.
+        The distance from there to the nearest point not listed; infinite if all are
+        listed.
 
     Examples
     --------

@@ -1,20 +1,23 @@
 """Annealed soft targets.
 
-Every moving point is drawn to a weighted mean of the fixed ones, with weights that sharpen as the run proceeds.
+Every moving point is drawn to a weighted mean of the fixed ones, with weights that
+sharpen as the run proceeds.
 
 With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no
 partner', point i has
 
     weights   w_ij = K_ij / (Σ_k K_ik + o),   support   s_i = Σ_j w_ij,   target   Σ_j w_ij q_j / s_i.
 
-A step fits a rigid motion to the targets, each row weighted by its support, rows below `least_support` dropped; then σ
-shrinks. Fit and schedule are those of `solvers.numerics.radius_pairs`, but over all pairs.
+A step fits a rigid motion to the targets, each row weighted by its support, rows below
+`least_support` dropped; then σ shrinks. Fit and schedule are those of
+`solvers.numerics.radius_pairs`, but over all pairs.
 
-This is a heuristic, not CPD: weights are normalised over the fixed points for each moving one, in CPD the other way
-round; o does not scale with σ or with the number of points, so the weight of 'no partner' varies with both; and σ
-follows a schedule, whatever the fit. At a fixed σ and with no row dropped, a step never raises
-`−σ² Σ_i log(1 + Σ_j K_ij / o)`, for which the fitted sum of squares is a majoriser; over a run, σ and the dropped rows
-change.
+This is a heuristic, not CPD: weights are normalised over the fixed points for each
+moving one, in CPD the other way round; o does not scale with σ or with the number of
+points, so the weight of 'no partner' varies with both; and σ follows a schedule,
+whatever the fit. At a fixed σ and with no row dropped, a step never raises
+`−σ² Σ_i log(1 + Σ_j K_ij / o)`, for which the fitted sum of squares is a majoriser;
+over a run, σ and the dropped rows change.
 
 In the manner of [1]_, whose assignment is doubly normalised; this one is not.
 
@@ -49,14 +52,15 @@ class SoftOptions:
     last : float, optional
         The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at
+        most 1.
     miss : float, default 0.12
         o, the score of having no partner; kernels are at most 1.
     least_support : float, default 0.15
         Source points with less support are left out of the fit.
     tolerance : float, default 1e-4
-        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
-        of their RMS radius.
+        The run stops when σ has reached `last` and a step's RMS motion of the source
+        points is at most this fraction of their RMS radius.
 
     Raises
     ------

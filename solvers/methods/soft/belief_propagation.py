@@ -2,19 +2,24 @@
 
 How likely is it that a source point is a given target point, given all the others?
 
-Each source point is one target point or missed, and each target point is at most one source point. An association a has
-the weight `Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ the Gaussian score, ψ₀ the miss score. The marginal
-`P(a_i = j)` sums over exponentially many associations; the messages of Williams and Lau approximate it in a few sweeps:
+Each source point is one target point or missed, and each target point is at most one
+source point. An association a has the weight
+`Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ the Gaussian score, ψ₀ the miss score.
+The marginal `P(a_i = j)` sums over exponentially many associations; the messages of
+Williams and Lau approximate it in a few sweeps:
 
     μ_{i→j} = ψ_ij / (ψ₀ + Σ_{k≠j} ψ_ik ν_{k→i}),   ν_{j→i} = 1 / (1 + Σ_{l≠i} μ_{l→j}),
     P(a_i = j) ≈ ψ_ij ν_{j→i} / (ψ₀ + Σ_k ψ_ik ν_{k→i}).
 
-If the pairs of positive score form no loop, they are exact once the sweeps have crossed the tree; with loops they are
-approximate: at 2 × 2 the error reaches 0.1 (checked by enumeration in the tests). The sweeps converge from any start to
-one fixed point (the paper's theorem). The marginals are the weights of a rigid fit, at a width σ that shrinks.
+If the pairs of positive score form no loop, they are exact once the sweeps have crossed
+the tree; with loops they are approximate: at 2 × 2 the error reaches 0.1 (checked by
+enumeration in the tests). The sweeps converge from any start to one fixed point (the
+paper's theorem). The marginals are the weights of a rigid fit, at a width σ that
+shrinks.
 
-This borrows the association step of a tracker but is not a tracker: it has no motion model, no existence, and no
-clutter model beyond a weight of one. Independently sampled surfaces need not match one to one at all.
+This borrows the association step of a tracker but is not a tracker: it has no motion
+model, no existence, and no clutter model beyond a weight of one. Independently sampled
+surfaces need not match one to one at all.
 
 References
 ----------
@@ -50,7 +55,8 @@ class BpOptions:
     last : float, optional
         The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at
+        most 1.
     reach : float, default 4.0
         Pairs farther apart than this many σ score nothing.
     miss : float, default 0.12
@@ -60,14 +66,14 @@ class BpOptions:
     least_support : float, default 0.15
         Source points whose marginals sum to less are left out of the fit.
     tolerance : float, default 1e-5
-        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
-        of their RMS radius.
+        The run stops when σ has reached `last` and a step's RMS motion of the source
+        points is at most this fraction of their RMS radius.
 
     Raises
     ------
     ValueError
-        If an option is out of its range. A run raises it, too, for clouds of more than 14
-        million pairs of points (`solvers.numerics.radius_pairs`).
+        If an option is out of its range. A run raises it, too, for clouds of more than
+        14 million pairs of points (`solvers.numerics.radius_pairs`).
 
     Examples
     --------

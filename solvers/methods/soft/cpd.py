@@ -1,20 +1,23 @@
 """Coherent point drift, rigid and similarity: the moved points are the centres of a
 Gaussian mixture that explains the fixed cloud, fitted by expectation and maximisation.
 
-Here Y, of M points, moves and X, of N points, stays fixed: the fixed points are the observations, the moving points
-the components. With one standard deviation σ for all components and a uniform part of weight w for clutter, the
-responsibility of component m for observation n is
+Here Y, of M points, moves and X, of N points, stays fixed: the fixed points are the
+observations, the moving points the components. With one standard deviation σ for all
+components and a uniform part of weight w for clutter, the responsibility of component m
+for observation n is
 
     P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
     c = (2πσ²)^{d/2} w M / ((1 − w) V),
 
-V the volume over which the clutter is spread, uᵈ: `volume`, or by default that of the square (or cube) in which evenly
-spread points have the fixed cloud's RMS radius r, `V = (√(12/d) r)ᵈ`. That is a choice of this package, which makes the
-result independent of the unit. The paper writes 1/N for the density, which is `volume=len(target)` for clouds of unit
-variance.
+V the volume over which the clutter is spread, uᵈ: `volume`, or by default that of the
+square (or cube) in which evenly spread points have the fixed cloud's RMS radius r,
+`V = (√(12/d) r)ᵈ`. That is a choice of this package, which makes the result independent
+of the unit. The paper writes 1/N for the density, which is `volume=len(target)` for
+clouds of unit variance.
 
-One step maximises for the current responsibilities, then computes those at the new pose, so a state's pose, σ,
-responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages of a step (`STAGES`) are
+One step maximises for the current responsibilities, then computes those at the new
+pose, so a state's pose, σ, responsibilities and objective belong together. With
+`N_P = Σ P_mn`, the stages of a step (`STAGES`) are
 
 1. responsibilities: P as above, at the state's pose and σ
 2. centring: μ_x = Σ P_mn x_n / N_P, μ_y = Σ P_mn y_m / N_P
@@ -22,10 +25,11 @@ responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages
 4. translation and scale: s = tr(ΛD) / Σ P_mn ‖ỹ_m‖² (or 1), t = μ_x − s R μ_y
 5. variance: σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
 
-The objective is the negative log-likelihood of the fixed cloud under mixture and clutter. It never rises: each step is
-an exact EM step; σ need not fall at every step. The variance is summed from residuals, never from the difference of
-traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks of the fixed points; P
-is stored only by `responsibilities`, for figures.
+The objective is the negative log-likelihood of the fixed cloud under mixture and
+clutter. It never rises: each step is an exact EM step; σ need not fall at every step.
+The variance is summed from residuals, never from the difference of traces
+`tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks
+of the fixed points; P is stored only by `responsibilities`, for figures.
 
 Left out: the affine and non-rigid forms and the fast Gauss transform.
 
@@ -73,14 +77,16 @@ class CpdOptions:
     clutter : float, default 0.1
         The weight w of the uniform part, 0 ≤ w < 1.
     volume : float, optional
-        The volume V over which it is spread, in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS radius: the square or
-        cube that evenly spread points of that radius fill. The paper's convention is the number of target points.
+        The volume V over which it is spread, in uᵈ. None is `(√(12/d) r)ᵈ`, r the
+        target's RMS radius: the square or cube that evenly spread points of that radius
+        fill. The paper's convention is the number of target points.
     sigma : float, optional
-        The first σ, world units. None takes it from all distances, `√(Σ_mn ‖x_n − T y_m‖² / M N d)`, leaving out
-        strays, points more than 20 times as far out as the median point.
+        The first σ, world units. None takes it from all distances,
+        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`, leaving out strays, points more than 20 times
+        as far out as the median point.
     tolerance : float, default 1e-5
-        The run stops when a step's RMS motion of the moving points is at most this fraction of their RMS radius and σ
-        changes by at most this fraction.
+        The run stops when a step's RMS motion of the moving points is at most this
+        fraction of their RMS radius and σ changes by at most this fraction.
 
     Raises
     ------

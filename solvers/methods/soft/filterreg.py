@@ -2,29 +2,34 @@
 
 A query at a moving point returns where that point belongs.
 
-Compared with CPD the roles are swapped: the N fixed points y_j are the components, the M moving points x_i = T p_i the
-observations. With the moments at a query, `m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
+Compared with CPD the roles are swapped: the N fixed points y_j are the components, the
+M moving points x_i = T p_i the observations. With the moments at a query,
+`m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
 `K_ij = exp(−‖x_i − y_j‖² / 2σ²)`, which a filter computes for all queries at once,
 
     target μ_i = m¹/m⁰,   weight W_i = m⁰ / (m⁰ + c),
     c = (2πσ²)^{d/2} w N / ((1 − w) V),
 
-w the weight of the clutter and V the volume it is spread over. Here the clutter is among the moving points. By default
-V is `6 r²`, the square in which evenly spread points have the fixed cloud's RMS radius r: a choice of this package,
-which makes the result independent of the unit of length. The stages of a step (`STAGES`) are
+w the weight of the clutter and V the volume it is spread over. Here the clutter is
+among the moving points. By default V is `6 r²`, the square in which evenly spread
+points have the fixed cloud's RMS radius r: a choice of this package, which makes the
+result independent of the unit of length. The stages of a step (`STAGES`) are
 
-1. density: the fixed points' values 1, y, ‖y‖² are entered into the filter (`solvers.numerics.kernel_filters`)
+1. density: the fixed points' values 1, y, ‖y‖² are entered into the filter
+   (`solvers.numerics.kernel_filters`)
 2. filter: blurred with width σ; both are repeated only when σ has changed
 3. query: m⁰, m¹, m² at the moving points, hence μ and W
-4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly; and σ: by a schedule, or as
-   `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)` with the moved points and the current moments
+4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly;
+   and σ: by a schedule, or as `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)`
+   with the moved points and the current moments
 
 The objective is the negative log-likelihood of the moving points under mixture and
 clutter, with the filter's m⁰. It need not fall: a linearised step, an approximate
 filter or a scheduled σ is not exact EM.
 
-Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out: articulated and deformable models,
-point-to-plane residuals, features besides the coordinates.
+Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out:
+articulated and deformable models, point-to-plane residuals, features besides the
+coordinates.
 
 References
 ----------
@@ -74,23 +79,25 @@ class FilterRegOptions:
     variance : str, default "estimated"
         "estimated" at every step, or "scheduled".
     first : float, optional
-        The first σ, world units. If σ is estimated, None is the RMS difference per coordinate over all pairs, leaving
-        out points more than 20 times as far out as their cloud's median point; if scheduled, 0.3 of the target's RMS
-        radius.
+        The first σ, world units. If σ is estimated, None is the RMS difference per
+        coordinate over all pairs, leaving out points more than 20 times as far out as
+        their cloud's median point; if scheduled, 0.3 of the target's RMS radius.
     last : float, optional
-        The least σ, world units. None is 0.001 of the target's RMS radius if σ is estimated, 0.03 if scheduled.
+        The least σ, world units. None is 0.001 of the target's RMS radius if σ is
+        estimated, 0.03 if scheduled.
     shrink : float, default 0.9
         The factor by which a scheduled σ shrinks after every step, above 0, at most 1.
     clutter : float, default 0.25
         w, the weight of clutter among the moving points, 0 < w < 1.
     volume : float, optional
-        V, the area over which the clutter is spread, u². None is `6 r²`, r the target's RMS radius: the square that
-        evenly spread points of that radius fill. CPD's convention, with the roles swapped, is M, the number of source
-        points.
+        V, the area over which the clutter is spread, u². None is `6 r²`, r the target's
+        RMS radius: the square that evenly spread points of that radius fill. CPD's
+        convention, with the roles swapped, is M, the number of source points.
     tolerance : float, default 1e-4
-        The run stops when a step's RMS motion of the source points is at most this fraction of their RMS radius, and σ
-        is at its last value or has changed by at most this fraction. With the lattice, an estimated σ within 1 % of the
-        previous one counts as equal, and the previous one is kept.
+        The run stops when a step's RMS motion of the source points is at most this
+        fraction of their RMS radius, and σ is at its last value or has changed by at
+        most this fraction. With the lattice, an estimated σ within 1 % of the previous
+        one counts as equal, and the previous one is kept.
 
     Raises
     ------

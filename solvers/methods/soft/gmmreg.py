@@ -8,14 +8,17 @@ distance of the two densities is, in closed form,
     E(T) = ∫ (f_T − g)² = (4πσ²)^{−d/2} (k_xx / M² − 2 k_xy / MN + k_yy / N²),
     k_xy = Σ_ij exp(−‖T p_i − q_j‖² / 4σ²),
 
-so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2 σ, up to the factor in front: no
-association, no expectation step. A rigid motion leaves k_xx unchanged. A step is a Newton step with gradient and
-Hessian in closed form, damped, capped at one ℓ and shortened until E falls. In units of ℓ, with u_ij = x_i − q_j,
-`J_i = [I, K/ρ]` (`solvers.numerics.gauss_newton`), and k = K_ij, the gradient of −k_xy is `Σ k J_iᵀ u_ij` and its
-Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, plus `−Σ k u_ij·(x_i − c)/ρ²` in the angle's entry.
+so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2
+σ, up to the factor in front: no association, no expectation step. A rigid motion leaves
+k_xx unchanged. A step is a Newton step with gradient and Hessian in closed form,
+damped, capped at one ℓ and shortened until E falls. In units of ℓ, with u_ij = x_i −
+q_j, `J_i = [I, K/ρ]` (`solvers.numerics.gauss_newton`), and k = K_ij, the gradient of
+−k_xy is `Σ k J_iᵀ u_ij` and its Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, plus
+`−Σ k u_ij·(x_i − c)/ρ²` in the angle's entry.
 
-When a stage has come to rest, σ shrinks and E becomes a different function; within a stage it never rises. Left out:
-unequal weights and covariances, and the non-rigid forms. Planar.
+When a stage has come to rest, σ shrinks and E becomes a different function; within a
+stage it never rises. Left out: unequal weights and covariances, and the non-rigid
+forms. Planar.
 
 References
 ----------
@@ -55,15 +58,15 @@ class GmmRegOptions:
     Parameters
     ----------
     first : float, optional
-        The first σ, world units. None is 0.4 of the target's RMS radius, or of the source's if all target points are
-        equal.
+        The first σ, world units. None is 0.4 of the target's RMS radius, or of the
+        source's if all target points are equal.
     last : float, optional
         The last σ, world units. None is 0.05 of that radius.
     shrink : float, default 0.5
         The factor by which σ shrinks after every stage, above 0 and below 1.
     coarse : float, default 1e-2
-        A stage before the last ends when a step's RMS motion of the source points is at most this fraction of their
-        RMS radius.
+        A stage before the last ends when a step's RMS motion of the source points is at
+        most this fraction of their RMS radius.
     tolerance : float, default 1e-6
         The same fraction for the last stage.
 

@@ -1,19 +1,24 @@
 """An average over a mixture of association hypotheses.
 
-The hypotheses are complete one-to-one assignments, one greedy and the others drawn at random.
+The hypotheses are complete one-to-one assignments, one greedy and the others drawn at
+random.
 
-At a pose and a width σ, each hypothesis assigns every source point to one target point or to none, and uses no target
-point twice. The greedy one takes the pair with the best score `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best of the
-remaining ones, as long as the score exceeds the miss score ψ₀. In a drawn one, every source point draws a target point
-with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the remaining probability. A point that draws a taken partner
-draws again, which amounts to a draw among the free ones; if several draw the same partner at once, the first in a
-random order gets it. After `draws` unsuccessful rounds a point is missed. A source point's soft target is the mean over
-the hypotheses that assign it, and its support is their share. A weighted rigid fit follows, then σ shrinks. At the last
-σ a step is a function of the pose alone, so a run comes to rest or cycles through the same few poses.
+At a pose and a width σ, each hypothesis assigns every source point to one target point
+or to none, and uses no target point twice. The greedy one takes the pair with the best
+score `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best of the remaining ones, as long
+as the score exceeds the miss score ψ₀. In a drawn one, every source point draws a
+target point with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the remaining
+probability. A point that draws a taken partner draws again, which amounts to a draw
+among the free ones; if several draw the same partner at once, the first in a random
+order gets it. After `draws` unsuccessful rounds a point is missed. A source point's
+soft target is the mean over the hypotheses that assign it, and its support is their
+share. A weighted rigid fit follows, then σ shrinks. At the last σ a step is a function
+of the pose alone, so a run comes to rest or cycles through the same few poses.
 
-It is not PMBM: it has no Poisson part for undetected objects, no Bernoulli existence and no posterior passed from step
-to step, and all hypotheses have equal weight. The random numbers of a run are drawn once and reused at every step, so
-that a run can come to rest.
+It is not PMBM: it has no Poisson part for undetected objects, no Bernoulli existence
+and no posterior passed from step to step, and all hypotheses have equal weight. The
+random numbers of a run are drawn once and reused at every step, so that a run can come
+to rest.
 
 References
 ----------
@@ -54,7 +59,8 @@ class HypothesisOptions:
     last : float, optional
         The last σ, world units. None is 0.03 of that radius.
     shrink : float, default 0.9
-        The factor by which σ shrinks at every step until it reaches `last`, above 0, at most 1.
+        The factor by which σ shrinks at every step until it reaches `last`, above 0, at
+        most 1.
     reach : float, default 4.0
         Pairs farther apart than this many σ score nothing.
     miss : float, default 0.12
@@ -64,16 +70,18 @@ class HypothesisOptions:
     draws : int, default 4
         The number of rounds of drawing before a point is missed.
     least_support : float, default 0.15
-        Source points assigned by a smaller share of the hypotheses are left out of the fit.
+        Source points assigned by a smaller share of the hypotheses are left out of the
+        fit.
     tolerance : float, default 1e-4
-        The run stops when σ has reached `last` and a step's RMS motion of the source points is at most this fraction
-        of their RMS radius. A run that cycles through the same few poses, to `tolerance`, has stalled.
+        The run stops when σ has reached `last` and a step's RMS motion of the source
+        points is at most this fraction of their RMS radius. A run that cycles through
+        the same few poses, to `tolerance`, has stalled.
 
     Raises
     ------
     ValueError
-        If an option is out of its range. A run raises it, too, for clouds of more than 14
-        million pairs of points (`solvers.numerics.radius_pairs`).
+        If an option is out of its range. A run raises it, too, for clouds of more than
+        14 million pairs of points (`solvers.numerics.radius_pairs`).
 
     Examples
     --------

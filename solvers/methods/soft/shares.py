@@ -30,8 +30,8 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
     Returns
     -------
     ndarray of shape (m, n)
-        Moving points are rows, fixed points columns. A row sums to its weight W; the rest up to 1 is the clutter's
-        share.
+        Moving points are rows, fixed points columns. A row sums to its weight W; the
+        rest up to 1 is the clutter's share.
 
     Examples
     --------
@@ -85,8 +85,9 @@ def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
 def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: int = 2) -> float:
     """The weight of a uniform part that is equivalent to a constant added to kernel sums.
 
-    The uniform part has density 1/V, and the constant `offset` is added to unnormalised kernel sums over `count`
-    components: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for w.
+    The uniform part has density 1/V, and the constant `offset` is added to unnormalised
+    kernel sums over `count` components: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`,
+    solved for w.
 
     Parameters
     ----------
@@ -109,7 +110,8 @@ def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: 
     Raises
     ------
     ValueError
-        If one of the first four is not a positive number, or `dim` not a positive integer; the message names it.
+        If one of the first four is not a positive number, or `dim` not a positive
+        integer; the message names it.
 
     Examples
     --------
