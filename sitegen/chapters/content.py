@@ -16,7 +16,8 @@ from sitegen.cache.memory import Memory
 from sitegen.chapters import yaml_schema
 from sitegen.chapters.onward import Onward, read_onward
 from sitegen.chapters.slides import Slide, read_slides
-from sitegen.markup.parser import Document, Source, parse
+from sitegen.markup.parser import Document, parse
+from sitegen.markup.source import Source
 from sitegen.problems import Place, Problems, hint, read_text
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
@@ -369,15 +370,12 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
             if name in owners:
                 problems.add(chapter.at("slug"), f"page name {name!r} is taken by {owners[name]}")
             owners[name] = chapter.source.path
-    decks = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
+    derived = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
+    derived |= {chapter.checks.removesuffix(".html"): f"the checks of {chapter.source.path}" for chapter in chapters}
     for chapter in chapters:
-        if chapter.name in decks:
-            problems.add(chapter.at("slug"), f"page name {chapter.name!r} is taken by {decks[chapter.name]}")
-    checks = {chapter.checks.removesuffix(".html"): f"the checks of {chapter.source.path}" for chapter in chapters}
-    for chapter in chapters:
-        if chapter.name in checks:
-            problems.add(chapter.at("slug"), f"page name {chapter.name!r} is taken by {checks[chapter.name]}")
-    owners |= decks | checks
+        if chapter.name in derived:
+            problems.add(chapter.at("slug"), f"page name {chapter.name!r} is taken by {derived[chapter.name]}")
+    owners |= derived
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in owners:

@@ -10,7 +10,8 @@ from markdown_it.token import Token
 from sitegen.chapters import yaml_schema
 from sitegen.chapters.promises import tell_unheld
 from sitegen.markup.located import place_of
-from sitegen.markup.parser import Source, parse
+from sitegen.markup.parser import parse
+from sitegen.markup.source import Source
 from sitegen.problems import Place, Problems
 
 SLIDE = {

@@ -28,7 +28,8 @@ from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Attribute, Directive
 from sitegen.markup.located import Anchor, EquationLabel, Located, NoteMark, located, place_of
 from sitegen.markup.math import Formula, FormulaUse, formula_of
-from sitegen.markup.parser import ANCHOR, ascii_slug, text_of
+from sitegen.markup.parser import ascii_slug, text_of
+from sitegen.markup.places import ANCHOR
 from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import Record, Widget
 from widgets.engine.controls import specs

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -27,54 +26,16 @@ from mdit_py_plugins.footnote import footnote_plugin
 from sitegen.markup.directives import Directive, DirectiveError, read
 from sitegen.markup.fences import open_fence
 from sitegen.markup.inline import BLOCK, INLINE, citation, directive_in_line, misplaced, placed
-from sitegen.markup.leftovers import leftovers
-from sitegen.markup.located import (
-    Anchor,
-    EquationLabel,
-    Fault,
-    InLine,
-    Located,
-    TextStart,
-    footnote_label,
-    located,
-    note,
-    noted,
-)
-from sitegen.markup.slips import CLOSING, CONTAINERS, cells, slips, unread_anchor
+from sitegen.markup.located import Located, TextStart, footnote_label, located, note, noted
+from sitegen.markup.places import add_places, heading_ids
+from sitegen.markup.slips import CONTAINERS
+from sitegen.markup.source import Source
 from sitegen.markup.unclosed import dollar, label_first, lose
-from sitegen.problems import Place, Problems, hint
+from sitegen.problems import Place, hint
 
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
-HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
-ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad|k?m|m?s|[kM]B)(?!\w))")  # at ^ after a computed number
 EQUALS = re.compile(r"(?<=\w) = (?=[−\d])")
-
-
-@dataclass
-class Source:
-    """A Markdown file to parse: its path as problems cite it, and its text with the front matter blanked out.
-
-    shift: number of columns before each line of the text in its file.
-    """
-
-    path: str
-    text: str
-    problems: Problems
-    shift: int = 0
-    lines: list[str] = field(init=False)
-    starts: list[int] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.lines = self.text.split("\n")
-        self.starts = [0]
-        for line in self.lines[:-1]:
-            self.starts.append(self.starts[-1] + len(line) + 1)
-
-    def at(self, offset: int) -> Place:
-        """The place of an offset in the text."""
-        line = bisect_right(self.starts, offset) - 1
-        return Place(self.path, line + 1, self.shift + offset - self.starts[line] + 1)
 
 
 @dataclass(frozen=True)
@@ -129,8 +90,8 @@ def parser() -> MarkdownIt:
     rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}  # no public API exposes a rule's function
     for name in PLACED:
         md.inline.ruler.at(name, partial(placed, rules[name]))
-    md.core.ruler.before("inline", "heading_ids", _heading_ids)
-    md.core.ruler.after("inline", "places", _add_places)
+    md.core.ruler.before("inline", "heading_ids", heading_ids)
+    md.core.ruler.after("inline", "places", add_places)
     md.core.ruler.push("fold", _fold)
     return md
 
@@ -213,128 +174,6 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     note(inline, TextStart(directive.text_start))
     state.push("directive_close", "", -1)
     return True
-
-
-def _heading_ids(state: StateCore) -> None:
-    """Strip `{#id}` from the end of headings and note it as their anchor."""
-    source: Source = state.env["source"]
-    for heading, inline in zip(state.tokens, state.tokens[1:], strict=False):
-        if heading.type != "heading_open":
-            continue
-        name, start = "", source.starts[(heading.map or [0])[0]]
-        if (match := HEADING_ID.search(inline.content)) is not None:
-            line = (inline.map or [0])[0]
-            place = source.at(source.starts[line] + source.lines[line].rfind("{#") + 2)
-            if ANCHOR.fullmatch(match[1]):
-                name = match[1]
-            else:
-                rule = "use lower-case letters, digits and hyphens, starting with a letter"
-                source.problems.add(place, f"invalid anchor {match[1]!r}: {rule}")
-            inline.content = inline.content[: match.start()]
-        elif (offset := unread_anchor(inline.content)) is not None:
-            line = (inline.map or [0])[0]
-            place = source.at(source.starts[line] + source.lines[line].rfind(inline.content[offset:]))
-            source.problems.add(place, "expected {#name} at the end of the heading")
-        place = Place(source.path, (heading.map or [0])[0] + 1, 1)
-        note(heading, Located(Anchor(name), place, source.at, start))
-
-
-def _add_places(state: StateCore) -> None:
-    """Give every child with an offset its place in the file."""
-    source: Source = state.env["source"]
-    addresses = state.env.get("references", {})
-    for duplicate in state.env.get("duplicate_refs", []):
-        if duplicate["href"] != addresses[duplicate["label"]]["href"]:
-            place = Place(source.path, duplicate["map"][0] + 1, 1)
-            first = addresses[duplicate["label"]]["map"][0] + 1
-            name = duplicate["label"].lower()
-            source.problems.add(place, f"duplicate [{name}], with another address on line {first}")
-    cell = columns = 0
-    for i, token in enumerate(state.tokens):
-        cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
-        if token.type in ("math_block", "math_block_label") and token.map:
-            first = source.starts[token.map[0]]
-            dollars = source.text.index("$$", first)
-            label = None
-            if token.type == "math_block_label":
-                bracket = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1))
-                label = EquationLabel(source.at(bracket + 1))
-            note(token, Located(label, source.at(dollars), partial(_offset_in, source, dollars + 2), -2))
-        elif token.type.startswith("container_") and token.map:
-            _container(source, token)
-            if token.nesting == 1 and state.tokens[i + 1].type.endswith("_close"):
-                place = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(place, f"empty {token.markup}{token.info.strip()}")
-        elif token.type == "tr_open" and token.map:
-            line = source.lines[token.map[0]]
-            if state.tokens[i - 1].type == "thead_open":  # the header itself may follow a list's mark
-                columns = cells(source.lines[token.map[0] + 1])
-                continue
-            if "|" not in line and "|" in source.lines[token.map[0] - 1]:  # text would be rows of one cell
-                source.problems.add(Place(source.path, token.map[0] + 1, 1), "missing blank line after the table")
-            if cells(line) > columns:
-                place = Place(source.path, token.map[0] + 1, 1)
-                source.problems.add(place, f"row of {cells(line)} cells in a table of {columns} columns")
-        elif token.type == "fence" and token.map:
-            place = Place(source.path, token.map[0] + 1, 1)
-            note(token, Located(None, place, source.at, source.starts[token.map[0]]))
-        elif token.type == "code_block" and token.map:  # claims, promises and all else in it would go unread
-            line = source.lines[token.map[0]]
-            place = source.at(source.starts[token.map[0]] + len(line) - len(line.lstrip(" >\t")))
-            message = "indented by a tab or four spaces, this is code: unindent it, or put code between lines of ```"
-            source.problems.add(place, message)
-            lose(state.env, token.content)
-        if token.type != "inline":
-            continue
-        at = partial(_inline_place, source, token, cell)
-        for offset, message in slips(token.content):
-            source.problems.add(at(offset), message)
-            lose(state.env, token.content)
-        for offset, message in leftovers(token.content, token.children or [], addresses):
-            source.problems.add(at(offset), message)
-        for child in token.children or []:
-            if (remark := noted(child, InLine)) is None:
-                continue
-            place = at(remark.offset)
-            if isinstance(remark.thing, Fault):
-                source.problems.add(place, remark.thing.message)
-            else:
-                note(child, Located(remark.thing, place, at, remark.offset))
-        token.children = [child for child in token.children or [] if child.type != "fault"]
-
-
-def _container(source: Source, token: Token) -> None:
-    """Report a container that is not closed, or has more than its name on its first line."""
-    first, last = token.map or (0, 0)
-    name = token.type.removeprefix("container_").removesuffix("_open")
-    if token.nesting == 1 and token.info.strip() != name:
-        source.problems.add(Place(source.path, first + 1, 1), f"unexpected text after {token.markup}{name}")
-    if not CLOSING.fullmatch("".join(source.lines[last : last + 1]).strip(" \t>")):
-        source.problems.add(Place(source.path, first + 1, 1), f"unclosed {token.markup}{name}: missing :::")
-
-
-def _line_end(source: Source, line: int) -> int:
-    return source.starts[line] + len(source.lines[line])
-
-
-def _offset_in(source: Source, base: int, offset: int) -> Place:
-    return source.at(base + offset)
-
-
-def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Place:
-    """The place of an offset in an inline token's content, whose lines have lost indentation and container marks."""
-    if (start := noted(inline, TextStart)) is not None:
-        return source.at(start.offset + offset)
-    head, lines = inline.content[:offset], inline.content.split("\n")
-    top, end = inline.map or (0, 0)
-    # Lines of characters such as U+2028, which Markdown does not count as blank, are stripped from a paragraph's start.
-    top = next((row for row in range(top, end) if lines[0].rstrip() in source.lines[row]), top)
-    row, content = top + head.count("\n"), lines[head.count("\n")]
-    raw = source.lines[row]
-    bars = [m.end() for m in re.finditer(r"(?<!\\)\|", raw)] if cell else []
-    first = bars[cell - (not raw.lstrip().startswith("|"))] if cell < len(bars) + 1 and bars else 0
-    column = raw.find(content.rstrip(), first)
-    return Place(source.path, row + 1, source.shift + max(column, 0) + len(head.rpartition("\n")[2]) + 1)
 
 
 def _fold(state: StateCore) -> None:

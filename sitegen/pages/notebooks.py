@@ -37,7 +37,8 @@ from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import Citation, NoteMark, located
-from sitegen.markup.parser import HEADING_ID, blocks
+from sitegen.markup.parser import blocks
+from sitegen.markup.places import HEADING_ID
 from sitegen.pages.portable_svg import SHEETS, data_address, standalone
 from sitegen.problems import Place
 from widgets.engine.script import WHEEL

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.survey import survey
-from sitegen.markup.parser import Source, parse
+from sitegen.markup.parser import parse
+from sitegen.markup.source import Source
 from sitegen.problems import Problems
 from tests.sitegen.conftest import TOY, TOY_PLOT
 

@@ -14,7 +14,8 @@ from sitegen.chapters.survey import survey
 from sitegen.chapters.surveyed import Survey
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import Anchor, NoteMark, located
-from sitegen.markup.parser import Source, parse
+from sitegen.markup.parser import parse
+from sitegen.markup.source import Source
 from sitegen.problems import Problems
 from tests.sitegen.conftest import TOY, TOY_PLOT
 

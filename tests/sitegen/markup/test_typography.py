@@ -8,7 +8,8 @@ import pytest
 from markupsafe import escape
 
 from sitegen.html_reader import Tag, read
-from sitegen.markup.parser import Source, parse
+from sitegen.markup.parser import parse
+from sitegen.markup.source import Source
 from sitegen.markup.typography import apostrophes, breakable, unbroken_formulas, whole_options
 from sitegen.problems import Problems
 
