@@ -1,4 +1,4 @@
-"""Paper does not scroll: content wider than the text is printed whole, and no heading stays behind on a page."""
+"""Paper does not scroll: content wider than the text is printed whole, and nothing stays behind on a sheet."""
 
 from __future__ import annotations
 
@@ -64,6 +64,45 @@ def test_no_head_and_no_caption_is_left_alone(reader: Callable[..., Reader], pat
     page.evaluate(SHEETS)
     assert page.evaluate("document.body.scrollWidth") > 5 * WIDTH
     assert page.evaluate(STRANDED) == []
+
+
+# Parts that the end of a sheet divides.
+DIVIDED = """(whole) => [...document.querySelectorAll(whole)].filter((e) => e.checkVisibility())
+  .filter((e) => e.getClientRects().length > 1).map((e) => e.textContent.trim().slice(0, 50))"""
+
+
+@pytest.mark.parametrize(
+    ("path", "whole"),
+    [
+        ("race.html", ".job, .figure-panel, .fold > summary"),
+        ("icp.html", "#fig-nearest, #fig-gate, .figure-panel, .fold > summary"),
+    ],
+)
+def test_no_sheet_divides_a_picture_from_its_words(reader: Callable[..., Reader], path: str, whole: str) -> None:
+    """Nor a benchmark's table from its head; a figure with a chart shares its sheet with what it comes to."""
+    page = print_page(reader().open(path))
+    page.evaluate(SHEETS)
+    assert page.locator(whole).count() > 3
+    assert page.evaluate(DIVIDED, whole) == []
+
+
+def test_numbers_begin_where_their_picture_does(reader: Callable[..., Reader]) -> None:
+    """For its styles, paper is as wide as the whole sheet, which is a tablet's width."""
+    page = reader(width=794, height=1123).open("icp.html")
+    page.emulate_media(media="print")
+    figure = Figure(page, "fig-nearest")
+    [stage], [numbers], [chart] = (figure.boxes(f".figure-{part}") for part in ("stage", "desk > .readouts", "charts"))
+    assert numbers["x"] == stage["x"]
+    assert numbers["x"] + numbers["width"] < chart["x"]
+
+
+def test_legends_keep_their_swatches(reader: Callable[..., Reader]) -> None:
+    """Browsers print no backgrounds unless told to, and dots and squares are backgrounds."""
+    page = print_page(reader().open("surfaces.html"))
+    marks = page.locator(":is(.figure, .claim) :is(.key, .readout dt, .claim-mark)")
+    assert marks.count() > 10
+    adjusts = "all => all.map(e => getComputedStyle(e, '::before').printColorAdjust)"
+    assert {*marks.evaluate_all(adjusts)} == {"exact"}
 
 
 def test_pinned_runs_are_printed_whole(reader: Callable[..., Reader]) -> None:
