@@ -67,3 +67,28 @@ def test_a_thumbnail_has_its_whole_name(reader: Callable[..., Reader]) -> None:
     assert names.count() == 7
     cut = "all => all.filter((e) => e.scrollHeight > e.clientHeight + 2).map((e) => e.textContent)"
     assert names.evaluate_all(cut) == []
+
+
+# Names whose words are divided between lines, or that end early.
+DIVIDED = """all => all.filter((e) => {
+  if (e.scrollHeight > e.clientHeight + 2) return true;
+  const text = e.firstChild, range = document.createRange();
+  return [...text.data.matchAll(/\\p{L}+/gu)].some((word) => {
+    range.setStart(text, word.index);
+    range.setEnd(text, word.index + word[0].length);
+    return new Set([...range.getClientRects()].map((box) => box.top)).size > 1;
+  });
+}).map((e) => e.textContent)"""
+
+
+@pytest.mark.parametrize("size", [(320, 640), (195, 422)])
+@pytest.mark.parametrize("name", ["index.html#fig-map", "race.html#fig-race", "four.html#fig-four"])
+def test_a_narrow_thumbnail_has_its_name_in_whole_words(
+    reader: Callable[..., Reader], name: str, size: tuple[int, int]
+) -> None:
+    """On the narrowest phone, and on a phone with text at twice the size."""
+    page, figure = name.split("#")
+    stage = Figure(reader(*size, reduced_motion="reduce").open(page), figure).seen()
+    names = stage.root.locator(".figure-stage > .figure-panel:not(.large) > .panel-caption > :first-child")
+    assert names.count() > 2
+    assert names.evaluate_all(DIVIDED) == []

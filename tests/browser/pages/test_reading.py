@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
-from tests.browser.layout import FRAMES, SIDEWAYS, remaining
+from tests.browser.layout import CUT, FRAMES, SIDEWAYS, remaining
 
 
 def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> None:
@@ -171,3 +171,16 @@ def test_a_formula_in_large_text_does_not_move_the_page(reader: Callable[..., Re
     assert remaining(tab, SIDEWAYS) == []
     cut = "getComputedStyle(e).overflowY === 'hidden' && e.scrollHeight > e.clientHeight + 1"
     assert tab.locator(".text p:has(> math, > .held)").evaluate_all(f"all => all.filter(e => {cut}).length") == 0
+
+
+@pytest.mark.parametrize("page", ["about.html", "docs-style.html"])
+def test_long_words_in_large_text_do_not_move_the_page(reader: Callable[..., Reader], page: str) -> None:
+    tab = reader(195, 422).open(page)
+    assert remaining(tab, SIDEWAYS) == []
+
+
+@pytest.mark.parametrize("page", ["icp.html", "landscape.html", "mmd.html", "ransac.html", "search.html"])
+def test_charts_keep_their_words_in_large_text(reader: Callable[..., Reader], page: str) -> None:
+    """They used to grow as the panel shrinks: beyond its edge, and the numbers of an axis over one another."""
+    tab = reader(195, 422, reduced_motion="reduce").open(page)
+    assert remaining(tab, CUT) == []
