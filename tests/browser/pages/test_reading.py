@@ -163,6 +163,22 @@ def test_a_turned_phone_keeps_the_figure_whose_controls_are_in_the_middle(reader
     assert top < 390 / 2 < bottom
 
 
+def test_a_browser_that_tells_no_end_of_a_scroll_keeps_the_place_too(reader: Callable[..., Reader]) -> None:
+    """Some tell each step of a scroll and not its end."""
+    visitor = reader(390, 844, alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("delete globalThis.onscrollend;")
+    tab = visitor.open("ransac.html")
+    figure = Figure(tab, "fig-repeated").root
+    figure.locator(".controls").first.evaluate("""e => new Promise((done) => {
+      addEventListener("scroll", () => requestAnimationFrame(done), { once: true });
+      e.scrollIntoView({ block: "center", behavior: "instant" });
+    })""")
+    tab.set_viewport_size({"width": 844, "height": 390})
+    tab.evaluate(FRAMES)
+    top, bottom = figure.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+    assert top < 390 / 2 < bottom
+
+
 @pytest.mark.parametrize("page", ["kabsch.html", "mmd.html", "ransac.html", "soft.html", "space.html"])
 def test_a_formula_in_large_text_does_not_move_the_page(reader: Callable[..., Reader], page: str) -> None:
     """At half a phone's width, which is its width with text at twice the size: a wide formula scrolls in its paragraph,

@@ -281,3 +281,20 @@ def test_a_page_older_than_the_site_offers_a_reload(
     solve.root.get_by_role("button", name="Reload").click()
     solve.changes("rms", before)
     assert solve.record() == record
+
+
+def test_a_browser_without_webassembly_says_so_and_loads_nothing_in_vain(reader: Callable[..., Reader]) -> None:
+    """As in a lockdown mode. What was recorded plays all the same."""
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.add_init_script("delete globalThis.WebAssembly;")
+    page, loaded = visitor.page(), []
+    page.on("request", lambda request: loaded.append(request.url))
+    page.goto(f"{visitor.origin}/kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    await_attribute(page, "html", "data-runtime", "failed")
+    words = solve.root.locator(".status-words")
+    expect(words).to_have_text("Python could not start: this browser has WebAssembly turned off.")
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    solve.changes("rms", before)
+    assert not [url for url in loaded if "/runtime/" in url or "/worker." in url]

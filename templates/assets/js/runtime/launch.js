@@ -27,10 +27,12 @@ function blob() {
 }
 
 /**
- * A new worker that has been told to start. careful: an earlier start failed. Throws if the browser allows no worker.
+ * A new worker that has been told to start. careful: an earlier start failed. Throws if the browser allows no worker or,
+ * as in a lockdown mode, no WebAssembly: then nothing is loaded in vain.
  * @param {boolean} careful
  */
 export function launch(careful) {
+  if (!globalThis.WebAssembly) throw new Error("this browser has WebAssembly turned off");
   const worker = new Worker((launcher ||= blob()), { type: "module" });
   const isKnown = store.get(ENGINE) === engine;
   worker.postMessage({ type: "start", runtime: absolute(folder), files, again: careful, known: isKnown });
