@@ -293,7 +293,7 @@ def test_a_browser_without_webassembly_says_so_and_loads_nothing_in_vain(reader:
     solve = Figure(page, "fig-solve").seen()
     await_attribute(page, "html", "data-runtime", "failed")
     words = solve.root.locator(".status-words")
-    expect(words).to_have_text("Python could not start: this browser has WebAssembly turned off.")
+    expect(words).to_have_text("Python could not start: WebAssembly is turned off.")
     before = solve.readout("rms")
     solve.button("solve").click()
     solve.changes("rms", before)

@@ -32,7 +32,7 @@ function blob() {
  * @param {boolean} careful
  */
 export function launch(careful) {
-  if (!globalThis.WebAssembly) throw new Error("this browser has WebAssembly turned off");
+  if (!globalThis.WebAssembly) throw new Error("WebAssembly is turned off");
   const worker = new Worker((launcher ||= blob()), { type: "module" });
   const isKnown = store.get(ENGINE) === engine;
   worker.postMessage({ type: "start", runtime: absolute(folder), files, again: careful, known: isKnown });
