@@ -213,7 +213,7 @@ RISES = {"never rises": "never", "within a stage": "when σ changes", "none": "a
 
 def _readouts(run: Run, linkage: Links) -> tuple[Readout, ...]:
     last, shared = run.course[-1], len(linkage.clutter) > 0
-    unit = "" if run.rule.method == "gmmreg" else "nats"
+    unit = "" if run.rule.method == "gmmreg" else "nats per point"
     places = 4 if run.rule.method == "gmmreg" else 3
     return (
         Readout("objective", "Objective", number(last.objective, places), unit),
