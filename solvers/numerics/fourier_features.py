@@ -13,8 +13,8 @@ the product of Cauchy kernels `Π 1/(1 + x_j²/2ℓ²)`, x the difference of two
 round at zero as the Gaussian, with a longer tail, which depends on the axes. The spectral
 density of the Laplace kernel `exp(−‖x − y‖/ℓ)` is the multivariate Cauchy density in d
 dimensions, `∝ (1 + ℓ²‖ω‖²)^(−(d + 1)/2)`: a Gaussian vector divided by the size of one
-more Gaussian number. Its tail is heavy: the kernel has a kink at zero, and among a few
-dozen waves one is some hundred times as short as ℓ.
+more Gaussian number. Its tail is heavy, since the kernel has a kink at zero: of 32 such
+waves in the plane the shortest is typically ℓ/7 long, of the Gaussian kernel's some 2 ℓ.
 
 Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. The
 cost is linear in the points: sums run over blocks. Sine and cosine are computed here, both at
