@@ -27,6 +27,20 @@ def maps(seed, **options):
     return (metrics.rre(run.pose, scene.truth) < np.radians(5.0)) & (metrics.rte(run.pose, scene.truth) < 0.2)
 
 
+def test_five_headings_are_enough_in_the_dials_room():
+    """The figure's room, every second point of both scans, the robot at its true position, a cap of 6 u: all starts
+    from −38° to 49° succeed, in steps of half a degree, and none from −39° or 50° outwards. So of any five headings
+    72° apart one succeeds, and of some four 90° apart none."""
+    scene, turns = room("clean"), np.arange(-180.0, 180.0, 0.5)
+    begin = Pose.from_angle(np.radians(turns), np.zeros((len(turns), 2)))
+    run = solvers.register(scene.source[::2], scene.target[::2], "capped-icp", start=begin, cap=6.0, max_steps=70)
+    right = (metrics.rre(run.pose, scene.truth) < np.radians(5.0)) & (metrics.rte(run.pose, scene.truth) < 0.2)
+    assert right[(turns >= -38.0) & (turns <= 49.0)].all()
+    assert not right[(turns <= -39.0) | (turns >= 50.0)].any()
+    for count, enough in ((5, True), (4, False)):
+        assert right.reshape(count, -1).any(axis=0).all() == enough
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_without_a_gate_the_angle_decides(seed):
     """For at least 14 of the 16 angles, all offsets arrive or none does; both cases occur."""
