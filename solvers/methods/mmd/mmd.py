@@ -24,9 +24,9 @@ off, ends 1° and 0.1 u off; with a source point added at (100, −100), 11° an
 Leave such points out.
 
 Two defaults differ from [1]_; options give the authors' choices. The frequencies are
-Gaussian; the authors' code also offers "Laplace" and uses it outdoors. That word may
-mean the kernel, `kernel="laplace"`, or the distribution of the frequencies, whose
-kernel is `kernel="cauchy"`; both are available. One draw is rescaled through all
+Gaussian; the authors' code also offers "Laplace", the distribution of each coordinate
+of a frequency, of scale 1/ℓ. Its kernel is `kernel="cauchy"` here, with ℓ smaller by
+√2; it is not Laplace's kernel, `kernel="laplace"`. One draw is rescaled through all
 stages; the authors draw again for each (`redraw=True`), with a different number of
 waves (`count`, one per stage).
 

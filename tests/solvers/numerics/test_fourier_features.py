@@ -51,6 +51,14 @@ def test_the_shortest_laplace_wave_is_far_shorter_than_a_gaussian_one():
     assert 2.0 < shortest["gaussian"] < 2.5
 
 
+def test_cauchy_waves_at_a_length_smaller_by_root_two_have_laplace_components_of_scale_one():
+    """Frequencies for the product of Cauchy kernels at ℓ = 1/√2: of each coordinate's size, the mean is 1 and the
+    median log 2, as of Laplace numbers of scale 1."""
+    size = np.sqrt(2.0) * np.abs(unit_frequencies(SEED, 100_000, 3, "cauchy")[0])
+    assert np.allclose(size.mean(axis=0), 1.0, atol=0.01)
+    assert np.allclose(np.median(size, axis=0), np.log(2.0), atol=0.01)
+
+
 def test_draws_of_one_seed():
     """Different draws differ, the same draw repeats, and Laplace frequencies have the Gaussian ones' directions."""
     seeds = np.array([3, 4])
