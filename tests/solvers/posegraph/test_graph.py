@@ -302,6 +302,7 @@ def test_what_is_no_graph_is_refused():
     raises("fixed: entry 0 names node -1", run, fixed=-1)
     raises("fixed: is empty", run, fixed=[])
     raises("fixed: expected a node", run, fixed=0.5)
+    raises("fixed: expected a node", run, fixed=[[0, 1]])
     raises("fixed: rows of unequal length", run, fixed=[[0], [1, 2]])
     raises("kernel: 'hubber' is unknown, did you mean 'huber'?", run, kernel="hubber")
     raises("robust: expected one bool an edge", run, robust=[0, 1])

@@ -7,8 +7,8 @@ import pytest
 
 from solvers.posegraph.rest import at_rest
 
-STIFFNESS = np.diag([1e3, 2e3, 1e9])[None]
-PULLS = np.array([[3.0, 4.0, 1e3]])
+STIFFNESS = np.stack([np.diag([1e3, 0.0, 1e9]), np.diag([0.0, 2e3, 1e9])])  # of two edges
+PULLS = np.array([[3.0, 0.0, 1e3], [0.0, 4.0, 1e3]])
 
 
 def rest(step: list[float], **changes: Any) -> bool:
