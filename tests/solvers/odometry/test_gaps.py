@@ -60,6 +60,19 @@ def test_a_scan_is_not_matched_to_itself() -> None:
     assert rte(loop.pose, right)[0] < 0.05
 
 
+@pytest.mark.parametrize(("later", "earlier", "used"), [(9, 4, {3, 4, 5, 6}), (12, 17, {15, 16, 17})])
+def test_a_loop_is_matched_to_as_many_scans_on_either_side_as_it_says(later: int, earlier: int, used: set[int]) -> None:
+    """With 2 around, to a map of scans 2 to 6, or 15 to 19. Of these, scan 2, 18 and 19 have no echo that becomes a
+    partner; scans 7 and 14 would have, but do not belong to the map."""
+    drive, truth = simulated_drive(scans=30)
+
+    def pose(*silent: int) -> Pose:
+        return verified(prepare(without_echoes(drive, *silent)), truth, [later], [earlier], LoopOptions(around=2)).pose
+
+    whole = pose()
+    assert {k for k in range(2, 20) if pose(k) != whole} == used | {later}
+
+
 def test_a_loop_that_could_not_be_matched_is_not_used() -> None:
     drive, _ = simulated_drive(scans=30)
     scans = prepare(without_echoes(drive, BLANK))

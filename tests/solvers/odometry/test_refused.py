@@ -40,8 +40,12 @@ def test_what_cannot_be_matched_is_refused() -> None:
         scan_to_map(scans, drive.motion, length=0)
     with pytest.raises(ValueError, match=r"^drive: none of 90 scans has three echoes within 0\.1 m"):
         prepare(drive, 0.1)
-    with pytest.raises(ValueError, match="least_share"):
-        MatchOptions(least_share=2.0)
+    for name, wrong in (
+        ("gate", 0.0), ("reach", 0.0), ("sigma", 0.0), ("least_share", 2.0), ("least_weakest", 2.0), ("margin", -1.0),
+        ("max_steps", 0),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=rf"^{name}: "):
+            MatchOptions(**{name: wrong})
     with pytest.raises(ValueError, match="most"):
         LoopOptions(most=0)
     with pytest.raises(ValueError, match="search: 'corelative' is unknown"):

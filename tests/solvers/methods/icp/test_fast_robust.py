@@ -79,3 +79,26 @@ def test_equal_target_points_count_once_for_the_last_width(copies):
     )
     assert often.status is once.status is Status.CONVERGED
     assert np.allclose(often.matrix, once.matrix, rtol=0.0, atol=1e-9)
+
+
+def test_widths_weights_energy_and_rms_are_what_they_are_said_to_be():
+    """In every state of a batch whose problems halve ν at different steps, from all distances between the points."""
+    source, target, start = rooms("combo", 15.0)
+    states = []
+    register(source[:6], target[:6], "fast-robust-icp", start=start, callback=lambda k, state: states.append(state))
+    changes = np.stack([state.nu for state in states])
+    halved = changes[1:] != changes[:-1]
+    assert (halved.any(axis=1) & ~halved.all(axis=1)).any()
+    for state in states:
+        moved = state.pose.apply(source[:6])
+        gap = np.linalg.norm(moved[:, :, None] - target[:6, None], axis=-1).min(axis=2)
+        nu = state.nu[:, None]
+        weights = np.exp(-np.square(gap / nu) / 2.0)
+        np.testing.assert_allclose(state.pairing.weights, weights, rtol=1e-9)
+        np.testing.assert_allclose(state.objective, (2.0 * nu**2 * (1.0 - weights)).sum(axis=1), rtol=1e-9)
+        rms = np.sqrt((weights * gap**2).sum(axis=1) / weights.sum(axis=1))
+        np.testing.assert_allclose(state.pairing.rms, rms, rtol=1e-9)
+    gap = np.linalg.norm(start.apply(source[:6])[:, :, None] - target[:6, None], axis=-1).min(axis=2)
+    np.testing.assert_allclose(states[0].nu, 3.0 * np.median(gap, axis=1), rtol=1e-12)
+    others = np.sort(np.linalg.norm(target[:6, :, None] - target[:6, None], axis=-1), axis=2)[:, :, 1:7]
+    np.testing.assert_allclose(states[0].last, np.median(np.median(others, axis=2), axis=1) / np.sqrt(27.0), rtol=1e-12)
