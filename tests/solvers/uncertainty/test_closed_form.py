@@ -198,6 +198,12 @@ def test_one_place_leaves_the_deviations_of_its_four_points():
     np.testing.assert_allclose(estimate.deviations[1:], 0.1 / 2.0)
 
 
+def test_one_spare_residual_is_enough_to_estimate_the_noise():
+    """Two pairs δ further apart than their points have a residual of δ/2 each: σ² is δ²/2, and half of it remains."""
+    estimate = covariance(register([[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.1], [0.0, 1.1]], "kabsch"))
+    np.testing.assert_allclose(estimate.deviations, 0.1, rtol=1e-9)
+
+
 def test_as_many_unknowns_as_residuals_say_nothing_of_the_noise():
     result = register([[1.0, 1.0]], [[2.0, 3.0]], "kabsch")
     assert covariance(result).free.all()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from solvers import Pose, register
 from solvers.scenes.rooms import BIRD, KABSCH_TRUTH
 from solvers.scenes.walls import corridor, hall
-from solvers.uncertainty import Covariance, covariance, from_matrix, from_starts, monte_carlo, quantile, spread_of
+from solvers.uncertainty import Covariance, covariance, from_matrix, from_starts, log, monte_carlo, quantile, spread_of
 
 START = from_matrix(np.diag([0.03, 0.2, 0.2]) ** 2, Pose.identity())
 
@@ -93,6 +93,17 @@ def test_a_corridor_passes_the_spread_of_the_start_on_and_across_it_does_not():
     for draws in (50,):
         sample = from_starts(scene.source, scene.target, "icp", start=START, draws=draws, gate=0.8)
         assert sample.deviations[0] == pytest.approx(result.deviations[0], rel=0.4)
+
+
+def test_a_run_of_no_step_passes_on_the_spread_of_the_starts():
+    """Without draws it is the start's own covariance, else the mean square of the poses drawn."""
+    p = np.random.default_rng(1).normal(size=(20, 2))
+    p -= p.mean(axis=0)
+    np.testing.assert_allclose(from_starts(p, p, start=START, max_steps=0).matrix, START.matrix, atol=1e-12)
+    for seed in (0, 1):
+        twist = log(START.sample(5, seed))
+        result = from_starts(p, p, start=START, draws=5, seed=seed, max_steps=0)
+        np.testing.assert_allclose(result.matrix, twist.T @ twist / 5.0, atol=1e-12)
 
 
 def test_no_spread_of_the_start_leaves_the_noise_alone():
@@ -218,6 +229,8 @@ def test_the_centre_of_pairs_is_that_of_the_paired_points(count):
     target = source + 0.01 * rng.standard_normal((5, 30, 2))
     spread = monte_carlo(source, target, "kabsch", pairs=pairs, weights=weights).whole
     np.testing.assert_allclose(spread.centre, spread.mean.apply(weighed[None])[0], atol=1e-12)
+    offsets = source[pairs[count // 2 :, 0]] - weighed
+    assert float(spread.radius) == pytest.approx(np.sqrt(np.square(offsets).sum(axis=1).mean()))
     ends = from_starts(source, target[0], "kabsch", start=START, pairs=pairs, weights=weights)
     np.testing.assert_allclose(ends.centre, ends.mean.apply(weighed[None])[0], atol=1e-12)
 
@@ -227,6 +240,7 @@ def test_a_spread_takes_two_draws_and_the_message_says_of_what():
     for source, start in ((scene.source, None), (scene.source[None], None), (scene.source, Pose.identity(2, (2, 2)))):
         with pytest.raises(ValueError, match=r"^source, target: expected two or more draws of either, in one row"):
             monte_carlo(source, scene.target, start=start)
+    assert monte_carlo(scene.source, np.stack([scene.target] * 2)).poses.batch == (2,)
 
 
 def test_draws_of_unequal_size_are_a_list():
