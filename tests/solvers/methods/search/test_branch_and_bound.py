@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from solvers import METHODS, Pose, Status, register
 from solvers.core.stepper import begin, run
 from solvers.methods.search import bounds
-from solvers.methods.search.branch_and_bound import CELLS_PER_CAP
+from solvers.methods.search.branch_and_bound import CELLS_PER_CAP, _confined
 from solvers.methods.search.distance_grid import build
 from solvers.metrics import rre
 from solvers.scenes.rooms import room, room_start
@@ -183,6 +183,21 @@ def test_a_search_that_is_confined_stays_where_it_is_told():
     assert 40.0 - 1e-9 <= np.degrees(second.pose.angle) <= 80.0 + 1e-9
     assert np.abs(second.pose.apply(mean[None]) - origin.apply(mean[None])).max() <= 0.5 + 1e-9
     assert second.objective > result.objective
+
+
+def test_a_pose_beyond_any_side_of_the_window_is_moved_to_that_side(rng):
+    """One within it is left as it is."""
+    scene, origin = room("noise"), room_start(175.0, 1.0)
+    run = register(scene.source, scene.target, METHOD, start=origin, turn=0.3, shift=0.5, max_steps=0)
+    mean = scene.source.mean(axis=0)
+    turn, shift = rng.uniform(-0.6, 0.6, 200), rng.uniform(-1.0, 1.0, (200, 2))
+
+    def poses(turn, shift):
+        R = Pose.from_angle(turn).R @ origin.R
+        return Pose(R, origin.apply(mean[None]) + shift - R @ mean)
+
+    given, expected = poses(turn, shift), poses(np.clip(turn, -0.3, 0.3), np.clip(shift, -0.5, 0.5))
+    np.testing.assert_allclose(_confined(run.states[0].ground[0], given).matrix, expected.matrix, atol=1e-9)
 
 
 def test_a_run_cut_short_has_the_gap_that_remains():

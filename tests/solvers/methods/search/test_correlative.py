@@ -167,6 +167,16 @@ def test_the_start_plays_no_part_without_a_window():
     assert np.array_equal(results[0].matrix, results[1].matrix)
 
 
+@pytest.mark.parametrize("turn", [0.3, 0.8, 2.0])
+def test_the_angles_of_a_window_fill_it_and_do_not_leave_it(turn):
+    """To less than a step, for the steps that are chosen by default."""
+    source, target = small_scene(8)
+    angles = register(source, target, "correlative", turn=turn, cell=0.5, max_steps=0).states[0].lattice[0].angles
+    step = np.diff(angles).mean()
+    for end in (-angles[0], angles[-1]):
+        assert turn - step < end <= turn + 1e-9
+
+
 def test_a_window_keeps_the_search_about_the_start():
     """Angle and centroid stay within the window around the start; a window of only the start returns the start."""
     source, target = small_scene(8)
