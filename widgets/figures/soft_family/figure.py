@@ -213,10 +213,9 @@ RISES = {"never rises": "never", "within a stage": "when σ changes", "none": "a
 
 def _readouts(run: Run, linkage: Links) -> tuple[Readout, ...]:
     last, shared = run.course[-1], len(linkage.clutter) > 0
-    mixture = run.rule.method == "gmmreg"  # its objective has no unit, and is not divided by the points
-    subject, unit, places = ("Objective", "", 4) if mixture else ("Objective per point", "nats", 3)
+    unit, places = ("", 4) if run.rule.method == "gmmreg" else ("nats/point", 3)
     return (
-        Readout("objective", subject, number(last.objective, places), unit),
+        Readout("objective", "Objective", number(last.objective, places), unit),
         Readout("objective_truth", "At the truth, same σ", number(last.truth, places), unit, "truth"),
         Readout("promise", "Can rise", RISES[run.rule.promise]),
         Readout("rises", "Steps at which the objective rose", f"{len(run.rises)} of {run.steps}"),
