@@ -15,15 +15,17 @@ from solvers.uncertainty.region import Covariance
 def state_covariance(spread: Covariance, reach: float | None = None) -> FloatArray:
     """The covariance of a pose's own numbers, (x, y, angle), `pose.t` and `pose.angle`.
 
-    A Kalman filter takes it as the noise of a measured pose, if the filter's state has these three and their errors
-    are added to them. (ROS's PoseWithCovariance has rows for z, roll and pitch between y and the angle.)
+    A Kalman filter takes it as the noise of a measured pose, if the filter's state has
+    these three and their errors are added to them. (ROS's PoseWithCovariance has rows
+    for z, roll and pitch between y and the angle.)
 
     Parameters
     ----------
     spread : Covariance
         The spread, in either frame.
     reach : float, optional
-        The deviation to assume for a free direction, world units: far more than the filter's own uncertainty.
+        The deviation to assume for a free direction, world units: far more than the
+        filter's own uncertainty.
 
     Returns
     -------

@@ -15,9 +15,12 @@ import solvers
 pytestmark = pytest.mark.native
 
 ROOT = Path(solvers.__file__).parent
-WIDE = ("core", "methods/icp", "methods/ndt", "odometry", "posegraph", "uncertainty")
-"""Rooms with a file too near to 400 lines for its docstrings to be narrower."""
-PATHS = [path for path in sorted(ROOT.rglob("*.py")) if not path.relative_to(ROOT).as_posix().startswith(WIDE)]
+WIDE = {
+    *("core/pose.py", "methods/icp/icp.py", "methods/ndt/ndt_map.py", "odometry/loops.py", "posegraph/graph.py"),
+    "uncertainty/region.py",
+}
+"""Files too near to 400 lines for their docstrings to be narrower."""
+PATHS = [path for path in sorted(ROOT.rglob("*.py")) if path.relative_to(ROOT).as_posix() not in WIDE]
 SECTION = re.compile(r"^ *(Parameters|Attributes|Returns|Raises|References|Examples)\n *-+$", re.MULTILINE)
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
@@ -148,18 +148,27 @@ def test_a_turned_screen_keeps_what_is_in_the_middle(
                 assert min(bottom, height) - max(top, 0) > min(bottom - top, height) / 2, (top, bottom, height)
 
 
+def figure_on_its_side(tab: Page, scrolled: str) -> tuple[float, float]:
+    """Scroll a figure's controls to the middle of an upright phone, and turn it: the figure's top and bottom.
+
+    scrolled: the script that calls `done` once the scroll is over.
+    """
+    figure = Figure(tab, "fig-repeated").root
+    figure.locator(".controls").first.evaluate(f"""e => new Promise((done) => {{
+      {scrolled};
+      e.scrollIntoView({{ block: "center", behavior: "instant" }});
+    }})""")
+    tab.set_viewport_size({"width": 844, "height": 390})
+    tab.evaluate(FRAMES)
+    top, bottom = figure.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+    return top, bottom
+
+
 def test_a_turned_phone_keeps_the_figure_whose_controls_are_in_the_middle(reader: Callable[..., Reader]) -> None:
     """On its side, a figure's desk has no box of its own; its parts have."""
     tab = reader(390, 844, reduced_motion="reduce").open("ransac.html")
     tab.evaluate("Ladder.alive")
-    figure = Figure(tab, "fig-repeated").root
-    figure.locator(".controls").first.evaluate("""e => new Promise((done) => {
-      addEventListener("scrollend", done, { once: true });
-      e.scrollIntoView({ block: "center", behavior: "instant" });
-    })""")
-    tab.set_viewport_size({"width": 844, "height": 390})
-    tab.evaluate(FRAMES)
-    top, bottom = figure.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+    top, bottom = figure_on_its_side(tab, 'addEventListener("scrollend", done, { once: true })')
     assert top < 390 / 2 < bottom
 
 
@@ -168,14 +177,8 @@ def test_a_browser_that_tells_no_end_of_a_scroll_keeps_the_place_too(reader: Cal
     visitor = reader(390, 844, alone=True, reduced_motion="reduce")
     visitor.context.add_init_script("delete globalThis.onscrollend;")
     tab = visitor.open("ransac.html")
-    figure = Figure(tab, "fig-repeated").root
-    figure.locator(".controls").first.evaluate("""e => new Promise((done) => {
-      addEventListener("scroll", () => requestAnimationFrame(done), { once: true });
-      e.scrollIntoView({ block: "center", behavior: "instant" });
-    })""")
-    tab.set_viewport_size({"width": 844, "height": 390})
-    tab.evaluate(FRAMES)
-    top, bottom = figure.evaluate("e => (({ top, bottom }) => [top, bottom])(e.getBoundingClientRect())")
+    once = 'addEventListener("scroll", () => requestAnimationFrame(done), { once: true })'
+    top, bottom = figure_on_its_side(tab, once)
     assert top < 390 / 2 < bottom
 
 
