@@ -179,8 +179,9 @@ def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.
     assert not (project.root / "widgets" / "figures" / "mine.py").exists()
 
 
-def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
+def test_the_command_that_is_told_chooses_the_figure_s_tests(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its own test file and its case in every test over all figures, but no other figure's cases."""
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)  # a -v there would undo the -q
     choosing = chosen("two-poses").strip('"')
     words = ["-m", "pytest", "--collect-only", "-q", "-k", choosing, "tests/widgets", "tests/pyodide/test_frames.py"]
     process = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
