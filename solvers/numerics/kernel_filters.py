@@ -33,7 +33,9 @@ Gao & Tedrake 2019, FilterReg (moments by filtering).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -47,13 +49,15 @@ KINDS = ("exact", "grid", "lattice")
 FINEST = 1e-6
 """The least σ, as a fraction of the cloud's extent, that a filter is built with."""
 
+_AROUND = {"grid": 9, "lattice": 3}  # the vertices that a point is spread to
+_BLOCK = 2**14  # the most numbers that clouds are spread into at a time, unless one cloud is more
 _REACH = 4.0  # standard deviations at which the grid's sampled Gaussian ends
-_HEX = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])  # from Cartesian to triangular coordinates
+_HEX = 1.0 / np.sqrt(3.0)  # triangular coordinates of (x, y): (x − y/√3, 2y/√3)
 
 
 @dataclass(frozen=True, eq=False)
 class FilterMoments:
-    """m⁰ (m,), m¹ (m, 2) and m² (m,) at m queries, of the points y − centre: see
+    """m⁰ (…, m), m¹ (…, m, 2) and m² (…, m) at m queries, of the points y − centre: see
     `Filter.centre`.
     """
 
@@ -81,30 +85,51 @@ def build(kind: str, points: FloatArray, sigma: float) -> Filter:
 
     kind: one of `KINDS`. Raises ValueError for any other and for a width that is too fine.
     """
+    return build_each(kind, points[None], np.array([sigma]))[0]
+
+
+def build_each(kind: str, points: FloatArray, sigma: FloatArray) -> list[Filter]:
+    """A filter for each of the clouds (b, n, 2) with its width (b,): what `build` gives,
+    in fewer calls.
+    """
     validate.one_of(kind, KINDS, "kind")
-    centre = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
-    centred = points - centre
-    if not sigma >= least_sigma(points[None])[0]:
-        raise ValueError(f"sigma: expected at least {FINEST:g} of the cloud's extent, got {sigma!r}")
-    values = np.column_stack([np.ones(len(points)), centred, np.square(centred).sum(axis=1)])
+    fine = ~(sigma >= least_sigma(points))
+    if fine.any():
+        raise ValueError(f"sigma: expected at least {FINEST:g} of the cloud's extent, got {float(sigma[fine][0])!r}")
+    centre = 0.5 * points.min(axis=1) + 0.5 * points.max(axis=1)
+    centred = points - centre[:, None]
+    squares = np.square(centred).sum(axis=2, keepdims=True)
+    values = np.concatenate([np.ones_like(squares), centred, squares], axis=2)
     if kind == "exact":
-        return Exact(sigma, centre, centred, values)
-    side = 0.5 * sigma if kind == "grid" else sigma
-    vertices, weights = _vertices(kind, centred / side)
-    margin = _blur_reach(kind) + 2
-    low, high = vertices.min(axis=(0, 1)) - margin, vertices.max(axis=(0, 1)) + margin
-    width = int(high[1] - low[1] + 1)
-    codes = (vertices[..., 0] - low[0]) * width + (vertices[..., 1] - low[1])
-    splat_codes, at = _distinct(codes)
-    spread = weights[..., None] * values[:, None, :]
-    columns = [np.bincount(at.ravel(), spread[..., k].ravel(), len(splat_codes)) for k in range(values.shape[1])]
-    splat = np.stack(columns, axis=1).astype(np.float64)
-    area = side**2 * (1.0 if kind == "grid" else np.sqrt(0.75))
-    blurred_codes: IntArray = splat_codes
-    blurred: FloatArray = splat * (2.0 * np.pi * sigma**2 / area)
-    for stride, kernel in _directions(kind, width):
-        blurred_codes, blurred = _blur(blurred_codes, blurred, stride, kernel)
-    return Sparse(kind, sigma, centre, side, low, high, splat_codes, splat, blurred_codes, blurred)
+        clouds = zip(sigma.tolist(), centre, centred, values, strict=True)
+        return [Exact(*cloud) for cloud in clouds]
+    b, n, columns = values.shape
+    groups = _groups(b, n * _AROUND[kind] * columns)
+    return [each for group in groups for each in _sparse(kind, sigma[group], centre[group], values[group])]
+
+
+def query_each(filters: Sequence[Filter], points: FloatArray) -> FilterMoments:
+    """The moments at points (b, m, 2) of b filters of one kind, one for each row of
+    points: what `query` gives, with a leading axis, in fewer calls.
+    """
+    centre = np.stack([each.centre for each in filters])[:, None]
+    exact = [each for each in filters if isinstance(each, Exact)]
+    with np.errstate(over="ignore"):
+        offsets = points - centre
+        if exact:
+            clouds, values = np.stack([e.points for e in exact]), np.stack([e.values for e in exact])
+            return _moments(gaussians.sums(offsets, clouds, np.array([e.sigma for e in exact]), values))
+        sparse = [each for each in filters if isinstance(each, Sparse)]
+        scaled = offsets / np.array([each.side for each in sparse])[:, None, None]
+    b, m, _ = points.shape
+    groups = _groups(b, m * _AROUND[sparse[0].kind] * 4)
+    return _moments(np.concatenate([_sliced(sparse[group], scaled[group]) for group in groups]))
+
+
+def _groups(b: int, numbers: int) -> list[slice]:
+    """Slices of b problems that together take about `_BLOCK` numbers, each of them `numbers`."""
+    size = max(1, _BLOCK // numbers)
+    return [slice(first, first + size) for first in range(0, b, size)]
 
 
 def least_sigma(points: FloatArray) -> FloatArray:
@@ -124,9 +149,7 @@ class Exact:
 
     def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2)."""
-        with np.errstate(over="ignore"):
-            rows = (points - self.centre)[None]
-        return _moments(gaussians.sums(rows, self.points[None], np.array([self.sigma]), self.values[None])[0])
+        return _one(self, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,16 +174,7 @@ class Sparse:
 
     def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2), interpolated between vertices."""
-        with np.errstate(over="ignore"):
-            scaled = (points - self.centre) / self.side
-        # Beyond the box, on either side, there is nothing, however far: clip to a margin around it.
-        limit = float(np.abs([self.low, self.high]).max()) * 2.0 + 8.0
-        vertices, weights = _vertices(self.kind, np.clip(scaled, -limit, limit))
-        inside = ((vertices >= self.low) & (vertices <= self.high)).all(axis=2)
-        code = np.where(inside, self._code(vertices), 0)
-        at = np.minimum(np.searchsorted(self.codes, code), len(self.codes) - 1)
-        weights = np.where(inside & (self.codes[at] == code), weights, 0.0)
-        return _moments(np.einsum("mk,mkc->mc", weights, self.values[at]))
+        return _one(self, points)
 
     def places(self, codes: IntArray) -> FloatArray:
         """The positions of the vertices with these codes (`splat_codes` or `codes`),
@@ -168,45 +182,125 @@ class Sparse:
         """
         width = self.high[1] - self.low[1] + 1
         at = np.stack([codes // width, codes % width], axis=-1) + self.low
-        offsets = at if self.kind == "grid" else at @ np.linalg.inv(_HEX).T
+        offsets = at if self.kind == "grid" else at @ np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
         return np.asarray(self.centre + self.side * offsets)
 
-    def _code(self, vertices: IntArray) -> IntArray:
-        width = self.high[1] - self.low[1] + 1
-        code: IntArray = (vertices[..., 0] - self.low[0]) * width + (vertices[..., 1] - self.low[1])
-        return code
+
+def _one(filter: Filter, points: FloatArray) -> FilterMoments:
+    every = query_each([filter], points[None])
+    return FilterMoments(every.mass[0], every.first[0], every.second[0])
 
 
 def _moments(columns: FloatArray) -> FilterMoments:
-    return FilterMoments(columns[:, 0], columns[:, 1:3], columns[:, 3])
+    return FilterMoments(columns[..., 0], columns[..., 1:3], columns[..., 3])
+
+
+@dataclass(frozen=True, eq=False)
+class _Boxes:
+    """The vertices of b lattices in one list of codes, box after box. low, high: (2, b)
+    the first and last vertex of each.
+    """
+
+    low: IntArray
+    high: IntArray
+
+    @property
+    def width(self) -> IntArray:
+        """(b,) the stride in the codes of a step along the first coordinate."""
+        width: IntArray = self.high[1] - self.low[1] + 1
+        return width
+
+    @property
+    def edges(self) -> IntArray:
+        """(b + 1,) the first code of each box, and the end of the last."""
+        sizes = (self.high[0] - self.low[0] + 1) * self.width
+        return np.concatenate([[0], np.cumsum(sizes)])
+
+    def code(self, vertices: IntArray) -> IntArray:
+        """The codes (b, m, k) of vertices (2, b, m, k), each in its row's box."""
+        u, v = vertices - self.low[..., None, None]
+        code: IntArray = u * self.width[:, None, None] + v + self.edges[:-1, None, None]
+        return code
+
+
+def _sparse(kind: str, sigma: FloatArray, centre: FloatArray, values: FloatArray) -> list[Sparse]:
+    """The filters of b clouds, with the values (b, n, 4) at their points."""
+    side = 0.5 * sigma if kind == "grid" else sigma
+    vertices, weights = _vertices(kind, values[..., 1:3] / side[:, None, None])
+    margin = _blur_reach(kind) + 2
+    boxes = _Boxes(vertices.min(axis=(2, 3)) - margin, vertices.max(axis=(2, 3)) + margin)
+    edges = boxes.edges
+    splat_codes, at = _distinct(boxes.code(vertices))
+    columns = (weights * column[..., None] for column in np.moveaxis(values, 2, 0))
+    splat: FloatArray = np.stack(
+        [np.bincount(at.ravel(), column.ravel(), len(splat_codes)) for column in columns], dtype=np.float64
+    )
+    splat_ends = np.searchsorted(splat_codes, edges)
+    area = side**2 * (1.0 if kind == "grid" else np.sqrt(0.75))
+    codes: IntArray = splat_codes
+    blurred: FloatArray = splat * np.repeat(2.0 * np.pi * sigma**2 / area, np.diff(splat_ends))
+    for stride, kernel in _directions(kind, boxes.width):
+        each = np.repeat(stride, np.diff(np.searchsorted(codes, edges)))
+        codes, blurred = _blur(codes, blurred, each, kernel)
+    ends = np.searchsorted(codes, edges)
+    return [
+        Sparse(
+            kind, float(sigma[i]), centre[i], float(side[i]), boxes.low[:, i], boxes.high[:, i],
+            splat_codes[before] - edges[i], splat[:, before].T.copy(), codes[after] - edges[i],
+            blurred[:, after].T.copy(),
+        )
+        for i, (before, after) in enumerate(zip(_slices(splat_ends), _slices(ends), strict=True))
+    ]  # fmt: skip
+
+
+def _slices(ends: IntArray) -> list[slice]:
+    return [slice(*pair) for pair in pairwise(ends.tolist())]
+
+
+def _sliced(filters: Sequence[Sparse], scaled: FloatArray) -> FloatArray:
+    """The four columns (b, m, 4) at places (b, m, 2) in units of each filter's side."""
+    boxes = _Boxes(np.stack([each.low for each in filters], axis=1), np.stack([each.high for each in filters], axis=1))
+    low, high = boxes.low[..., None, None], boxes.high[..., None, None]
+    # Beyond the box, on either side, there is nothing, however far: clip to a margin around it.
+    limit = np.maximum(np.abs(low), np.abs(high)).max(axis=0) * 2.0 + 8.0
+    vertices, weights = _vertices(filters[0].kind, np.clip(scaled, -limit, limit))
+    within = (vertices >= low) & (vertices <= high)
+    inside = within[0] & within[1]
+    code = np.where(inside, boxes.code(vertices), 0)
+    codes = np.concatenate([each.codes + first for each, first in zip(filters, boxes.edges, strict=False)])
+    values = np.concatenate([each.values for each in filters])
+    at = np.minimum(np.searchsorted(codes, code), len(codes) - 1)
+    weights = np.where(inside & (codes[at] == code), weights, 0.0)
+    return np.asarray(np.einsum("bmk,bmkc->bmc", weights, values[at]))
 
 
 def _vertices(kind: str, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The vertices (m, k, 2) around places (m, 2) in units of the side, and their
-    weights (m, k), which add up to 1.
+    """The vertices (2, b, m, k) around places (b, m, 2) in units of the side, and their
+    weights (b, m, k), which add up to 1.
     """
+    x, y = points[..., 0], points[..., 1]
     if kind == "grid":
-        nearest = np.floor(points + 0.5)
-        f = points - nearest
-        w = np.stack([0.5 * np.square(0.5 - f), 0.75 - np.square(f), 0.5 * np.square(0.5 + f)], axis=1)
-        around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), axis=-1).reshape(9, 2)
-        weights = (w[:, :, None, 0] * w[:, None, :, 1]).reshape(-1, 9)
-        return nearest.astype(np.int64)[:, None] + around, weights
+        places = np.stack([x, y])
+        nearest = np.floor(places + 0.5)
+        f = places - nearest
+        w = np.stack([0.5 * np.square(0.5 - f), 0.75 - np.square(f), 0.5 * np.square(0.5 + f)], axis=-1)
+        around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")).reshape(2, 1, 1, 9)
+        weights = (w[0][..., :, None] * w[1][..., None, :]).reshape(*x.shape, 9)
+        return nearest.astype(np.int64)[..., None] + around, weights
     # Triangular coordinates: each rhombus of the lattice is two triangles, told apart
     # by the sum of the fractions.
-    p = points @ _HEX.T
+    p = np.stack([x - _HEX * y, 2.0 * _HEX * y])
     corner = np.floor(p)
     f = p - corner
-    upper = f.sum(axis=1) > 1.0
-    g = np.where(upper[:, None], 1.0 - f[:, ::-1], f)
-    first = corner.astype(np.int64) + upper[:, None]
-    side = np.where(upper, -1, 1)[:, None]
+    upper = f[0] + f[1] > 1.0
+    g = np.where(upper, 1.0 - f[::-1], f)
+    first = corner.astype(np.int64) + upper
+    side = np.where(upper, -1, 1)
+    along_x, along_y = np.array([side * ~upper, side * upper]), np.array([side * upper, side * ~upper])
     # In the upper triangle the far corner comes first, and its neighbours lie one step
     # back.
-    second = first + side * np.where(upper[:, None], [0, 1], [1, 0])
-    third = first + side * np.where(upper[:, None], [1, 0], [0, 1])
-    weights = np.column_stack([1.0 - g.sum(axis=1), g])
-    return np.stack([first, second, third], axis=1), weights
+    weights = np.stack([1.0 - (g[0] + g[1]), g[0], g[1]], axis=-1)
+    return np.stack([first, first + along_x, first + along_y], axis=-1), weights
 
 
 def _sampled() -> FloatArray:
@@ -224,24 +318,25 @@ def _blur_reach(kind: str) -> int:
     return int(np.ceil(_REACH * np.sqrt(3.5))) if kind == "grid" else 3
 
 
-def _directions(kind: str, width: int) -> list[tuple[int, FloatArray]]:
-    """The stride of each lattice direction in the codes, and the kernel along it."""
+def _directions(kind: str, width: IntArray) -> list[tuple[IntArray, FloatArray]]:
+    """The strides (b,) of each lattice direction in the codes, and the kernel along it."""
+    one = np.ones_like(width)
     if kind == "grid":
-        return [(width, _sampled()), (1, _sampled())]
+        return [(width, _sampled()), (one, _sampled())]
     binomial = np.array([0.25, 0.5, 0.25])
-    return [(width, binomial), (1, binomial), (width - 1, binomial)]
+    return [(width, binomial), (one, binomial), (width - 1, binomial)]
 
 
-def _blur(codes: IntArray, values: FloatArray, stride: int, kernel: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The values convolved along one direction, at all vertices that this reaches."""
+def _blur(codes: IntArray, columns: FloatArray, stride: IntArray, kernel: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The columns (4, k) convolved along one direction, of each vertex's stride (k,), at
+    all vertices that this reaches.
+    """
     reach = len(kernel) // 2
-    taps = codes + stride * np.arange(-reach, reach + 1)[:, None]
-    out_codes, at = _distinct(taps)
+    out_codes, at = _distinct(codes + stride * np.arange(-reach, reach + 1)[:, None])
     to = at.ravel()
-    out = np.empty((len(out_codes), values.shape[1]))
-    for k, column in enumerate(values.T):  # counting into bins is quicker than adding whole rows tap by tap
-        out[:, k] = np.bincount(to, np.outer(kernel, column).ravel(), len(out_codes))
-    return out_codes, out
+    # Counting into bins is quicker than adding whole rows tap by tap.
+    out = [np.bincount(to, np.outer(kernel, column).ravel(), len(out_codes)) for column in columns]
+    return out_codes, np.stack(out)
 
 
 def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
@@ -253,9 +348,13 @@ def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
         return distinct, at.reshape(codes.shape).astype(np.int64, copy=False)
     # A table of the whole box is ten times quicker than sorting, if it is not much larger
     # than its contents.
+    offsets = codes - low
     present = np.zeros(span, dtype=np.bool_)
-    present[codes - low] = True
-    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[codes - low]
+    present[offsets] = True
+    distinct = np.flatnonzero(present)
+    index = np.empty(span, dtype=np.int64)  # read only where it is written
+    index[distinct] = np.arange(len(distinct))
+    return distinct + low, index[offsets]
 
 
 def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 1000) -> tuple[float, float]:

@@ -207,17 +207,17 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
     problem, options = state.problem, state.options
     n, m = problem.target.shape[1], problem.source.shape[1]
     filters = state.filters.copy()
-    for i in np.flatnonzero(sigma != state.sigma):
-        filters[i] = kernel_filters.build(options.filter, problem.target[i], float(sigma[i]))
+    other = np.flatnonzero(sigma != state.sigma)
+    filters[other] = kernel_filters.build_each(options.filter, problem.target[other], sigma[other])
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
-        sums = [f.query(x) for f, x in zip(filters, moved, strict=True)]
-        mass = np.stack([q.mass for q in sums])
+        sums = kernel_filters.query_each(filters.tolist(), moved)
+        mass = sums.mass
         has_mass = mass > 0.0
         total = np.where(has_mass, mass, 1.0)
-        mean = np.stack([q.first for q in sums]) / total[..., None]
+        mean = sums.first / total[..., None]
         centre = np.stack([f.centre for f in filters])[:, None]
-        spread = np.stack([q.second for q in sums]) / total - np.square(mean).sum(axis=2)
+        spread = sums.second / total - np.square(mean).sum(axis=2)
         targets = np.where(has_mass[..., None], centre + mean, moved)
         c = np.clip(clutter_constant(options.clutter, n, state.volume, 2, sigma), 1e-300, 1e300)[:, None]
         weights = mass / (mass + c)

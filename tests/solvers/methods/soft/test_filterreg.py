@@ -1,5 +1,7 @@
 """FilterReg and its filters: moments against exact sums, the variance by definition, roles swapped against CPD."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -98,6 +100,28 @@ def test_splat_keeps_the_values(kind):
     np.testing.assert_allclose(sums, result.splat.sum(axis=0), atol=1e-9)
     assert np.all(np.diff(result.codes) > 0)
     assert len(result.codes) > len(result.splat_codes)
+
+
+@pytest.mark.parametrize("size", [7, 1500])
+@pytest.mark.parametrize("kind", kernel_filters.KINDS)
+def test_filters_of_many_clouds_are_those_of_each(kind, size):
+    """To the bit, for clouds in a group of many and for clouds that are a group by themselves."""
+    rng = np.random.default_rng(6)
+    extents = np.array([1e-3, 1.0, 50.0, 1.0, 1e6])
+    clouds = rng.standard_normal((5, size, 2)) * extents[:, None, None] + rng.standard_normal((5, 1, 2))
+    queries, sigma = clouds[:, ::-2] + 0.1 * extents[:, None, None], extents * [0.3, 0.02, 1.0, 5.0, 0.1]
+    filters = kernel_filters.build_each(kind, clouds, sigma)
+    every = kernel_filters.query_each(filters, queries)
+    for i, (cloud, width, places) in enumerate(zip(clouds, sigma, queries, strict=True)):
+        alone = kernel_filters.build(kind, cloud, float(width))
+        for name in (each.name for each in dataclasses.fields(alone)):
+            np.testing.assert_array_equal(getattr(filters[i], name), getattr(alone, name), err_msg=name)
+        answer = alone.query(places)
+        np.testing.assert_array_equal(every.mass[i], answer.mass)
+        np.testing.assert_array_equal(every.first[i], answer.first)
+        np.testing.assert_array_equal(every.second[i], answer.second)
+    with pytest.raises(ValueError, match=r"^sigma: .* got 1e-09$"):
+        kernel_filters.build_each(kind, clouds, np.where(np.arange(5) == 3, 1e-9, sigma))
 
 
 @pytest.mark.parametrize("kind", ["grid", "lattice"])
