@@ -43,7 +43,7 @@ SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ': ' + e.textContent.slice(0, 30)).slice(0, 8)"""
 
 # Texts in a drawing that its edge cuts off; a line of text is some px taller and wider than its letters.
-CUT = """() => [...document.querySelectorAll('svg.plot text, .graph-svg text')].filter(e => {
+CUT = """() => [...document.querySelectorAll('svg.panel text, .graph-svg text')].filter(e => {
   const whole = e.closest('svg').getBoundingClientRect(), r = e.getBoundingClientRect();
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;

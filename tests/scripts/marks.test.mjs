@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { changes, tagsOf } from "../../templates/assets/js/figure/marks.js";
 
 const drawn = (d, words, inside = "") =>
-  `<svg class="plot" aria-label="A scene"><path class="dot s" d="${d}"/>` +
+  `<svg class="panel" aria-label="A scene"><path class="dot s" d="${d}"/>` +
   `<g id="f-main-body" class="group"><text class="label ink" x="3" y="4">${words}</text>${inside}</g></svg>`;
 const between = (one, other) => changes(tagsOf(one), tagsOf(other));
 

@@ -92,7 +92,7 @@ def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] 
     body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
     grid = _grid(panel.view) if panel.grid else ""
     return (
-        f'<svg class="plot" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
+        f'<svg class="panel" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
         f'focusable="false">{grid}{body}</svg>'
     )
 

@@ -238,7 +238,7 @@ WATCH = """() => {
   window.seen = {frames: 0, moved: 0};
   const look = () => {
     seen.frames++;
-    seen.moved += document.querySelectorAll('svg.plot [transform], svg.plot.moving').length;
+    seen.moved += document.querySelectorAll('svg.panel [transform], svg.panel.moving').length;
     requestAnimationFrame(look);
   };
   look();
@@ -261,7 +261,7 @@ def test_the_systems_colours_leave_everything_to_be_seen(reader: Callable[..., R
 
 
 CLOUDS = """() => Object.fromEntries(['source', 'target'].map(role => {
-  const s = getComputedStyle(document.querySelector(`svg.plot path.${role}:is(.dot, .square)`));
+  const s = getComputedStyle(document.querySelector(`svg.panel path.${role}:is(.dot, .square)`));
   return [role, [s.stroke, parseFloat(s.strokeWidth), s.strokeLinecap]];
 }))"""
 # Elements that have the background's own colour, and so are invisible.
@@ -284,7 +284,7 @@ LOST = """() => {
     ...all('[role=switch]', null, (s, e) => rimmed(s) && filled(s) === e.checked),
     ...all('[role=switch]', '::before', (s, e) => e.checked ? clear(s.backgroundColor) : filled(s)),
   ];
-  for (const path of document.querySelectorAll('svg.plot path:not(.grid, .heat path)'))
+  for (const path of document.querySelectorAll('svg.panel path:not(.grid, .heat path)'))
     if (clear(getComputedStyle(path).stroke)) found.push(path.getAttribute('class'));
   return found;
 }"""

@@ -108,7 +108,7 @@ def test_wrong_pairs_that_count_are_seen_among_the_others(reader: Callable[..., 
     figure = Figure(page, "fig-repeated").live()
     figure.button("finish").click()
     figure.settled()
-    looks = [figure.root.locator(f".plot .ring.{role}").evaluate_all(DRAWN) for role in ("outlier", "truth", "target")]
+    looks = [figure.root.locator(f".panel .ring.{role}").evaluate_all(DRAWN) for role in ("outlier", "truth", "target")]
     assert all(looks)
     assert len(set().union(*looks)) == len(looks), looks
 

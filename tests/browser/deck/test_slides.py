@@ -204,11 +204,11 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
     solve.settled()
     (kind, name, x, _) = solve.record()["log"][-1]
     assert (before, kind, name) == ([], "drag", "source")
-    width = page.locator("#fig-solve svg.plot").evaluate("svg => svg.getBoundingClientRect().width")
+    width = page.locator("#fig-solve svg.panel").evaluate("svg => svg.getBoundingClientRect().width")
     assert x == pytest.approx(-2.883 + 60 * 12 / width, abs=0.03)
     middle = solve.handle("source").evaluate(
         "e => (r => r.left + r.width / 2)(e.getBoundingClientRect()) - "
-        "document.querySelector('#fig-solve svg.plot').getBoundingClientRect().left"
+        "document.querySelector('#fig-solve svg.panel').getBoundingClientRect().left"
     )
     assert middle == pytest.approx((x + 6) / 12 * width, abs=1.5), "the handle lies where its point is drawn"
     page.keyboard.press("n")
@@ -297,7 +297,7 @@ def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path
     plain = page_of(reader, f"{DECK}#5", java_script_enabled=False)
     expect(plain.locator("[id='5'] h2")).to_be_in_viewport()
     expect(plain.locator(".deck-steps")).to_be_hidden()
-    expect(plain.locator("[id='5'] svg.plot")).to_be_visible()
+    expect(plain.locator("[id='5'] svg.panel")).to_be_visible()
     assert plain.locator("h1").count() == 1
     visitor = reader(1280, 720, reduced_motion="reduce")
     visitor.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page opened from disk

@@ -28,7 +28,7 @@ SEEN = """() => {
   const figures = [...document.querySelectorAll("figure.figure")];
   const loaded = [...document.fonts].filter(({ status }) => status === "loaded").map(({ family }) => family);
   const flat = (e) => e.getBoundingClientRect().height < 4;
-  const bare = (f) => { const svgs = [...f.querySelectorAll("svg.plot")]; return !svgs.length || svgs.some(empty); };
+  const bare = (f) => { const svgs = [...f.querySelectorAll("svg.panel")]; return !svgs.length || svgs.some(empty); };
   const parts = { msub: 2, msup: 2, msubsup: 3, mfrac: 2, munder: 2, mover: 2, munderover: 3 };
   const boxes = (row) => [...row.children].map((e) => e.getBoundingClientRect());
   const follow = (row) => boxes(row).every(({ left }, i, all) => i === 0 || left >= all[i - 1].right - 4);

@@ -16,7 +16,7 @@ LARGE = """() => [...document.querySelectorAll('.figure-charts > .figure-panel')
   return width > Math.max(0.7 * main.width, 360) || height > main.height + 24;
 }).map(e => `${e.closest('figure').id}: ${e.dataset.panel}`)"""
 # Texts of a drawing that overlap others.
-COLLIDING = """() => [...document.querySelectorAll('svg.plot')].flatMap(svg => {
+COLLIDING = """() => [...document.querySelectorAll('svg.panel')].flatMap(svg => {
   const words = [...svg.querySelectorAll('text')].filter(e => e.checkVisibility() && e.getBoundingClientRect().width)
     .map(e => [e.textContent, e.getBoundingClientRect()]);
   return words.flatMap(([one, a], i) => words.slice(i + 1).filter(([, b]) =>
@@ -55,5 +55,5 @@ def test_words_over_a_chart_do_not_meet(reader: Callable[..., Reader], width: in
     """With *More* open: the titles of the benchmark's strips, and the meaning of their bars and dashes."""
     page = reader(width, 900, reduced_motion="reduce").open("race.html")
     page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
-    assert page.locator("svg.plot text", has_text="bar: median").count()
+    assert page.locator("svg.panel text", has_text="bar: median").count()
     assert remaining(page, COLLIDING) == []

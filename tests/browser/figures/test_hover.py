@@ -69,7 +69,7 @@ def test_a_tap_points_and_a_finger_still_scrolls(reader: Callable[..., Reader]) 
     before = cells.readout("cell")
     page.touchscreen.tap(*pixel(cells, -2.5, 0.4))
     assert cells.changes("cell", before) == "discarded"
-    drawing = cells.root.locator("svg.plot").first.element_handle()
+    drawing = cells.root.locator("svg.panel").first.element_handle()
     assert page.evaluate("e => getComputedStyle(e).touchAction", drawing) != "none"
 
 

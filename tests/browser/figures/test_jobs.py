@@ -95,7 +95,7 @@ def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> No
     page.locator(".figure-rest > summary").click()
     box = page.locator("section.job")
     expect(box.locator("tbody tr")).to_have_count(9)
-    expect(box.locator("svg.plot")).to_have_count(2)
+    expect(box.locator("svg.panel")).to_have_count(2)
     labels = ["Keep to compare", "Copy as CSV", "Save as CSV", "Copy the Python"]
     assert box.locator(".job-tools button").all_text_contents() == labels
     expect(box.locator("button")).to_have_count(6)
@@ -194,7 +194,7 @@ def is_the_native_one(race: Figure) -> None:
         if line.contestant.method in ("icp", "point-to-plane", "gicp", "soft-annealed"):
             assert row[1] == f"{line.median_rre:.2f}"
             assert row[2] == f"{line.median_rte:.3f}"
-    assert job(race).locator(".job-panels svg.plot").count() == 2
+    assert job(race).locator(".job-panels svg.panel").count() == 2
 
 
 def test_two_workers_share_the_parts(watched: Callable[[str], Figure]) -> None:

@@ -200,7 +200,7 @@ def test_a_hostile_link_harms_nothing(reader: Callable[..., Reader]) -> None:
         page = visitor.open(f"kabsch.html#fig-solve?s={state}")
         solve = Figure(page, "fig-solve").live()
         expect(solve.root.locator(".figure-status")).not_to_be_empty()
-        expect(solve.root.locator("svg.plot").first).to_be_visible()
+        expect(solve.root.locator("svg.panel").first).to_be_visible()
         solve.button("reset").click()
         before = solve.readout("rms")
         solve.button("solve").click()
@@ -223,7 +223,7 @@ def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
         record = figure.record()
         assert {**record["controls"], **expected["controls"]} == record["controls"]
         assert record["log"] == expected["log"]
-        expect(figure.root.locator("svg.plot").first).to_be_in_viewport()
+        expect(figure.root.locator("svg.panel").first).to_be_in_viewport()
 
 
 def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:

@@ -178,7 +178,7 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
     solve = Figure(page, "fig-solve").live()
     assert page.evaluate("e => getComputedStyle(e).touchAction", solve.handle("source").element_handle()) == "none"
     assert (
-        page.evaluate("e => getComputedStyle(e).touchAction", solve.root.locator("svg.plot").first.element_handle())
+        page.evaluate("e => getComputedStyle(e).touchAction", solve.root.locator("svg.panel").first.element_handle())
         != "none"
     )
     before = solve.readout("rms")

@@ -159,7 +159,7 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
     start, end = source(page, "record"), source(page, "prediction")
     box.get_by_role("button", name="Place a ghost").click()
     view = figure.frame()["panels"][0]["view"]
-    plot_box = figure.root.locator('[data-panel="main"] > svg.plot').first.bounding_box()
+    plot_box = figure.root.locator('[data-panel="main"] > svg.panel').first.bounding_box()
     assert plot_box
     scale = plot_box["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px per u
 

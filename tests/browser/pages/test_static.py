@@ -43,7 +43,7 @@ SHIFT = """() => new Promise(done => {
 TWICE = "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
 # Without scripts: the parts that a figure lacks, and buttons and controls that would do nothing.
 LACKS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
-  const drawings = [...figure.querySelectorAll('svg.plot')];
+  const drawings = [...figure.querySelectorAll('svg.panel')];
   const vain = [...figure.querySelectorAll('.buttons, form.controls')].filter(e => e.checkVisibility());
   return [figure.id, [
     drawings.length ? '' : 'nothing drawn',

@@ -25,7 +25,7 @@ def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) ->
     before = solve.readout("rms")
     solve.drag("source", 50, 50)
     solve.becomes("failed")
-    expect(solve.root.locator("svg.plot").first).to_be_visible()
+    expect(solve.root.locator("svg.panel").first).to_be_visible()
     solve.root.get_by_role("button", name=re.compile("reset", re.I)).first.click()
     solve.live().settled()
     solve.drag("source", 50, 50)

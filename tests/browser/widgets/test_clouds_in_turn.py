@@ -94,7 +94,7 @@ def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[...,
     own.root.locator('[data-pen="source"]').click()
     own.settled()
     own.seen()
-    box = own.root.locator('[data-panel="main"] > svg.plot').bounding_box()
+    box = own.root.locator('[data-panel="main"] > svg.panel').bounding_box()
     assert box is not None
 
     def move(across: float, down: float) -> None:

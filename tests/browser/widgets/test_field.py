@@ -43,7 +43,7 @@ def test_a_moved_control_shows_the_coarse_map_and_then_each_finer_one(score: Fig
     assert [level for level, _ in levels(score)] == LEVELS
     native = Host().render("fig-score", score.record())
     assert score.frame() == native
-    html = score.page.evaluate("name => document.querySelector(`#${name} svg.plot`).outerHTML", "fig-score")
+    html = score.page.evaluate("name => document.querySelector(`#${name} svg.panel`).outerHTML", "fig-score")
     assert html.count("<path") == native["panels"][0]["svg"].count("<path")
 
 

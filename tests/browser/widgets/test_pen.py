@@ -29,7 +29,7 @@ def test_a_frame_leaves_the_line_that_is_being_drawn(reader: Callable[..., Reade
     box = panel.bounding_box()
     assert box
     x, y = box["x"] + 80, box["y"] + 80
-    lines = panel.locator("svg.plot > path.line.thick.source")
+    lines = panel.locator("svg.panel > path.line.thick.source")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 90, y + 10, steps=4)
@@ -68,7 +68,7 @@ def test_escape_takes_back_the_line_under_the_pen(reader: Callable[..., Reader])
     box = panel.bounding_box()
     assert box
     x, y = box["x"] + 80, box["y"] + 80
-    lines = panel.locator("svg.plot > path.line.thick.source")
+    lines = panel.locator("svg.panel > path.line.thick.source")
     undo = own.root.locator("[data-own=undo]")
     page.mouse.move(x, y)
     page.mouse.down()

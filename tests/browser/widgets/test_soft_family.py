@@ -43,7 +43,7 @@ def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) 
     assert soft.readout("rotation_error") == rotation
     frame, native = soft.settled().frame(), Host().render("fig-soft", soft.record())
     assert frame["description"] == native["description"]
-    assert soft.root.locator("svg.plot").first.evaluate("e => e.outerHTML.length") > 1000
+    assert soft.root.locator("svg.panel").first.evaluate("e => e.outerHTML.length") > 1000
 
 
 def test_each_method_runs_to_its_stop(reader: Callable[..., Reader]) -> None:
@@ -73,7 +73,7 @@ def test_the_bird_is_dragged_in_one_panel_and_moves_in_nine(reader: Callable[...
     nine.drag("source", 40, 25)
     nine.changes("icp", before)
     assert nine.settled().readout("ransac_congruent") == search
-    assert nine.root.locator("svg.plot").count() == 9
+    assert nine.root.locator("svg.panel").count() == 9
     assert nine.frame()["description"] == Host().render("fig-nine", nine.record())["description"]
 
 

@@ -229,7 +229,7 @@ def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
     assert "." not in re.sub(r"<annotation.*?</annotation>|<[^>]*>|\s", "", deck.partition('class="formula"')[2])[:5]
     overview = project.page("slides.html")
     assert "3 slides" in overview
-    assert 'class="still" aria-hidden="true"><svg class="plot"' in overview
+    assert 'class="still" aria-hidden="true"><svg class="panel"' in overview
     problems = [problem for problem in check_site(project.site) if problem.path.startswith("site/slides")]
     assert problems == []
 

@@ -128,7 +128,7 @@ def test_what_a_figure_s_job_finds_stands_in_the_page(sample: Project) -> None:
     assert data["rows"][0]["values"] == [0.5, None]
     assert data["caption"] == "On seed 40."
     assert "svg" not in data["panels"][0]
-    assert page.count('<svg class="plot"') == 2
+    assert page.count('<svg class="panel"') == 2
     job = next(tag for tag in Elements(page).tags if tag.name == "section" and tag.get("class") == "job")
     assert job.get("data-job") == "count"
 

@@ -134,7 +134,7 @@ def test_nothing_draws_nothing(mark: Mark) -> None:
 def test_panel_is_one_labelled_image() -> None:
     """The svg element carries the view box and an escaped name."""
     text = panel_svg(Panel("main", 'x < "y" & z', View(0, 4, 0, 3, width=320), ()), "f")
-    assert text.startswith('<svg class="plot" viewBox="0 0 3200 2400" role="img" ')
+    assert text.startswith('<svg class="panel" viewBox="0 0 3200 2400" role="img" ')
     assert ' aria-label="x &lt; &quot;y&quot; &amp; z" ' in text
 
 

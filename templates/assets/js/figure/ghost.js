@@ -30,7 +30,7 @@ export function createGhost(figure, overlay) {
   const box = drawing(figure.root, PANEL)?.getAttribute("viewBox") ?? "0 0 1 1";
   const fine = Number(box.split(" ")[2]) / width; // units of the drawing per nominal px
   svg.setAttribute("viewBox", box);
-  svg.setAttribute("class", "plot predict-ghost");
+  svg.setAttribute("class", "panel predict-ghost");
   svg.setAttribute("aria-hidden", "true");
   const source = groupOf(figure);
   const body = document.createElementNS(SVG, "g");

@@ -73,7 +73,7 @@ function drawings({ panels }) {
  */
 function built(box) {
   const result = /** @type {JobResult} */ (JSON.parse(find(box, "script.job-result").textContent ?? ""));
-  const svgs = [...box.querySelectorAll(".job-panels svg.plot")].map((svg) => svg.outerHTML);
+  const svgs = [...box.querySelectorAll(".job-panels svg.panel")].map((svg) => svg.outerHTML);
   return { ...result, panels: result.panels.map((panel, i) => ({ ...panel, svg: svgs[i] })) };
 }
 

@@ -13,7 +13,7 @@ export const panelOf = (root, name) => root.querySelector(`.figure-panel[data-pa
  * The drawing of a panel.
  * @type {(root: HTMLElement, name: string) => SVGSVGElement | null}
  */
-export const drawing = (root, name) => panelOf(root, name)?.querySelector("svg.plot") ?? null;
+export const drawing = (root, name) => panelOf(root, name)?.querySelector("svg.panel") ?? null;
 
 /**
  * Whether a panel is interactive: a slide may show only some of a figure's panels, some are behind More, and on a phone
@@ -40,7 +40,7 @@ function show(panel, svg) {
   const current = drawings.get(panel);
   if (current?.svg === svg) return;
   const tags = tagsOf(svg);
-  const drawing = /** @type {SVGSVGElement} */ (panel.querySelector("svg.plot"));
+  const drawing = /** @type {SVGSVGElement} */ (panel.querySelector("svg.panel"));
   if (!current || !redraw(drawing, current.tags, tags)) drawing.outerHTML = svg;
   drawings.set(panel, { svg, tags });
 }

@@ -111,7 +111,7 @@ export function addPen(figure, overlay, bring) {
     event.preventDefault();
     const ink = document.createElementNS(SVG, "path");
     ink.setAttribute("class", `line thick ${cloud}`);
-    find(panel, "svg.plot").append(ink);
+    find(panel, "svg.panel").append(ink);
     return { corners: [at], ink };
   }
 
@@ -161,7 +161,7 @@ export function addPen(figure, overlay, bring) {
   const pointer = hold(panel, panel, { begin, follow, end, cancel });
   figure.on("frame", () => {
     dry.splice(0).forEach((ink) => ink.remove());
-    if (pointer.held) find(panel, "svg.plot").append(pointer.held.ink); // the drawing may be new
+    if (pointer.held) find(panel, "svg.panel").append(pointer.held.ink); // the drawing may be new
   });
   show();
   return { put };
