@@ -1,7 +1,7 @@
 """A matplotlib figure → inline SVG for a page: roles for colours, attributes for styles, the page's own fonts.
 
 A page's policy blocks style attributes, so matplotlib's become presentation attributes, and colours become classes:
-`f-source` fills, `s-source` strokes with the role's colour (figure/matplotlib.css). Only the site's own colours are
+`f-source` fills, `s-source` strokes with the role's colour (figure/plot.css). Only the site's own colours are
 allowed; any other is an error. Figures are made at the size at which they are shown, so that 1 px of theirs is 1 px on
 the screen.
 
@@ -107,7 +107,7 @@ def clean(source: str, size: tuple[int, int], prefix: str) -> str:
     out: list[str] = []
     _write(root, names, out)
     width, height = size
-    head = f'<svg class="graph-svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+    head = f'<svg class="plot-svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     return f"{head}{''.join(out)}</svg>"
 
 

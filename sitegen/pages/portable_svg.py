@@ -12,7 +12,7 @@ from sitegen.assets.css import rules
 from sitegen.assets.tokens import TOKENS, colours
 
 FOLDER = TOKENS.parents[1] / "figure"
-SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "matplotlib", "panel", "field", "labels"))
+SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "plot", "panel", "field", "labels"))
 LINE, LETTER = 16, 6.3  # px: a caption's line height, and an upper bound on its average letter width
 FACE = "Arial, Helvetica, sans-serif"
 _CHOICE = re.compile(r":\w+\([^)]*\)|\[[^]]*\]")  # parts of a selector other than classes it needs
@@ -22,7 +22,7 @@ _CLASS = re.compile(r"\.([\w-]+)")
 def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
     """The drawing, `width` × `height` px, with the CSS rules for its classes included and colours resolved.
 
-    svg: one element `svg.panel` (widgets.drawing.svg) or `svg.graph-svg` (figures.matplotlib_svg). caption: lines below
+    svg: one element `svg.panel` (widgets.drawing.svg) or `svg.plot-svg` (figures.matplotlib_svg). caption: lines below
     it.
     """
     classes = {name for value in re.findall(r'class="([^"]*)"', svg) for name in value.split()}
@@ -60,7 +60,7 @@ def _rules() -> tuple[tuple[frozenset[str], str], ...]:
             body = ";".join(f"{name}:{_with_colours(value)}" for name, value in rule.declarations)
             for selector in rule.selectors:
                 role = re.fullmatch(r"\.[\w-]+", selector) and "--colour" in body
-                if role or selector.startswith((".panel", ".graph-svg")):
+                if role or selector.startswith((".panel", ".plot-svg")):
                     classes = frozenset(_CLASS.findall(_CHOICE.sub("", selector)))
                     result.append((classes, f"{selector}{{{body}}}"))
     return tuple(result)

@@ -246,7 +246,7 @@ def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:
 
 def plot_html(templates: Environment) -> Callable[[Placed, Drawn, Markup], Markup]:
     """The plot macro of the templates."""
-    macro = templates.get_template("graph.html").module.graph  # type: ignore[attr-defined]
+    macro = templates.get_template("plot.html").module.plot  # type: ignore[attr-defined]
     return lambda plot, drawing, caption: Markup(macro(plot, drawing, caption))
 
 

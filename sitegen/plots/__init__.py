@@ -1,4 +1,4 @@
-"""Regression figures, one module each, found by name: `::plot[Caption.]{trial-budget}` is trial_budget.py.
+"""Plots, one module each, found by name: `::plot[Caption.]{trial-budget}` is trial_budget.py.
 
 A module has `TITLE`, a frozen dataclass `Result` of plain data (numbers, texts, tuples of these), `compute() -> Result`
 (solvers only, deterministic), `draw(result, figure, narrow)` (matplotlib; the figure already has its size),

@@ -43,7 +43,7 @@ SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ': ' + e.textContent.slice(0, 30)).slice(0, 8)"""
 
 # Texts in a drawing that its edge cuts off; a line of text is some px taller and wider than its letters.
-CUT = """() => [...document.querySelectorAll('svg.panel text, .graph-svg text')].filter(e => {
+CUT = """() => [...document.querySelectorAll('svg.panel text, .plot-svg text')].filter(e => {
   const whole = e.closest('svg').getBoundingClientRect(), r = e.getBoundingClientRect();
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
@@ -121,7 +121,7 @@ MISFITS = """() => {
     const small = [...slide.querySelectorAll('.slide-text > :is(p, ul, ol)')].filter(e =>
       !e.matches('.slide-ways, .tries') && parseFloat(getComputedStyle(e).fontSize) < 1.49 * type)
       .map(e => `small: ${e.textContent.slice(0, 30)}`);
-    const words = [...slide.querySelectorAll('.figure-panel:not([hidden]) text, .graph-wide text')].map(e => {
+    const words = [...slide.querySelectorAll('.figure-panel:not([hidden]) text, .plot-wide text')].map(e => {
       const svg = e.closest('svg'), scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
       return [e.textContent, scale * parseFloat(getComputedStyle(e).fontSize) * 16 / type];
     }).filter(([, px]) => px < 10.95).map(([words, px]) => `${words} has ${px.toFixed(1)} px`);

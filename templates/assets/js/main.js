@@ -192,7 +192,7 @@ globalThis.Ladder = Object.freeze({
   describeCards,
 });
 
-setUpAll("figure.graph", addPictureButtons);
+setUpAll("figure.plot", addPictureButtons);
 setUpAll(".ladder", climb);
 setUpAll(".contents details", unfold);
 apart(() => reach(document.querySelectorAll(".formula")));

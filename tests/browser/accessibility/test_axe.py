@@ -259,7 +259,7 @@ def check_tree(page: Page, path: str) -> None:
     for node in tree:
         if role(node) in ("button", "link", "slider", "switch", "radio", "image", "figure"):
             assert name(node).strip(), f"{path}: {node}"
-    labels = page.locator("svg.panel:not([aria-hidden] *), .graph [role=img], img").evaluate_all(
+    labels = page.locator("svg.panel:not([aria-hidden] *), .plot [role=img], img").evaluate_all(
         "all => all.filter(e => e.checkVisibility()).map(e => e.alt ?? e.getAttribute('aria-label'))"
     )
     pictures = [name(node) for node in tree if role(node) == "image"]

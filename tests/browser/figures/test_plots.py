@@ -11,7 +11,7 @@ from tests.browser.conftest import Reader
 
 # For the visible drawing: which it is, its smallest type in screen px, and the texts that extend beyond it.
 SEEN = """root => {
-  const shown = [...root.querySelectorAll('.graph-svg')].filter(svg => svg.getBoundingClientRect().width > 0);
+  const shown = [...root.querySelectorAll('.plot-svg')].filter(svg => svg.getBoundingClientRect().width > 0);
   const [svg] = shown, box = svg.getBoundingClientRect(), scale = box.width / svg.viewBox.baseVal.width;
   const texts = [...svg.querySelectorAll('text')];
   const leaves = text => { const b = text.getBoundingClientRect();
@@ -25,10 +25,10 @@ SEEN = """root => {
 @pytest.fixture(scope="session")
 def with_plots(site: Path, pages: list[str]) -> list[str]:
     """The pages that contain plots."""
-    return [name for name in pages if 'class="graph wide"' in (site / name).read_text("utf-8")]
+    return [name for name in pages if 'class="plot wide"' in (site / name).read_text("utf-8")]
 
 
-@pytest.mark.parametrize(("width", "kind"), [(1280, "graph-wide"), (390, "graph-narrow")])
+@pytest.mark.parametrize(("width", "kind"), [(1280, "plot-wide"), (390, "plot-narrow")])
 def test_each_width_has_a_drawing_that_can_be_read(
     reader: Callable[..., Reader], with_plots: list[str], width: int, kind: str
 ) -> None:
@@ -37,9 +37,9 @@ def test_each_width_has_a_drawing_that_can_be_read(
     assert len(with_plots) >= 6
     for name in with_plots:
         page = visitor.open(name)
-        graphs = page.locator("figure.graph").all()
-        assert graphs, name
-        for root in graphs:
+        plots = page.locator("figure.plot").all()
+        assert plots, name
+        for root in plots:
             facts = root.evaluate(SEEN)
             assert (facts["count"], facts["kind"]) == (1, kind), name
             assert facts["smallest"] >= 11.0, (name, facts)
@@ -52,17 +52,17 @@ def test_paper_gets_the_wide_drawing(reader: Callable[..., Reader], with_plots: 
     """Printed on an A4 page with its margins."""
     page = reader(642).open(with_plots[0])
     page.emulate_media(media="print")
-    assert page.locator("figure.graph").first.evaluate(SEEN)["kind"] == "graph-wide"
+    assert page.locator("figure.plot").first.evaluate(SEEN)["kind"] == "plot-wide"
 
 
 def test_words_and_numbers_stand_beneath(reader: Callable[..., Reader], with_plots: list[str]) -> None:
     """The description of a drawing unfolds together with a table, and the drawing's colours follow the theme."""
     page = reader(1280, color_scheme="dark").open(with_plots[0])
-    root = page.locator("figure.graph").first
+    root = page.locator("figure.plot").first
     root.locator("summary").click()
     assert len(root.locator(".figure-words").inner_text()) > 100
     assert root.locator("tbody tr").count() > 2
-    colour = "root => getComputedStyle(root.querySelector('.graph-svg text')).fill"
+    colour = "root => getComputedStyle(root.querySelector('.plot-svg text')).fill"
     dark = root.evaluate(colour)
     page.emulate_media(color_scheme="light")
     assert root.evaluate(colour) != dark

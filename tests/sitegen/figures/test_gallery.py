@@ -47,7 +47,7 @@ def page_of(project: Project, body: str = PLACED) -> str:
 def test_a_plot_stands_in_the_page(project: Project) -> None:
     """Both drawings, numbered with the figures, with words and table, and nothing that the policy blocks."""
     page = page_of(project)
-    assert page.count('class="graph-svg"') == 2
+    assert page.count('class="plot-svg"') == 2
     assert '<a class="ref" href="#fig-dots">Figure 1.1</a>' in page
     assert "3 dots &amp; &lt;words&gt;." in page
     assert "wide &amp; &lt;large&gt;" in page
@@ -149,7 +149,7 @@ def test_only_what_can_stand_in_a_page_is_let_through() -> None:
     path = f'<g id="a"><path id="b" d="M 1.00001 2 \nL 3 4.06 \nz\n" style="{style}"/></g>'
     path += '<path d="M 0 0 \nL 9 9 \nz" style="fill: none"/>'  # invisible
     assert clean(f"{head}{path}</svg>", (10, 20), "p") == (
-        '<svg class="graph-svg" viewBox="0 0 10 20" width="10" height="20">'
+        '<svg class="plot-svg" viewBox="0 0 10 20" width="10" height="20">'
         '<path class="f-source" d="M1 2l2 2.1z" stroke="none"/></svg>'
     )
     for bad in ('<image href="data:,"/>', '<path d="M 0 0" style="fill: #123456"/>', '<path style="filter: x"/>'):
