@@ -3,7 +3,8 @@ distributes the remaining errors.
 """
 
 from solvers.odometry.chain import PREDICTIONS, Chain, keyframes, scan_to_map, scan_to_scan
-from solvers.odometry.loops import LoopOptions, candidates, close, edges_of, missed, verified
+from solvers.odometry.closing import close, edges_of, missed
+from solvers.odometry.loops import LoopOptions, candidates, verified
 from solvers.odometry.matching import Matches, MatchOptions, Scans, match, prepare
 from solvers.odometry.reading import read_drive
 from solvers.odometry.sweep import straightened
