@@ -8,8 +8,9 @@ from solvers.core.edges import Edges
 from solvers.core.poses import concatenated, stacked
 from solvers.posegraph.covariance import marginals
 from solvers.posegraph.errors import chi_squared, jacobians, residuals
-from solvers.posegraph.graph import GraphResult, GraphRun, advance, begin, optimise
+from solvers.posegraph.graph import advance, begin, optimise
 from solvers.posegraph.kernels import KERNELS, THRESHOLD
+from solvers.posegraph.state import GraphResult, GraphRun
 
 __all__ = [
     "KERNELS",

@@ -11,151 +11,26 @@ Stachniss & Burgard 2010, A tutorial on graph-based SLAM; for the kernels see `s
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.edges import Edges
 from solvers.core.kinds import function, of_kind
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
 from solvers.core.status import Status
 from solvers.core.stepper import History
-from solvers.posegraph import checks, kernels, linear, words
+from solvers.posegraph import checks, kernels, linear
 from solvers.posegraph.errors import derivatives, moved, offsets, squares
-from solvers.posegraph.linear import Plan
 from solvers.posegraph.rest import at_rest
+from solvers.posegraph.state import GraphResult, GraphRun, Setting
 
-_FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
+_LEAST, _SLIGHT, _MOST = 1e-12, 1e-3, 1e12  # of the damping
 _WHY = {Status.STALLED: "no step lowers the objective", Status.DEGENERATE: "a step is beyond floating point"}
-
-
-@dataclass(frozen=True, eq=False)
-class _Setting:
-    """The constants of a run: the options of `optimise` and the elimination order."""
-
-    kernel: str
-    threshold: float
-    robust: BoolArray
-    max_steps: int
-    tolerance: float
-    plan: Plan
-
-
-@dataclass(frozen=True, eq=False)
-class GraphRun:
-    """The immutable state of an optimisation: begin it, advance it, drop it to stop.
-
-    Attributes
-    ----------
-    setting : object
-        The options given to `begin`.
-    edges : Edges
-        The measurements.
-    poses : Pose of shape (n,)
-        The nodes.
-    chi2 : ndarray of shape (e,)
-        χ² of each edge at `poses`, without the kernel.
-    weights : ndarray of shape (e,)
-        The kernel's factor on each edge's information, in [0, 1].
-    objective : float
-        F = Σ ρ(χ²); without a kernel the sum of χ².
-    status : Status
-        Whether the run is still going, or how it stopped.
-    reason : str
-        How it stopped, in words; may be empty.
-    steps : int
-        The steps taken.
-    damping : float
-        λ of the next step, as a fraction of the diagonal.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from solvers import Pose
-    >>> from solvers.posegraph import Edges, advance, begin
-    >>> poses = Pose.from_angle([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
-    >>> edges = Edges.between(poses, [0], [1], np.eye(3))
-    >>> run = begin(Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]]), edges)
-    >>> while not run.done:
-    ...     run = advance(run)
-    >>> run.poses.angle.round(6)
-    array([0., 1.])
-    """
-
-    setting: _Setting
-    edges: Edges
-    poses: Pose
-    chi2: FloatArray
-    weights: FloatArray
-    objective: float
-    status: Status = Status.RUNNING
-    reason: str = ""
-    steps: int = 0
-    damping: float = _FIRST
-
-    @property
-    def done(self) -> bool:
-        """Whether it has stopped."""
-        return self.status != Status.RUNNING
-
-    __repr__ = words.summary
-
-
-@dataclass(frozen=True, eq=False)
-class GraphResult:
-    """The result of `optimise`.
-
-    Attributes
-    ----------
-    poses : Pose of shape (n,)
-        The nodes, from their own coordinates to those of the map.
-    chi2 : ndarray of shape (e,)
-        χ² of each edge, without the kernel.
-    weights : ndarray of shape (e,)
-        The kernel's factor on each edge's information, in [0, 1]; 1 where it does not apply.
-    objective : float
-        F = Σ ρ(χ²); without a kernel the sum of χ².
-    status : Status
-        How it stopped.
-    reason : str
-        How it stopped, in words; may be empty.
-    steps : int
-        The steps taken.
-    history : History
-        Poses (k + 1, n) and objective (k + 1,) from the start to the last of k steps.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from solvers import Pose
-    >>> from solvers.posegraph import Edges, optimise
-    >>> poses = Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]])
-    >>> edges = Edges([0, 0], [1, 1], Pose.from_angle([0.0, 0.0], [[1.0, 0.0], [3.0, 0.0]]), np.eye(3))
-    >>> result = optimise(poses, edges)
-    >>> result, result.total
-    (GraphResult(converged, steps=0, nodes=2, edges=2, total=2), 2.0)
-    """
-
-    poses: Pose
-    chi2: FloatArray
-    weights: FloatArray
-    objective: float
-    status: Status
-    reason: str
-    steps: int
-    history: History
-
-    @property
-    def total(self) -> float:
-        """The sum of χ² over all edges, without the kernel."""
-        return float(self.chi2.sum())
-
-    __repr__ = words.summary
 
 
 def begin(
@@ -215,7 +90,7 @@ def begin(
     (21.0, True)
     """
     held = checks.held(poses, edges, fixed)
-    setting = _Setting(
+    setting = Setting(
         validate.one_of(kernel, kernels.KERNELS, "kernel"),
         validate.number(threshold, "threshold", 1e-6, 1e6),
         checks.mask(robust, len(edges), "robust"),
@@ -315,45 +190,50 @@ def optimise(
     Parameters
     ----------
     poses : Pose of shape (n,)
-        The starting poses of the nodes, from their own coordinates to those of the map, such as odometry's.
+        The starting poses of the nodes, from their own coordinates to those of the map,
+        such as odometry's.
     edges : Edges
         The measurements between nodes.
     fixed : int or sequence of int, default 0
         The nodes that stay fixed. Each part of the graph needs one.
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
-        The kernel for large errors (`solvers.posegraph.kernels`). The start matters most with "cauchy" and "dcs".
+        The kernel for large errors (`solvers.posegraph.kernels`). The start matters
+        most with "cauchy" and "dcs".
     robust : array_like of bool, shape (e,), optional
-        The edges that the kernel applies to, such as loops; no effect with "none". None is all.
+        The edges that the kernel applies to, such as loops; no effect with "none". None
+        is all.
     threshold : float, default 2.8
         The χ above which an error counts as large.
     max_steps : int, default 100
         The most steps.
     tolerance : float, default 1e-9
-        Converged when a step moves no node by more than this fraction of the longest measured translation and turns
-        none by more than this many radians, or 1e-6 of either if rounding hides the gain.
+        Converged when a step moves no node by more than this fraction of the longest
+        measured translation and turns none by more than this many radians, or 1e-6 of
+        either if rounding hides the gain.
     sparse : bool, optional
-        Whether scipy solves the normal equations. None uses scipy, if installed, from 300 free nodes on. Without
-        scipy, at most 3000 nodes may be free.
+        Whether scipy solves the normal equations. None uses scipy, if installed, from
+        300 free nodes on. Without scipy, at most 3000 nodes may be free.
     progress : callable, optional
-        Called as `progress(steps, max_steps)` after every step, and once more with the same number if the run ends
-        without another step.
+        Called as `progress(steps, max_steps)` after every step, and once more with the
+        same number if the run ends without another step.
 
     Returns
     -------
     GraphResult
-        Poses at a minimum near the start, not necessarily the global one, the edges' χ² and weights, and how it
-        stopped.
+        Poses at a minimum near the start, not necessarily the global one, the edges' χ²
+        and weights, and how it stopped.
 
     Raises
     ------
     ValueError
-        If an argument is invalid, if an edge names a node that does not exist, if the edges do not join every node to
-        a fixed one, or if more than 3000 nodes are free without scipy.
+        If an argument is invalid, if an edge names a node that does not exist, if the
+        edges do not join every node to a fixed one, or if more than 3000 nodes are free
+        without scipy.
 
     Examples
     --------
-    Two legs out along a corridor and two back, the last measured 0.4 u too short: the loop does not close, and each
-    leg takes a quarter of the gap.
+    Two legs out along a corridor and two back, the last measured 0.4 u too short: the
+    loop does not close, and each leg takes a quarter of the gap.
 
     >>> import numpy as np
     >>> from solvers import Pose
@@ -383,7 +263,7 @@ def optimise(
     return GraphResult(*final, History(stacked(course), np.array(sums)))
 
 
-def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
+def _judged(setting: Setting, edges: Edges, poses: Pose) -> GraphRun:
     """A run at these poses, with its edges evaluated there."""
     chi2 = squares(offsets(poses, edges), edges.information)
     under, kernel, threshold = setting.robust, setting.kernel, setting.threshold
