@@ -1,7 +1,7 @@
 """NDT's map: one Gaussian per cell."""
 
+from solvers.methods.ndt.floor import FLOOR, floored, inverse
 from solvers.methods.ndt.ndt_map import (
-    FLOOR,
     LARGEST_TABLE,
     LEAST_POINTS,
     LEAST_VARIANCE,
@@ -14,8 +14,6 @@ from solvers.methods.ndt.ndt_map import (
     build,
     check_size,
     default_size,
-    floored,
-    inverse,
 )
 
 __all__ = [

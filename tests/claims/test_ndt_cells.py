@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.methods.ndt.ndt_map import FLOOR, NdtMap, build
+from solvers.methods.ndt.floor import FLOOR
+from solvers.methods.ndt.ndt_map import NdtMap, build
 from solvers.methods.ndt.score import score_map
 from solvers.scenes.walls import ndt_room
 from solvers.studies.race import SEEDS

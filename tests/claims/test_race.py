@@ -11,9 +11,9 @@ import pytest
 from solvers import METHODS, register
 from solvers.core.stepper import advance, begin, run
 from solvers.methods.ndt import ndt
-from solvers.methods.ndt.ndt_map import build, inverse
 from solvers.methods.ndt.score import evaluate
 from solvers.metrics import rre, rte
+from solvers.ndt_map import build, inverse
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import benchmark
 from solvers.studies.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Controls, contestants, race_problem

@@ -8,7 +8,8 @@ import numpy as np
 
 from solvers.core.amounts import amount
 from solvers.geometry.spectral import symmetric_eigen
-from solvers.methods.ndt.ndt_map import FLOOR, LEAST_POINTS, TOO_FEW, NdtMap, build, floored
+from solvers.methods.ndt.floor import FLOOR, floored
+from solvers.methods.ndt.ndt_map import LEAST_POINTS, TOO_FEW, NdtMap, build
 from solvers.methods.ndt.score import score_map
 from solvers.scenes.walls import ndt_room
 from widgets.drawing.picture import (

@@ -8,7 +8,8 @@ import numpy as np
 
 from solvers import Pose, Status
 from solvers.core.amounts import amount
-from solvers.methods.ndt.ndt_map import NdtMap, build, floored
+from solvers.methods.ndt.floor import floored
+from solvers.methods.ndt.ndt_map import NdtMap, build
 from solvers.methods.ndt.score import evaluate, score_map
 from solvers.methods.ndt.translation import Climb, climb
 from solvers.metrics import rre

@@ -33,8 +33,9 @@ import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.pose import Pose
+from solvers.methods.ndt.floor import floored
 from solvers.methods.ndt.mixture import constants
-from solvers.methods.ndt.ndt_map import NdtMap, floored
+from solvers.methods.ndt.ndt_map import NdtMap
 from solvers.methods.ndt.score import Score
 
 NEGLIGIBLE = 74.0

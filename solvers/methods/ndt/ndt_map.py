@@ -26,7 +26,7 @@ from solvers.core.extent import at_one_place
 from solvers.core.kinds import shown
 from solvers.core.numbers import finite, numbers
 from solvers.core.tree import distinct, once
-from solvers.geometry.spectral import symmetric_eigen
+from solvers.methods.ndt.floor import inverse
 from solvers.numerics.fits import typical_radius
 
 LEAST_POINTS = 3
@@ -34,10 +34,6 @@ LEAST_VARIANCE = 1e-9
 """A cell's points are at one place if the large eigenvalue is below this fraction of the cell's side squared."""
 LEAST_SIZE = 1e-9
 """The default cell size is at least this fraction of the largest coordinate, so that rounding separates no points."""
-FLOOR = 1e-3
-"""The smallest eigenvalue of a cell's covariance is raised to this fraction of the largest."""
-SMALLEST = 1e-300
-"""An eigenvalue below this counts as zero: it has no inverse in float64."""
 LARGEST_TABLE = 2**18
 """The most places in the bounding box of one grid's kept cells; with more, the cells are reported as too small."""
 SHIFTS = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
@@ -53,8 +49,8 @@ TOO_SMALL = "the cells are too small for the extent"
 class NdtMap:
     """The cells of b target clouds on G grids (1 or 4).
 
-    Made by `build`. The cells that hold a point of a cloud are listed grid by grid, padded to C, the largest number
-    for any cloud.
+    Made by `build`. The cells that hold a point of a cloud are listed grid by grid,
+    padded to C, the largest number for any cloud.
 
     Attributes
     ----------
@@ -85,7 +81,8 @@ class NdtMap:
     shape : ndarray of shape (b, G, 2)
         Its columns and rows.
     table : ndarray of int32, shape (b, G, L)
-        For each place in the box, y running fastest, the number of the cell there, or −1.
+        For each place in the box, y running fastest, the number of the cell there, or
+        −1.
 
     Examples
     --------
@@ -164,11 +161,13 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     Raises
     ------
     ValueError
-        If `points` are not planar clouds, a size is not positive, or `offset` or `grids` is invalid.
+        If `points` are not planar clouds, a size is not positive, or `offset` or
+        `grids` is invalid.
 
     References
     ----------
-    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to laser scan matching", 2003.
+    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
+    laser scan matching", 2003.
 
     Examples
     --------
@@ -251,8 +250,8 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
 def default_size(points: FloatArray) -> FloatArray:
     """Cell sizes that suit the extent and the density of clouds.
 
-    0.3 of the RMS radius ρ without strays or, for sparse clouds, the length that holds three of n points spread along
-    a circle of that radius: `3 · 2πρ/n`.
+    0.3 of the RMS radius ρ without strays or, for sparse clouds, the length that holds
+    three of n points spread along a circle of that radius: `3 · 2πρ/n`.
 
     Parameters
     ----------
@@ -276,66 +275,6 @@ def default_size(points: FloatArray) -> FloatArray:
         radius = np.where(at_one_place(points), 0.0, typical_radius(points))
         size = np.maximum(radius * max(0.3, 6.0 * np.pi / points.shape[1]), least)
         return np.asarray(np.where(size > 0.0, size, 1.0))
-
-
-def inverse(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, BoolArray]:
-    """The inverses of covariances after flooring the small eigenvalue.
-
-    Parameters
-    ----------
-    covariance : ndarray of shape (..., 2, 2)
-        In u².
-    least : float or ndarray of shape (...), default 0.0
-        The least value of the large eigenvalue, in u².
-
-    Returns
-    -------
-    inverses : ndarray of shape (..., 2, 2)
-        The identity where the large eigenvalue is less, or zero.
-    wide : ndarray of bool, shape (...)
-        Whether the covariance was inverted.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from solvers.ndt_map import inverse
-    >>> inverses, wide = inverse(np.diag([0.0, 4.0]))
-    >>> inverses.diagonal().round(6), wide
-    (array([250.  ,   0.25]), np.True_)
-    """
-    values, vectors, wide = _floored(covariance, least)
-    return (vectors / values[..., None, :]) @ vectors.swapaxes(-1, -2), wide
-
-
-def floored(covariance: FloatArray) -> FloatArray:
-    """Covariances whose small eigenvalue is raised to at least `FLOOR` times the large one.
-
-    Parameters
-    ----------
-    covariance : ndarray of shape (..., 2, 2)
-        In u².
-
-    Returns
-    -------
-    ndarray of shape (..., 2, 2)
-        The identity where there is no variance.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from solvers.ndt_map import floored
-    >>> floored(np.diag([0.0, 4.0])).diagonal().round(6)
-    array([0.004, 4.   ])
-    """
-    values, vectors, _ = _floored(covariance)
-    return np.asarray((vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2))
-
-
-def _floored(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray, BoolArray]:
-    values, vectors = symmetric_eigen(covariance)
-    high = values[..., 1]
-    wide = np.asarray(high >= np.maximum(least, SMALLEST)) & np.isfinite(high)
-    return np.where(wide[..., None], np.maximum(values, FLOOR * high[..., None]), 1.0), vectors, wide
 
 
 def _box(mask: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int) -> tuple[FloatArray, FloatArray]:

@@ -11,7 +11,8 @@ from solvers import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance, begin
 from solvers.methods.ndt import ndt
-from solvers.methods.ndt.ndt_map import NdtMap, floored
+from solvers.methods.ndt.floor import floored
+from solvers.methods.ndt.ndt_map import NdtMap
 from solvers.methods.ndt.score import evaluate
 from solvers.scenes.rooms import Scene
 from widgets.drawing.picture import Array, Ellipses
