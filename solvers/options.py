@@ -7,8 +7,8 @@ from solvers.core.method import NoOptions
 from solvers.methods.flow.flow import FlowOptions
 from solvers.methods.icp.fast_robust import FastRobustOptions
 from solvers.methods.icp.gicp import GicpOptions
-from solvers.methods.icp.icp import CappedOptions, IcpOptions, TrimmedOptions
 from solvers.methods.icp.kiss import KissOptions
+from solvers.methods.icp.options import CappedOptions, IcpOptions, TrimmedOptions
 from solvers.methods.icp.surface_icp import SurfaceOptions
 from solvers.methods.mmd.mmd import MmdOptions
 from solvers.methods.ndt.d2d import D2dOptions

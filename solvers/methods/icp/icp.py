@@ -2,28 +2,37 @@
 
 Pair every point with its nearest neighbour, fit, repeat.
 
-One step fits the pairs in closed form, then pairs again at the new pose, so a state's pose, pairs and objective belong
-together. With r_i the distance of moved point i to its nearest target point and w_i its weight:
+One step fits the pairs in closed form, then pairs again at the new pose, so a state's
+pose, pairs and objective belong together. With r_i the distance of moved point i to its
+nearest target point and w_i its weight:
 
-- `icp` uses the pairs within `gate`, less the farthest fraction `trim` of them. Its objective is the sum over the
-  pairs used. Without gate and trim, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²` never rises; with them the set of pairs
-  changes, and both the sum and the RMS may rise.
-- `trimmed-icp` always uses the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
-- `capped-icp` uses the pairs within `cap` and counts every other pair as if it lay at the cap: `Σ w_i min(r_i², cap²)`
+- `icp` uses the pairs within `gate`, less the farthest fraction `trim` of them. Its
+objective is the sum over the
+  pairs used. Without gate and trim, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²` never rises;
+  with them the set of pairs changes, and both the sum and the RMS may rise.
+- `trimmed-icp` always uses the same number of pairs, the nearest: the sum of the
+`count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other pair as if it lay at
+the cap: `Σ w_i min(r_i², cap²)`
   never rises.
 
-With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent
-then holds for a fixed `scale`; one re-estimated from the distances at every step changes the objective as it goes.
+With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes
+the place of r². The descent then holds for a fixed `scale`; one re-estimated from the
+distances at every step changes the objective as it goes.
 
-It is the objective's value that converges, to a local optimum at best. Coming to rest says nothing about the truth.
+It is the objective's value that converges, to a local optimum at best. Coming to rest
+says nothing about the truth.
 
 References
 ----------
-.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV (the descent, with exact
+.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV
+(the descent, with exact
    neighbours and fits). doi:10.1109/34.121791
-.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest point algorithm", 2002, sec. 2
+.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest
+point algorithm", 2002, sec. 2
    (left out: the search for the overlap). doi:10.1109/ICPR.2002.1047997
-.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate and trim as stages).
+.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate
+and trim as stages).
    doi:10.1109/IM.2001.924423
 """
 
@@ -34,7 +43,6 @@ from typing import Any
 
 import numpy as np
 
-from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.brief import brief
 from solvers.core.extent import at_one_place
@@ -45,174 +53,12 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index, Known
+from solvers.methods.icp.options import AnyOptions, CappedOptions, IcpOptions, TrimmedOptions
 from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_motion, typical_radius, weighted_radius
 
 ONE_PARTNER = "every source point has the same partner: the rotation is undefined; are both clouds in one unit?"
 """The reason given when a fit has no rotation because all its pairs share one target point."""
-
-
-@dataclass(frozen=True)
-class IcpOptions:
-    """Options of `icp`.
-
-    Parameters
-    ----------
-    gate : float, default inf
-        Pairs farther apart are not used, world units.
-    trim : float, default 0.0
-        The fraction of the gated pairs to leave out, farthest first, 0 to below 1.
-    weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
-    tuning : float, optional
-        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
-    scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
-        step, and never below 3e-4 of the target's RMS radius.
-    tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
-        radius.
-    rms_tolerance : float, default 1e-6
-        The run also stops when the same number of pairs is used and their RMS has changed by at most this fraction.
-
-    Raises
-    ------
-    ValueError
-        If an option is out of its range.
-
-    Examples
-    --------
-    >>> from solvers import options, register
-    >>> from solvers.scenes import room
-    >>> scene = room("clean")
-    >>> gated = options.IcpOptions(gate=0.5, trim=0.1)
-    >>> register(scene.source, scene.target, "icp", options=gated).correspondences.shape
-    (132,)
-    """
-
-    gate: float = np.inf
-    trim: float = 0.0
-    weight: str = "none"
-    tuning: float | None = None
-    scale: float | None = None
-    tolerance: float = 1e-6
-    rms_tolerance: float = 1e-6
-
-    def __post_init__(self) -> None:
-        _check_length(self.gate, "gate")
-        if not 0.0 <= validate.number(self.trim, "trim") < 1.0:
-            raise ValueError(f"trim: expected a fraction from 0 to below 1, got {self.trim!r}")
-        _check_rest(self)
-
-
-@dataclass(frozen=True)
-class TrimmedOptions:
-    """Options of `trimmed-icp`.
-
-    Parameters
-    ----------
-    keep : float, default 0.8
-        The fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always
-        `max(1, round(keep · m))` of them.
-    weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
-    tuning : float, optional
-        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
-    scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
-        step, and never below 3e-4 of the target's RMS radius.
-    tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
-        radius.
-    rms_tolerance : float, default 0.0
-        The run also stops when the RMS of the pairs used has changed by at most this fraction.
-
-    Raises
-    ------
-    ValueError
-        If an option is out of its range.
-
-    Examples
-    --------
-    >>> from solvers import options, register
-    >>> source = [[0.0, 0.0], [1.0, 0.0], [9.0, 0.0], [1.0, 1.0]]
-    >>> half = options.TrimmedOptions(keep=0.5)
-    >>> register(source, [[0.0, 0.1], [1.0, 0.1]], "trimmed-icp", options=half).correspondences
-    array([ 0,  1, -1, -1])
-    """
-
-    keep: float = 0.8
-    weight: str = "none"
-    tuning: float | None = None
-    scale: float | None = None
-    tolerance: float = 1e-6
-    rms_tolerance: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 < validate.number(self.keep, "keep") <= 1.0:
-            raise ValueError(f"keep: expected a fraction above 0, up to 1, got {self.keep!r}")
-        _check_rest(self)
-
-
-@dataclass(frozen=True)
-class CappedOptions:
-    """Options of `capped-icp`.
-
-    Parameters
-    ----------
-    cap : float, optional
-        The distance at which a pair's loss stops growing, world units. None is half the target's RMS radius.
-    weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
-    tuning : float, optional
-        The kernel's constant. None takes the usual one. It and `scale` have no effect if `weight` is "none".
-    scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the pairs used, afresh at every
-        step, and never below 3e-4 of the target's RMS radius.
-    tolerance : float, default 1e-6
-        The run stops when a step's RMS motion of the source points in use is at most this fraction of their RMS
-        radius.
-    rms_tolerance : float, default 0.0
-        The run also stops when the same number of pairs is used and their RMS has changed by at most this fraction.
-
-    Raises
-    ------
-    ValueError
-        If an option is out of its range.
-
-    Examples
-    --------
-    >>> from solvers import options, register
-    >>> near = options.CappedOptions(cap=0.4)
-    >>> register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.1], [1.0, 0.1]], "capped-icp", options=near).detail("reach")
-    np.float64(0.4)
-    """
-
-    cap: float | None = None
-    weight: str = "none"
-    tuning: float | None = None
-    scale: float | None = None
-    tolerance: float = 1e-6
-    rms_tolerance: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.cap is not None:
-            _check_length(self.cap, "cap")
-        _check_rest(self)
-
-
-AnyOptions = IcpOptions | TrimmedOptions | CappedOptions
-
-
-def _check_length(value: float, name: str) -> None:
-    if not validate.reach(value, name) > 0.0:
-        raise ValueError(f"{name}: expected a positive length, got {value!r}")
-
-
-def _check_rest(options: AnyOptions) -> None:
-    robust.check_options(options.weight, options.tuning, options.scale)
-    validate.number(options.tolerance, "tolerance", 0.0)
-    validate.number(options.rms_tolerance, "rms_tolerance", 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,8 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.method import Method, Problem
-from solvers.methods.icp.icp import CappedOptions, IcpState, partners, start_with, step
+from solvers.methods.icp.icp import IcpState, partners, start_with, step
+from solvers.methods.icp.options import CappedOptions
 from solvers.numerics.fits import lengths
 
 

@@ -34,7 +34,8 @@ from solvers.geometry import nearest, normals
 from solvers.geometry.nearest import Index, Known
 from solvers.geometry.normals import Normals
 from solvers.methods.icp import icp
-from solvers.methods.icp.icp import IcpOptions, Pairing
+from solvers.methods.icp.icp import Pairing
+from solvers.methods.icp.options import IcpOptions
 from solvers.numerics import gauss_newton, recurrence, robust
 from solvers.numerics.fits import rms_motion, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import System
