@@ -14,10 +14,8 @@ import numpy as np
 
 from solvers.api import register
 from solvers.core import validate
-from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind, several
 from solvers.core.pose import Pose
-from solvers.core.poses import stacked
 from solvers.core.registry import rigid_method_of
 from solvers.core.result import Result
 from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
@@ -31,6 +29,7 @@ from solvers.uncertainty import (
     spread_of,
 )
 from solvers.uncertainty.closed_form import CENSI, HESSIAN
+from solvers.uncertainty.matrices import stacked
 
 METHODS = ("icp", "point-to-plane", "gicp")
 WAYS = ("hessian", "censi", "starts", "sampled")
@@ -251,7 +250,7 @@ def regions(draws: Runs, way: str) -> Covariance:
         )
         for i in range(k)
     ]  # fmt: skip
-    return _stacked(covariances)
+    return stacked(covariances)
 
 
 def coverage(
@@ -322,11 +321,3 @@ def _censi(draws: Runs) -> Covariance:
     p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (draws.scans.source, draws.scans.target))
     noises = range_bearing(p, draws.noise), range_bearing(q, draws.noise)
     return covariance(draws.result, "censi", source_noise=noises[0], target_noise=noises[1])
-
-
-def _stacked(parts: list[Covariance]) -> Covariance:
-    def row(name: str) -> FloatArray:
-        return np.stack([getattr(part, name) for part in parts])
-
-    mean = stacked([part.mean for part in parts])
-    return Covariance(mean, row("deviations"), row("directions"), row("centre"), row("radius"), "target", "starts")

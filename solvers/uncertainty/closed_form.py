@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -18,7 +18,7 @@ from solvers.core.status import Status
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
 from solvers.numerics import gauss_newton
-from solvers.uncertainty.matrices import from_scaled
+from solvers.uncertainty.matrices import from_scaled, stacked
 from solvers.uncertainty.noise import covariances
 from solvers.uncertainty.region import Covariance
 
@@ -181,11 +181,7 @@ def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | No
     singles = one_by_one(
         n, lambda k: covariance(result[k], how, free_below=below, **{name: x[k] for name, x in noise_entries.items()})
     )
-    parts = {
-        name: np.stack([getattr(single, name) for single in singles])
-        for name in ("deviations", "directions", "centre", "radius")
-    }
-    return replace(singles[0], mean=result.pose, **cast(Any, parts))
+    return stacked(singles)
 
 
 def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: Any) -> None:

@@ -1,6 +1,9 @@
-"""Making covariances from matrices."""
+"""Making covariances from matrices, and one batch of several."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +13,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked as stacked_poses
 from solvers.uncertainty import se2
 from solvers.uncertainty.region import Covariance
 
@@ -121,3 +125,15 @@ def from_scaled(
     at = np.abs(vectors).argmax(axis=-2)[..., None, :]
     vectors = vectors * np.where(np.take_along_axis(vectors, at, axis=-2) < 0.0, -1.0, 1.0)
     return Covariance(mean, deviations, vectors, np.array(centre), np.array(radius), frame, made_by)
+
+
+def stacked(parts: Sequence[Covariance]) -> Covariance:
+    """Covariances of one shape, frame and origin along a new leading axis."""
+
+    def rows(name: str) -> FloatArray:
+        return np.stack([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[0], mean=stacked_poses([part.mean for part in parts]), deviations=rows("deviations"),
+        directions=rows("directions"), centre=rows("centre"), radius=rows("radius"),
+    )  # fmt: skip
