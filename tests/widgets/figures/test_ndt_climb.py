@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from solvers import register
+from solvers.methods.ndt.ndt_map import floored
 from tests.widgets.states import state_after
+from widgets.drawing.picture import Ellipses, Label, Path, Points, Ring, Segments
 from widgets.engine.contract import Action
 from widgets.figures.ndt_climb import climb as climbing
-from widgets.figures.ndt_climb.figure import COARSER, MAX_STEPS, WIDGET, State, act, draw
+from widgets.figures.ndt_climb.figure import COARSER, MAX_STEPS, TRACED, WIDGET, State, act, draw
 
 STEP = Action("press", "step")
 
@@ -120,3 +122,62 @@ def test_run_ends_and_stays_ended() -> None:
     assert draw(state).disabled == {"step", "run"}
     assert act(state, STEP).fine is state.fine
     assert draw(run(STEP)).disabled == frozenset()
+
+
+def test_the_maps_show_each_step_of_three_points() -> None:
+    """From the start to now, one run dashed; a mark where a step was capped or halved or the cells changed; the
+    Gaussians of the first grid of the cells in use."""
+    state, kinds = run(*[STEP] * 25, max_turn=0.1, max_shift=0.3), set()
+    for (name, climb), panel in zip(state.runs.items(), draw(state).panels[:2], strict=True):
+        places = np.stack([s.pose[0].apply(TRACED) for s in climb.states])
+        paths = [mark for mark in panel.marks if isinstance(mark, Path)]
+        np.testing.assert_allclose([np.asarray(path.xy) for path in paths], places.swapaxes(0, 1))
+        assert all(path.dashed == (name == "one") for path in paths)
+        dots = {(m.role, m.shape): np.reshape(m.xy, (-1, 2)) for m in panel.marks if isinstance(m, Points)}
+        role = paths[0].role
+        steps = {
+            "dot": range(len(places)),
+            "diamond": [k for k, cap in enumerate(climb.caps) if cap],
+            "cross": [k for k, state in enumerate(climb.states) if state.halved[0] > 0],
+            "ring": [k for k in range(1, len(places)) if climb.states[k].level[0] != climb.states[k - 1].level[0]],
+        }
+        for shape, chosen in steps.items():
+            drawn = dots.get((role, shape), np.zeros((0, 2)))
+            np.testing.assert_allclose(drawn, places[list(chosen)].reshape(-1, 2), err_msg=f"{name} {shape}")
+            kinds |= {shape} if chosen else set()
+        np.testing.assert_allclose(dots["source", "dot"], climb.pose.apply(state.scene.source))
+        rings = [np.reshape(mark.xy, 2) for mark in panel.marks if isinstance(mark, Ring) and mark.role == "truth"]
+        np.testing.assert_allclose(rings, state.scene.truth.apply(TRACED))
+        (gaussians,) = (mark for mark in panel.marks if isinstance(mark, Ellipses))
+        cells = climb.now.maps[climb.levels[-1]]
+        first = cells.kept[0] & (cells.grid[0] == 0)
+        np.testing.assert_array_equal(gaussians.centre, cells.mean[0, first])
+        np.testing.assert_array_equal(gaussians.covariance, floored(cells.covariance[0, first]))
+        (title,) = (mark.text for mark in panel.marks if isinstance(mark, Label))
+        assert f"h = {cells.size[0]:.1f} u" in title
+    assert kinds == {"dot", "diamond", "cross", "ring"}
+
+
+def test_the_charts_show_each_step_of_both_runs() -> None:
+    """The share of the truth's score, with a line at 1; the gradient's norm and λ by powers of ten, no λ as a gap; and
+    a dashed line where the cells changed."""
+    state = run(*[STEP] * 12)
+    charts = {panel.name: panel for panel in draw(state).panels[2:]}
+    for name, climb in state.runs.items():
+        share = [-s.objective[0] / climb.truth[s.level[0]] for s in climb.states]
+        slope = [np.linalg.norm(s.at.gradient[0] / [1.0, 1.0, s.radius[0]]) for s in climb.states]
+        damping = [np.nan, *(s.damping[0] if s.damping[0] > 0.0 else np.nan for s in climb.states[1:])]
+        expected = {"score": share, "gradient": np.log10(slope), "damping": np.log10(np.clip(damping, 1e1, 1e5))}
+        for panel, values in expected.items():
+            y = np.asarray(values)
+            series = [m for m in charts[panel].marks if isinstance(m, Points)]
+            drawn = {mark.role: np.asarray(mark.xy) for mark in series}
+            xy = drawn["ink" if name == "one" else "accent"]
+            k = np.flatnonzero(~np.isnan(y))
+            np.testing.assert_allclose(xy, np.stack([k, y[k]], axis=1), err_msg=f"{name} {panel}")
+    for panel in charts.values():
+        lines = [m for m in panel.marks if isinstance(m, Segments) and m.role == "accent"]
+        assert [np.reshape([m.a, m.b], (2, 2))[:, 0].tolist() for m in lines] == [[k, k] for k in state.fine.rises]
+        assert all(line.dashed for line in lines)
+    (truth,) = (m for m in charts["score"].marks if isinstance(m, Segments) and m.role == "truth")
+    np.testing.assert_array_equal(np.reshape([truth.a, truth.b], (2, 2))[:, 1], 1.0)

@@ -9,9 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.engine.contract import preset
+from solvers.methods.ndt.ndt_map import FLOOR
+from tests.widgets.states import readouts, state_after
+from widgets.drawing.picture import Ellipses, Heat, Path, Points, Segments
+from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.figures.ndt_map import STUCK, WIDGET
+from widgets.figures.ndt_map import ROOM, STUCK, WIDGET
 
 NEXT = ["press", "next"]
 RANGES = {"noise": (0.0, 0.2), "size": (0.3, 2.5), "nudge_x": (-0.75, 0.75), "nudge_y": (-0.75, 0.75)}
@@ -121,3 +124,112 @@ def test_one_point_is_a_point() -> None:
     """A cell with a single point says so in the singular."""
     text = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
     assert "holds 1 point and is discarded" in text
+
+
+NUDGED = {"size": 0.9, "nudge_x": 0.35, "nudge_y": -0.25}
+CORNER = (4.5, 2.5)
+
+
+def cells_of(points: np.ndarray, h: float, nudge: np.ndarray) -> np.ndarray:
+    return np.floor((points - nudge) / h)
+
+
+@pytest.mark.parametrize("point", [CORNER, (-4.6, 1.2), (-2.5, 0.4), (0.5, -0.5)])
+def test_the_rim_is_the_cell_that_is_pointed_at(point: tuple[float, float]) -> None:
+    """A square of side h whose corners are the nudge plus whole cells."""
+    state = state_after(WIDGET, Action("hover", "main", *point), **NUDGED)
+    (rim,) = (m for m in WIDGET.draw(state).panels[0].marks if isinstance(m, Path) and m.role == "accent")
+    xy, h, nudge = np.asarray(rim.xy), 0.9, np.array([0.35, -0.25])
+    np.testing.assert_allclose(np.ptp(xy, axis=0), h)
+    corner = xy.min(axis=0)
+    assert (corner <= point).all()
+    assert (point < corner + h).all()
+    np.testing.assert_allclose((corner - nudge) / h, np.round((corner - nudge) / h), atol=1e-9)
+
+
+def test_the_close_up_is_the_cell_in_units_of_its_side() -> None:
+    """Its points, their Gaussian and, within the cell, the score that this Gaussian gives a single point."""
+    state = state_after(WIDGET, Action("hover", "main", *CORNER), **NUDGED)
+    h, nudge = 0.9, np.array([0.35, -0.25])
+    number = cells_of(np.array(CORNER), h, nudge)
+    corner = nudge + h * number
+    own = state.points[(cells_of(state.points, h, nudge) == number).all(axis=1)]
+    assert readouts(WIDGET.draw(state))["count"] == str(len(own))
+    marks = state.close.marks
+    mean, spread = (own.mean(axis=0) - corner) / h, np.cov(own.T, bias=True) / h**2
+    ellipses = [mark for mark in marks if isinstance(mark, Ellipses)]
+    assert [mark.sigmas for mark in ellipses] == [1.0, 2.0]
+    for mark in ellipses:
+        np.testing.assert_allclose(np.reshape(mark.centre, 2), mean, atol=1e-12)
+        np.testing.assert_allclose(np.reshape(mark.covariance, (2, 2)), spread, atol=1e-12)
+    dots = {mark.role: np.reshape(mark.xy, (-1, 2)) for mark in marks if isinstance(mark, Points)}
+    np.testing.assert_allclose(dots["normal"][0], mean, atol=1e-12)
+    np.testing.assert_allclose(dots["target"], (own - corner) / h, atol=1e-12)
+    around = (state.points - corner) / h
+    shown = (np.abs(around - 0.5) < 0.75).all(axis=1)
+    assert len(dots["ghost"]) == shown.sum() - len(own) > 0
+    heat = next(mark for mark in marks if isinstance(mark, Heat))
+    assert heat.window == (-0.25, 1.25, -0.25, 1.25)
+    values = np.asarray(heat.values)
+    at = -0.25 + 1.5 * (np.arange(len(values)) + 0.5) / len(values)
+    x, y = np.meshgrid(at, at)
+    offset = np.stack([x, y], axis=-1) - mean
+    score = np.exp(-0.5 * np.einsum("...i,ij,...j", offset, np.linalg.inv(spread), offset))
+    inside = (x > 0.0) & (x < 1.0) & (y > 0.0) & (y < 1.0)
+    np.testing.assert_allclose(values[inside], score[inside], atol=1e-9)
+
+
+def test_the_long_axis_is_the_larger_eigenvector() -> None:
+    """Its angle, and both eigenvalues, in every kept cell of a nudged grid."""
+    state = state_after(WIDGET, **NUDGED)
+    seen = 0
+    for _ in range(25):
+        state = WIDGET.act(state, Action("press", "next"))
+        text = readouts(WIDGET.draw(state))
+        if not text["cell"].startswith("kept"):
+            continue
+        own = state.points[(state.cell == state.chosen).all(axis=1)]
+        values, vectors = np.linalg.eigh(np.cov(own.T, bias=True))
+        turn = np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1]))
+        off = (float(text["angle"].replace("−", "-")) - turn + 90.0) % 180.0 - 90.0
+        assert abs(off) <= 0.5 + 1e-6
+        assert float(text["high"]) == pytest.approx(values[1], abs=0.01)
+        assert (text["cell"] == "kept, floored") == (values[0] < FLOOR * values[1])
+        seen += 1
+    assert seen > 10
+
+
+def test_every_cell_that_holds_a_point_is_marked_once() -> None:
+    """A Gaussian in each kept cell; a dashed rim in each other, with a cross where points are too few, and a diamond
+    where all lie at one place; the points of both kinds have their colours."""
+    h, nudge = 0.9, np.array([0.35, -0.25])
+    state = state_after(WIDGET, **NUDGED)
+    panel = WIDGET.draw(state).panels[0]
+    numbers, which, counts = np.unique(
+        cells_of(state.points, h, nudge), axis=0, return_inverse=True, return_counts=True
+    )
+    spread = np.array([np.ptp(state.points[which.reshape(-1) == k], axis=0).max() for k in range(len(numbers))])
+    kept = (counts >= 3) & (spread > 0.0)
+    dots = {(m.role, m.shape): np.reshape(m.xy, (-1, 2)) for m in panel.marks if isinstance(m, Points)}
+
+    def places(mask: np.ndarray) -> list[Any]:
+        return sorted(map(tuple, np.round(nudge + h * (numbers[mask] + 0.5), 9)))
+
+    assert sorted(map(tuple, np.round(dots["outlier", "cross"], 9))) == places(counts < 3)
+    assert sorted(map(tuple, np.round(dots["outlier", "diamond"], 9))) == places((counts >= 3) & (spread == 0.0))
+    rims = [np.mean(np.asarray(m.xy), axis=0) for m in panel.marks if isinstance(m, Path) and m.dashed]
+    assert sorted(map(tuple, np.round(rims, 9))) == places(~kept)
+    (ellipses,) = (m for m in panel.marks if isinstance(m, Ellipses))
+    middles = nudge + h * (cells_of(np.asarray(ellipses.centre), h, nudge) + 0.5)
+    assert sorted(map(tuple, np.round(middles, 9))) == places(kept)
+    assert len(dots["target", "square"]) == counts[kept].sum()
+    assert len(dots["outlier", "square"]) == counts[~kept].sum()
+    lines = next(m for m in panel.marks if isinstance(m, Segments))
+    a, b = np.asarray(lines.a), np.asarray(lines.b)
+    across, up = a[a[:, 0] == b[:, 0]], a[a[:, 1] == b[:, 1]]
+    for at, first, low, high in (
+        (across[:, 0], nudge[0], ROOM.x0, ROOM.x1),
+        (up[:, 1], nudge[1], ROOM.y0, ROOM.y1),
+    ):
+        k = np.arange(np.ceil((low - first) / h), np.floor((high - first) / h) + 1)
+        np.testing.assert_allclose(np.sort(at), first + h * k)

@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solvers.methods.ndt.score import score_map
+from widgets.drawing.picture import Points, Ring, Segments
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
-from widgets.figures.ndt_score import REACH, WIDGET, draw
+from widgets.figures.ndt_score import BANDS, REACH, START, WIDGET, draw
 
 CLIMB, TRUTH = ["press", "climb"], ["press", "truth"]
 RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "strays": (0.0, 60.0), "size": (0.4, 2.0)}
@@ -140,3 +142,57 @@ def test_whatever_a_reader_does_scores_stay_scores(
     assert 0 <= text["begin"] <= text["score"] <= 1
     assert 0 <= text["truth"] <= 1
     assert "nan" not in frame["panels"][0]["svg"]
+
+
+@pytest.mark.parametrize("rotation", [0.0, 15.0])
+def test_the_map_shows_each_step_and_each_rejected_try(rotation: float) -> None:
+    """Dots on a line through the accepted places; a dashed line to a cross from the last accepted place before it."""
+    state = WIDGET.act(WIDGET.start(preset(WIDGET, "default", {"rotation": rotation}).controls, 40), Action(*CLIMB))
+    path, marks = state.path, draw(state).panels[0].marks
+    place, tries, steps = path.tried[0], [], []
+    for to, accepted in zip(path.tried[1:], path.accepted[1:], strict=True):
+        if accepted:
+            place = to
+            steps.append(to)
+        else:
+            tries.append((place, to))
+    assert steps
+    assert tries
+    (dashed,) = (mark for mark in marks if isinstance(mark, Segments) and mark.role == "outlier")
+    np.testing.assert_allclose(dashed.a, [a for a, _ in tries])
+    np.testing.assert_allclose(dashed.b, [b for _, b in tries])
+    (crosses,) = (mark for mark in marks if isinstance(mark, Points) and mark.shape == "cross")
+    np.testing.assert_allclose(crosses.xy, [b for _, b in tries])
+    dots, end = (np.reshape(mark.xy, (-1, 2)) for mark in marks if isinstance(mark, Points) and mark.role == "source")
+    np.testing.assert_allclose(dots, steps)
+    np.testing.assert_allclose(end, steps[-1:])
+    begin = [np.reshape(mark.xy, 2) for mark in marks if isinstance(mark, Ring) and mark.role == "source"]
+    np.testing.assert_allclose(begin, [START])
+    (truth,) = (mark for mark in marks if isinstance(mark, Ring) and mark.role == "truth")
+    np.testing.assert_array_equal(np.reshape(truth.xy, 2), 0.0)
+
+
+@pytest.mark.parametrize("grids", ["one", "four"])
+def test_a_score_is_the_mean_over_points_and_grids(grids: str) -> None:
+    """The map's highest tile, the start's score and the truth's, against a sum over the points of each grid."""
+    state = WIDGET.start(preset(WIDGET, "default", {"grids": grids, "rotation": 4.0}).controls, 40)
+    count = 4 if grids == "four" else 1
+
+    def mean(points: np.ndarray) -> float:
+        total = sum(float(score_map(state.cells, point[None], np.zeros(1), np.zeros(1))[0, 0]) for point in points)
+        return total / (len(points) * count)
+
+    text = {r.name: r.value for r in draw(state).readouts}
+    assert float(text["begin"]) == pytest.approx(mean(state.scan + START), abs=6e-4)
+    assert float(text["truth"]) == pytest.approx(mean(state.scene.source), abs=6e-4)
+    best, value = state.field.highest(BANDS)
+    assert value == pytest.approx(mean(state.scan + best))
+    assert float(text["best"]) == pytest.approx(np.hypot(*best), abs=6e-3)
+    assert f"from {grids} grid{'s' * (count > 1)} of cells" in draw(state).description
+
+
+def test_the_scan_is_drawn_where_the_climb_began_and_where_it_ended() -> None:
+    state = WIDGET.act(WIDGET.start(preset(WIDGET).controls, 40), Action(*TRUTH))
+    clouds = {mark.role: mark.xy for mark in draw(state).panels[1].marks if isinstance(mark, Points)}
+    np.testing.assert_allclose(clouds["ghost"], state.scan + state.path.places[0])
+    np.testing.assert_allclose(clouds["source"], state.scan + state.path.places[-1])
