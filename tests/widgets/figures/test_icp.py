@@ -271,3 +271,49 @@ def test_a_drag_begins_anew() -> None:
     np.testing.assert_allclose(state.run.began.t, (1.0, -0.5))
     assert not any(getattr(mark, "role", "") == "ghost" for mark in draw(state).panels[0].marks)
     assert any(getattr(mark, "role", "") == "ghost" for mark in draw(act(state, STEP)).panels[0].marks)
+
+
+@pytest.mark.parametrize("controls", [{"gate": 0.6}, {"objective": "capped", "gate": 0.6}, {"objective": "count"}])
+def test_the_charts_show_every_step_of_the_run(controls: dict[str, Any]) -> None:
+    """A step is a line for its move and one for its matching; a dot for each number of pairs. The objective has a line
+    only where it never rises and the RMS may."""
+    state = run(*[STEP] * 12, turn=45.0, offset=1.43, **controls)
+    course, charts = state.run.course, {panel.name: panel for panel in draw(state).panels}
+    paths = [mark for mark in charts["rms"].marks if isinstance(mark, Path)]
+    (truth,) = (np.asarray(path.xy) for path in paths if path.role == "truth")
+    top = float(state.run.truth.rms[0]) / truth[0, 1]
+    lines = {role: [np.asarray(path.xy) for path in paths if path.role == role] for role in ("source", "target")}
+    for k, (a, b) in enumerate(pairwise(course)):
+        np.testing.assert_allclose(lines["source"][k], [[k / 16, a.rms / top], [(k + 0.5) / 16, b.moved / top]])
+        np.testing.assert_allclose(lines["target"][k], [[(k + 0.5) / 16, b.moved / top], [(k + 1) / 16, b.rms / top]])
+    assert len(lines["source"]) == len(lines["target"]) == 12
+    means = [np.asarray(path.xy) for path in paths if path.role == "accent"]
+    assert len(means) == (controls.get("objective") == "capped")
+    for mean in means:
+        np.testing.assert_allclose(mean, [[k / 16, entry.mean / top] for k, entry in enumerate(course)])
+    (dots,) = (np.asarray(mark.xy) for mark in charts["used"].marks if isinstance(mark, Points))
+    np.testing.assert_allclose(dots, [[k / 16, entry.used] for k, entry in enumerate(course)])
+
+
+def test_the_description_promises_what_the_rule_can_keep() -> None:
+    for controls, words in (
+        ({"objective": "count"}, "neither the sum of squares nor the RMS can rise"),
+        ({"objective": "capped"}, "The capped sum of squares cannot rise; the RMS over the pairs used can"),
+        ({"gate": 0.6}, "both the sum of squares and the RMS can rise"),
+    ):
+        assert words in draw(run(**controls)).description
+
+
+def test_a_used_pair_joins_a_point_to_its_nearest() -> None:
+    """By brute force; those beyond the gate are told apart by their length."""
+    state = run(gate=0.5, turn=30.0, offset=1.0)
+    moved, target = state.run.pose.apply(state.run.scene.source), state.run.scene.target
+    distances = np.linalg.norm(moved[:, None] - target, axis=2)
+    for mark in draw(state).panels[0].marks:
+        if not hasattr(mark, "a") or not len(np.asarray(mark.a)):
+            continue
+        a, b = np.asarray(mark.a), np.asarray(mark.b)
+        rows = np.linalg.norm(a[:, None] - moved, axis=2).argmin(axis=1)
+        np.testing.assert_allclose(a, moved[rows], atol=1e-12)
+        np.testing.assert_allclose(b, target[distances[rows].argmin(axis=1)], atol=1e-12)
+        assert ((distances[rows].min(axis=1) <= 0.5) == (mark.role == "pair")).all()

@@ -222,3 +222,15 @@ def test_the_words_carry_the_numbers() -> None:
         assert texts[name] in frame["description"]
     assert "3 partners are wrong" in frame["description"]
     assert f"{texts['rms_before']} → {texts['rms']} u" in frame["note"]
+
+
+def test_the_words_tell_what_was_solved() -> None:
+    """Nothing before Solve; the unconstrained optimum only beside a rotation; one wrong partner in the singular."""
+    assert WIDGET.draw(run()).note == ""
+    proper, free = (WIDGET.draw(run(SOLVE, scene="reflect", correct=c)).description for c in (True, False))
+    state = run(SOLVE, scene="reflect")
+    least = rms(state.free.pose, state.scene.source, state.scene.target)
+    assert f"unconstrained optimum, a mirror image with a residual of {least:.3f} u" in proper
+    assert "unconstrained optimum" not in free
+    for wrong, words in ((0.0, "no partner is"), (1.0, "one partner is"), (2.0, "2 partners are")):
+        assert f"{words} wrong." in WIDGET.draw(run(wrong=wrong)).description

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from solvers.numerics.fourier_features import exact_squared_mmd
 from tests.widgets.states import readouts, state_after
-from widgets.drawing.picture import Path
+from widgets.drawing.picture import Path, Segments
 from widgets.engine.contract import Action
 from widgets.figures.mmd import MOST, SCHEDULE, STEPS, WIDGET, State, act, draw, motion
 from widgets.parts.feature_marks import CIRCLE, MAP, crests
@@ -163,3 +163,20 @@ def test_any_actions_in_any_order(actions: list[Action], scene: str, length: flo
     picture = draw(state)
     assert len(state.course) <= STEPS + 1
     assert not any("nan" in readout.value for readout in picture.readouts)
+
+
+@pytest.mark.parametrize("log", [(), (STEP,), (STEP, STEP)])
+def test_the_crests_in_the_picture_are_those_of_the_wave_shown(log: tuple[Action, ...]) -> None:
+    """As far apart as the description says, at the ℓ in use; the start's outline is drawn once a step has been made."""
+    state = run(*log, name="schedule", wave=3)
+    picture = draw(state)
+    main = picture.panels[0].marks
+    (lines,) = (mark for mark in main if isinstance(mark, Segments) and mark.role == "accent")
+    frequency = state.unit[2] / state.length
+    turns = np.asarray(lines.a) @ frequency / (2 * np.pi)
+    assert turns == pytest.approx(np.rint(turns), abs=1e-9)
+    assert np.diff(np.unique(np.rint(turns))) == pytest.approx(1.0)
+    gap = 2 * np.pi / np.hypot(*frequency)
+    assert f"crests of wave 3 of {state.controls.count:.0f}, {gap:.2f} u apart" in picture.description
+    assert f"After {len(log)} step" in picture.description
+    assert any(isinstance(mark, Path) and mark.role == "ghost" for mark in main) == bool(log)

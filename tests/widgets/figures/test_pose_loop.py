@@ -12,14 +12,16 @@ from hypothesis import strategies as st
 from solvers import Status
 from solvers.posegraph import KERNELS, chi_squared, optimise
 from tests.widgets.states import frame_after, readouts
-from widgets.drawing.picture import Label
+from widgets.drawing.picture import Label, Path, Segments
 from widgets.engine.contract import SEED, Action
 from widgets.figures.pose_loop import (
     CORNERS,
     FALSE,
+    JOINS,
     LEAST,
     LOOP,
     MOST,
+    OFF,
     POSES,
     TRUTH,
     VIEW,
@@ -194,3 +196,45 @@ def test_no_error_lies_over_another_on_a_phone(actions: tuple[Action, ...], fals
     for a, b in itertools.combinations(boxes, 2):
         beside = a[1] <= b[0] or b[1] <= a[0]
         assert beside or a[3] <= b[2] or b[3] <= a[2]
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_an_edge_is_a_spring_unless_its_kernel_leaves_less_than_half(kernel: str) -> None:
+    """Each joins its two poses; where a loop's edge puts its far end is joined to that pose by a dotted line."""
+    state = act(start(Controls(kernel, false=True), SEED), SOLVE)
+    t, marks = state.run.poses.t, draw(state).panels[0].marks
+    roles = ("pair", "pair", "pair", "accent", "outlier")
+    springs = [mark for mark in marks if isinstance(mark, Path) and mark.role in roles and not mark.dotted]
+    straight = [mark for mark in marks if isinstance(mark, Segments) and mark.role in roles]
+    kept = [edge for edge in range(5) if state.run.weights[edge] >= 0.5]
+    assert (FALSE in kept) == (kernel == "none")
+    assert [mark.role for mark in springs] == [roles[edge] for edge in kept]
+    for edge, mark in zip(kept, springs, strict=True):
+        np.testing.assert_allclose(np.asarray(mark.xy)[[0, -1]], t[list(JOINS[edge])], atol=1e-12)
+    for edge, mark in zip([edge for edge in range(5) if edge not in kept], straight, strict=True):
+        assert mark.dashed
+        np.testing.assert_allclose([mark.a, mark.b], t[list(JOINS[edge])], atol=1e-12)
+    gaps = [mark for mark in marks if isinstance(mark, Segments) and mark.role == "ghost"]
+    for edge, gap in zip((LOOP, FALSE), gaps, strict=True):
+        i, j = JOINS[edge]
+        assert gap.dashed
+        np.testing.assert_allclose(gap.a, state.run.poses[i].apply(state.edges.relative.t[edge][None])[0], atol=1e-12)
+        np.testing.assert_allclose(gap.b, t[j], atol=1e-12)
+
+
+def test_the_wrong_loop_is_wrong_by_what_its_switch_says() -> None:
+    """Without drift the measured place of pose 3 from pose 1 differs from the true one by 3.9 u, and only that one."""
+    edges = start(Controls(false=True, drift=0.0), SEED).edges
+    wrong = [edges.relative.t[k] - TRUTH[i].inverse().apply(TRUTH[j].t[None])[0] for k, (i, j) in enumerate(JOINS)]
+    np.testing.assert_allclose(wrong, [[0.0, 0.0]] * FALSE + [OFF], atol=1e-12)
+    assert round(float(np.hypot(*OFF)), 1) == 3.9
+
+
+def test_the_words_say_how_far_the_optimisation_has_come() -> None:
+    state = start(Controls(), SEED)
+    assert "The optimisation has not begun." in draw(state).description
+    state = act(state, STEP)
+    assert "The optimisation is running after 1 step." in draw(state).description
+    state = act(state, SOLVE)
+    assert f"The optimisation is converged after {state.run.steps} steps." in draw(state).description
+    assert f"from {state.first.objective:.1f}." in draw(state).note
