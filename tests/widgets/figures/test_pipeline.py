@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from solvers import Pose
 from solvers.metrics import point_error
 from tests.widgets.states import readouts, state_after
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.pipeline.door import door
 from widgets.figures.pipeline.figure import WIDGET, State, act, draw, motion
-from widgets.figures.pipeline.run import right
+from widgets.figures.pipeline.run import REACH, right
 
 NEXT, FINISH = Action("press", "next"), Action("press", "finish")
 
@@ -221,3 +222,51 @@ def test_whatever_is_set_there_is_a_verdict(
     assert readouts["verdict"] in ("accepted", "refused")
     assert not any("nan" in value or "inf" in value for value in readouts.values())
     assert set(frame["disabled"]) == {"finish", "next"}
+
+
+@pytest.mark.parametrize("name", ["default", "local", "hall", "corridor"])
+def test_a_sign_is_drawn_within_its_good_part_exactly_if_it_is_met(name: str) -> None:
+    """A dot on the thick part of its scale, or a cross beside it; the threshold is where the two parts meet."""
+    state = run(FINISH, name=name, trust=60.0)
+    marks = draw(state).panels[1].marks
+    good = [np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.role == "inlier"]
+    limits = [np.reshape(m.a, 2)[0] for m in marks if isinstance(m, Segments) and m.role == "ink"]
+    values = {np.reshape(m.xy, 2)[1]: m for m in marks if isinstance(m, Points)}
+    assert len(good) == len(limits) == 5
+    for sign, part, limit in zip(state.judgement.signs, good, limits, strict=True):
+        low, high = np.sort(part[:, 0])
+        assert limit in (low, high)
+        assert {low, high} - {limit} <= {0.0, 1.0}
+        value = values.get(part[0, 1])
+        assert (value is None) == (sign.at is None)
+        if value is not None:
+            x = float(np.reshape(value.xy, 2)[0])
+            assert (low <= x <= high) == sign.met
+            assert (value.shape, value.role) == (("dot", "inlier") if sign.met else ("cross", "outlier"))
+
+
+def test_what_is_not_explained_is_crossed_out() -> None:
+    """Each source point without a target point within reach; the rest is the share of the first sign."""
+    state = run(NEXT)
+    moved, target = state.pose.apply(state.scene.source), state.scene.target
+    far = np.linalg.norm(moved[:, None] - target, axis=2).min(axis=1) > REACH
+    (crosses,) = (m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "cross")
+    np.testing.assert_allclose(crosses.xy, moved[far])
+    assert far.any()
+    assert float(texts(state)["share"]) == pytest.approx(100 * (~far).mean(), abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "ending"), [("default", "inlier", ", accepted"), ("local", "outlier", ", refused")]
+)
+def test_the_picture_s_title_has_the_verdict(name: str, role: str, ending: str) -> None:
+    """And the note tells the four cases apart."""
+    (before,) = (m for m in draw(run(name=name)).panels[0].marks if isinstance(m, Label))
+    assert before.role == "ink"
+    state = run(FINISH, name=name)
+    (title,) = (m for m in draw(state).panels[0].marks if isinstance(m, Label))
+    assert title.text.endswith(ending)
+    assert title.role == role
+    fits = right(state.scene, state.pose)
+    assert ("The pose is right" in draw(state).note) == fits
+    assert ("false" in draw(state).note) == (state.accepted != fits)
