@@ -184,7 +184,7 @@ def evidence(
         explained.reshape(*axes, -1),
         explained.mean(axis=1).reshape(axes)[()],
         rms.reshape(axes)[()],
-        np.clip(weakest, 0.0, 1.0).reshape(axes)[()],
+        np.maximum(weakest, 0.0).reshape(axes)[()],
     )
 
 

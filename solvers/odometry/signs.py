@@ -24,7 +24,7 @@ def determined(state: SurfaceState, margin: float) -> FloatArray:
     """
     values = state.system.eigenvalues
     top = np.where(values[:, -1] > 0.0, values[:, -1], 1.0)
-    return np.clip((values[:, 0] - margin * _by_noise(state)) / top, 0.0, 1.0)
+    return np.maximum((values[:, 0] - margin * _by_noise(state)) / top, 0.0)
 
 
 def _by_noise(state: SurfaceState) -> FloatArray:

@@ -177,3 +177,5 @@ def test_the_rms_is_that_of_explained_points_alone():
     estimate = evidence(source, target, Pose.identity(), 0.5)
     assert estimate.share == 0.75
     assert estimate.rms == pytest.approx(0.25)
+    alone = evidence(source[2:], target, Pose.identity(), 0.5)
+    assert (alone.share, alone.rms) == (0.5, pytest.approx(0.25))

@@ -296,6 +296,17 @@ def test_far_from_the_origin_only_the_coordinates_own_rounding_is_lost(rng, rand
     assert rre(a.pose, b.pose) < 1e-9
 
 
+def test_a_cloud_that_is_tiny_for_its_distance_still_turns(rng, random_pose):
+    """A thousand-millionth as wide as it is far away, it keeps seven digits of its shape, and so of the angle; where
+    rounding leaves no shape, the fit says so."""
+    source, target, weights, _ = noisy_pairs(rng, random_pose, 2)
+    a = fit_rigid(source, target, weights)
+    b = fit_rigid(1e-9 * source + [1.0, 0.5], 1e-9 * target + [-0.5, 1.0], weights)
+    assert b.status == Status.CONVERGED
+    assert rre(a.pose, b.pose) < 1e-6
+    assert fit_rigid(1e-18 * source + [1.0, 0.5], target, weights).status == Status.DEGENERATE
+
+
 def test_the_condition_says_how_much_an_error_is_magnified(rng):
     """Changing H a little turns the answer by at most the relative change times the condition, in the plane."""
     source = rng.standard_normal((10, 2))

@@ -303,6 +303,23 @@ def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, distance):
         assert "several rotations" in result.reason
 
 
+@pytest.mark.parametrize("copies", [1, 40])
+@pytest.mark.parametrize("clutter", [0.0, 1.0 - 1e-10])
+def test_how_much_mass_is_left_does_not_decide_whether_a_rotation_is_defined(copies, clutter):
+    """A ten-billionth of the mass still turns the source; of two points across two others, many copies do not."""
+
+    def after_a_step(source, target, start):
+        clouds = (np.tile(cloud, (copies, 1)) for cloud in (source, target))
+        batch = begin(METHODS["cpd-rigid"], problem(*clouds, Pose(start.R[None], start.t[None])), CpdOptions(clutter))
+        return advance(batch)
+
+    turned = after_a_step(fish(12), fish(12), Pose.from_angle(0.3)).pose()
+    assert abs(float(turned.angle[0])) < 0.29
+    along, across = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
+    cross = after_a_step(np.outer([1.0, -1.0], along), np.outer([2.0, -2.0], across), Pose.identity())
+    assert "several rotations" in cross.state().reason[0]
+
+
 def test_a_pose_at_rest_does_not_end_a_run_whose_width_still_shrinks():
     """A grid registered to itself is in place from the first step on, by symmetry, whatever the width."""
     cloud = np.stack(np.meshgrid(np.linspace(-1.0, 1.0, 6), np.linspace(-1.0, 1.0, 6)), axis=-1).reshape(-1, 2)

@@ -218,6 +218,23 @@ def test_twists_compose_to_the_pose():
     assert len(STAGES) == 4
 
 
+@pytest.mark.parametrize(("variance", "share"), [("estimated", 0.001), ("scheduled", 0.03)])
+def test_the_widths_that_nobody_gives_are_those_of_the_documentation(variance, share):
+    """A schedule begins at 0.3 of the target's RMS radius, an estimated σ at the RMS difference over all pairs; the
+    last is 0.001 or 0.03 of that radius, and never above a first σ that is given."""
+    s = room("clean")
+    radius = np.sqrt(np.square(s.target - s.target.mean(axis=0)).sum(axis=1).mean())
+    pairs = np.sqrt(np.square(s.source[:, None] - s.target).sum(axis=2).mean() / 2.0)
+    first = {"estimated": pairs, "scheduled": 0.3 * radius}[variance]
+    options = {"filter": "exact", "variance": variance}
+    state = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(**options)).state()
+    assert state.sigma[0] == pytest.approx(first)
+    assert state.last[0] == pytest.approx(share * radius)
+    small = 0.5 * share * radius
+    state = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(**options, first=small)).state()
+    assert state.sigma[0] == state.last[0] == pytest.approx(small)
+
+
 def test_a_filter_is_made_anew_only_when_sigma_has_changed():
     """At the last σ of a schedule all steps share one filter; before that, every step has its own."""
     s = room("clean")

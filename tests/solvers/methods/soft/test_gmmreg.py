@@ -230,6 +230,20 @@ def test_options_are_refused_by_name(name, value):
         register(np.eye(2), np.eye(2), "gmmreg", **{name: value})
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e6])
+def test_a_width_that_no_point_would_reach_across_is_raised(unit):
+    """To a millionth of the clouds' extent; one that nobody gives is 0.4, then 0.05, of the target's RMS radius."""
+    s = room("clean")
+    source, target = unit * s.source, unit * s.target
+    extent = max(np.ptp(cloud, axis=0).max() for cloud in (source, target))
+    radius = np.sqrt(np.square(target - target.mean(axis=0)).sum(axis=1).mean())
+    for given, expected in (({"first": 1e-9 * unit, "last": 1e-12 * unit}, 1e-6 * extent), ({}, 0.4 * radius)):
+        state = begin(METHODS["gmmreg"], problem(source, target), GmmRegOptions(**given)).state()
+        assert state.sigma[0] == pytest.approx(expected)
+    result = register(source, target, "gmmreg")
+    assert result.detail("sigma") == pytest.approx(0.05 * radius)
+
+
 def test_a_tiny_source_and_a_target_at_one_far_place_are_degenerate():
     """A hostile call found this pair: E's curvature in the turn overflows, which made numpy warn."""
     source = 1e-100 * np.array([[0.8, -0.8], [-0.1, 1.9], [-0.2, -0.4], [-0.9, -0.8], [-0.1, 0.0]])
