@@ -9,10 +9,12 @@ import pytest
 
 from solvers import Pose
 from solvers.methods.search.bounds import Boxes
-from widgets.drawing.picture import Label, Ring
+from solvers.metrics import rre
+from widgets.drawing.picture import Heat, Label, Path, Points, Ring, Segments
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.branch_and_bound import figure, marks
+from widgets.parts.ring import place
 
 
 def after(steps: int, name: str = "default", **changes: Any) -> figure.State:
@@ -154,3 +156,79 @@ def test_thousands_of_boxes_have_a_comma() -> None:
     assert (values["left"], values["examined"]) == (f"{left:,}", f"{examined:,}")
     assert f"boxes left: {left:,}." in figure.draw(state).note
     assert f"Boxes examined: {examined:,}; left: {left:,}." in figure.draw(state).description
+
+
+@pytest.mark.parametrize(("name", "steps"), [("turns", 0), ("turns", 5), ("default", 12)])
+def test_the_chart_is_the_floor_in_shares_of_the_ceiling(name: str, steps: int) -> None:
+    """One point for each step, the ceiling at 1; the status and the words count the same steps."""
+    state = after(steps, name)
+    ceiling, floor = state.course[-1]
+    picture = figure.draw(state)
+    lines = {m.role: np.asarray(m.xy) for m in picture.panels[1].marks if isinstance(m, Path) and m.thick}
+    if steps:
+        np.testing.assert_allclose(lines["accent"], [[k, low / ceiling] for k, (_, low) in enumerate(state.course)])
+    np.testing.assert_array_equal(lines["source"][:, 1], 1.0)
+    assert lines["source"][0, 0] == 0.0
+    assert lines["source"][1, 0] >= steps
+    assert {readout.name: readout.value for readout in picture.readouts}["stop"] == f"searching, step {steps}"
+    off = float(np.degrees(rre(state.pose, state.scene.truth)))
+    assert f"After {steps} step" in picture.description
+    assert f"{off:.1f}° from the truth, with a mean of {ceiling:.4f} u²; no" in picture.description
+    assert f" is below {floor:.4f} u²." in picture.description
+
+
+@pytest.mark.parametrize(("name", "steps"), [("turns", 4), ("default", 14)])
+def test_the_ring_is_as_high_as_each_heading_s_floor(name: str, steps: int) -> None:
+    """Up to the ceiling where a heading is ruled out, and then in the colour of what went now or before."""
+    state = after(steps, name)
+    floors, (ceiling, _) = state.floors, state.course[-1]
+    marks_ = figure.draw(state).panels[0].marks
+    at = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
+    seen = np.full(marks.HEADINGS, np.nan)
+    roles = np.full(marks.HEADINGS, "", dtype=object)
+    for mark in marks_:
+        if isinstance(mark, Path) and mark.closed and mark.filled:
+            xy = np.asarray(mark.xy)
+            outer = xy[: 2 * (len(xy) - 1) // 3]  # two points for each heading, then one for each of their borders
+            for k in range(len(outer) // 2):
+                a, b = outer[2 * k], outer[2 * k + 1]
+                middle = np.arctan2(-(a + b)[0], (a + b)[1])
+                row = int(np.abs((at - middle + np.pi) % (2 * np.pi) - np.pi).argmin())
+                assert np.linalg.norm(a) == pytest.approx(np.linalg.norm(b))
+                seen[row], roles[row] = np.linalg.norm(a), mark.role
+            np.testing.assert_allclose(np.linalg.norm(xy[len(outer) :], axis=1), marks.INNER)
+    top = marks.INNER + (marks.OUTER - marks.INNER) * ceiling / state.before
+    closed = np.isinf(floors.headings)
+    expected = marks.INNER + (top - marks.INNER) * np.where(closed, 1.0, np.minimum(floors.headings / ceiling, 1.0))
+    np.testing.assert_allclose(seen, expected)
+    kinds = np.where(~closed, "accent", np.where(floors.headings_gone, "weak", "ghost"))
+    np.testing.assert_array_equal(roles, kinds)
+    (spot, cross) = (np.reshape(m.xy, 2) for m in marks_ if isinstance(m, Points) and m.role == "source")
+    heading = float(state.pose.angle)
+    np.testing.assert_allclose(spot / np.linalg.norm(spot), place(heading, 1.0).reshape(2), atol=1e-9)
+    np.testing.assert_allclose(cross, state.pose.apply(state.scene.source).mean(axis=0))
+    (truth,) = (m for m in marks_ if isinstance(m, Segments) and m.role == "truth")
+    np.testing.assert_allclose(np.reshape([truth.a, truth.b], (2, 2))[:, 0], 0.0, atol=1e-12)
+
+
+def test_the_field_is_the_stronger_the_lower_the_floor_of_a_place() -> None:
+    """Within the ring, over the square of all places; a dot where the last step removed what was left."""
+    state = after(14)
+    root = state.ground.in_world(state.ground.root)
+    heat, dots = marks.field(state.floors, root, state.course[-1][0])
+    assert isinstance(heat, Heat)
+    assert isinstance(dots, Points)
+    (drawn,) = (m for m in figure.draw(state).panels[0].marks if isinstance(m, Heat))
+    np.testing.assert_array_equal(drawn.values, heat.values)
+    half, middle = float(root.half[0, 1]), root.middle[0, 1:]
+    np.testing.assert_allclose(heat.window, np.ravel(np.stack([middle - half, middle + half], axis=1)))
+    at = (np.arange(marks.TILES) + 0.5) * 2.0 * half / marks.TILES - half
+    x, y = np.meshgrid(middle[0] + at, middle[1] + at)
+    places, strong = state.floors.places, np.asarray(heat.values)
+    shown = np.isfinite(places) & (np.hypot(x, y) < marks.ROUND)
+    np.testing.assert_array_equal(np.isfinite(strong), shown)
+    order = np.argsort(places[shown])
+    assert (np.diff(strong[shown][order]) <= 1e-12).all()
+    assert (strong[shown] > 0.0).all()
+    gone = state.floors.places_gone & (np.hypot(x, y) < marks.ROUND)
+    np.testing.assert_allclose(dots.xy, np.stack([x[gone], y[gone]], axis=1))
