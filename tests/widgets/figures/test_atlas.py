@@ -15,11 +15,11 @@ from solvers import Pose, register
 from solvers.core.status import Status
 from solvers.scenes.rooms import room, room_start
 from tests.widgets.states import state_after
-from widgets.drawing.picture import ROLES, Segments, Tiles
+from widgets.drawing.picture import ROLES, Group, Path, Points, Ring, Segments, Tiles
 from widgets.engine.contract import SEED, Action
 from widgets.figures.atlas import basins
 from widgets.figures.atlas.basins import COLUMNS, HALF, KINDS, LEVELS, NONE, OFFSETS, QUARTER, ROWS, SHIFTED, TURNS
-from widgets.figures.atlas.figure import FINEST, FIRST, WIDGET, State, act, draw, motion
+from widgets.figures.atlas.figure import FINEST, FIRST, TRACED, WIDGET, State, act, draw, motion
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 METHODS = pytest.mark.parametrize("method", ["icp", "point-to-plane", "ndt"])
@@ -252,3 +252,30 @@ def test_rms_is_that_of_the_nearest_points() -> None:
     moved = state.pose.apply(scene.source[::2])
     gaps = np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1)
     assert float(texts(state)["rms"]) == pytest.approx(float(np.sqrt(np.mean(gaps**2))), abs=5e-4)
+
+
+@pytest.mark.parametrize("steps", [0, 3])
+def test_the_room_shows_the_run_so_far(steps: int) -> None:
+    """Its scan, the paths of three corners of the room, and the numbers of the same pose in words."""
+    state = run(*[STEP] * steps)
+    scene, picture = state.atlas.scene, draw(state, 0)
+    marks = picture.panels[1].marks
+    (group,) = (mark for mark in marks if isinstance(mark, Group))
+    (scan,) = (mark for mark in group.marks if isinstance(mark, Points))
+    np.testing.assert_allclose(scan.xy, state.pose.apply(scene.source[::2]))
+    paths = [np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.role == "source"]
+    assert len(paths) == (3 if steps else 0)
+    for corner, path in zip(TRACED, paths, strict=False):
+        np.testing.assert_allclose(path, [state.track.poses[k].apply(corner[None])[0] for k in range(steps + 1)])
+    corners = np.concatenate(scene.outline)
+    assert np.linalg.norm(TRACED[:, None] - corners, axis=2).min(axis=1).max() < 1e-9
+    turn, away = np.degrees(abs(state.pose.angle)), np.linalg.norm(state.pose.t)
+    outlines = [np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.role == "ghost"]
+    assert len(outlines) == (len(scene.outline) if steps else 0)
+    for outline, line in zip(outlines, scene.outline, strict=False):
+        np.testing.assert_allclose(outline, state.track.poses[0].apply(line))
+    assert picture.note == ""
+    words = f"After {steps} steps its run is {turn:.1f}° and {away:.2f} u from the truth."
+    assert words in picture.description
+    ring = next(m for m in picture.panels[0].marks if isinstance(m, Ring) and m.role == "source")
+    np.testing.assert_allclose(np.reshape(ring.xy, 2), [TURNS[state.tile[1]], OFFSETS[state.tile[0]]])

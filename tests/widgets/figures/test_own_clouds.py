@@ -15,11 +15,13 @@ from solvers import METHODS, Pose
 from solvers.geometry.downsample import thinned
 from solvers.scenes.rooms import room
 from tests.widgets.test_any_sequence import check_any_frame
-from widgets.engine.contract import parsed, preset
+from widgets.drawing.picture import Group, Label, Path, Points
+from widgets.engine.contract import SEED, Action, parsed, preset
 from widgets.engine.host import Host
-from widgets.figures.own_clouds.figure import WIDGET
-from widgets.figures.own_clouds.marks import tick
+from widgets.figures.own_clouds.figure import WIDGET, draw
+from widgets.figures.own_clouds.marks import objective_chart, tick
 from widgets.figures.own_clouds.methods import OWN
+from widgets.parts.robot import ARROW
 
 FAR = np.array([431_200.0, 5_481_900.0])  # a corner of a national grid
 
@@ -276,3 +278,84 @@ def test_scans_of_the_drive_are_in_metres() -> None:
         assert frame["handles"][0]["value"].endswith(f" {unit}")
         (length,) = (r["value"] for r in frame["readouts"] if r["name"] == "length")
         assert re.fullmatch(rf"gate (open|[\d.]+ {unit})", length)
+
+
+STEP, TEN = Action("press", "step"), Action("press", "ten")
+
+
+def state_after(*actions: Action, name: str = "default") -> Any:
+    state = WIDGET.start(preset(WIDGET, name).controls, SEED, {})  # type: ignore[call-arg]
+    for action in actions:
+        state = WIDGET.act(state, action)
+    return state
+
+
+@pytest.mark.parametrize("name", ["default", "drive"])
+def test_the_source_is_drawn_where_the_pose_puts_it(name: str) -> None:
+    """Faint where no target point explains it; where it began stays as a shadow once a step has been taken."""
+    for actions in ((), (STEP, STEP)):
+        state = state_after(*actions, name=name)
+        run, marks, clouds = state.run, draw(state).panels[0].marks, state.run.clouds
+        (group,) = (mark for mark in marks if isinstance(mark, Group))
+        (dots,) = (mark for mark in group.marks if isinstance(mark, Points))
+        np.testing.assert_allclose(dots.xy, clouds.fit.put(run.pose.apply(clouds.source)))
+        near = np.linalg.norm(run.pose.apply(clouds.source)[:, None] - clouds.target, axis=2).min(axis=1)
+        assert not (near <= run.reach).all()
+        assert ((np.asarray(dots.weight) == 1.0) == (near <= run.reach)).all()
+        robots = [np.mean(m.xy, axis=0) for m in (*marks, *group.marks) if isinstance(m, Path) and m.closed]
+        places = [np.zeros(2), run.pose.t] if name == "drive" else []
+        outline = 0.22 * ARROW.mean(axis=0)
+        for robot, at, turn in zip(robots, places, (np.eye(2), run.pose.R), strict=False):
+            np.testing.assert_allclose(robot, clouds.fit.put(at[None])[0] + turn @ outline, atol=1e-9)
+        assert len(robots) == len(places)
+        shadows = [mark for mark in marks if isinstance(mark, Points) and mark.role == "ghost"]
+        assert len(shadows) == bool(actions)
+        for shadow in shadows:
+            np.testing.assert_allclose(shadow.xy, clouds.fit.put(run.began.apply(clouds.source)))
+        text = readouts(Host().render("f", {**preset(WIDGET, name).plain(), "log": [a.plain() for a in actions]}))
+        assert float(text["explained"]) == pytest.approx(100 * (near <= run.reach).mean(), abs=0.05)
+        assert float(text["rms"]) == pytest.approx(np.sqrt((near[near <= run.reach] ** 2).mean()), abs=6e-4)
+
+
+def test_the_objectives_chart_runs_from_its_lowest_to_its_highest_value() -> None:
+    """Named at the ends of its axis, which has one end where all values are equal."""
+    run = state_after(TEN).run
+    panel, values = objective_chart(run), np.array(run.objective)
+    (line,) = (np.asarray(mark.xy) for mark in panel.marks if isinstance(mark, Path) and mark.role == "accent")
+    np.testing.assert_allclose(line[:, 0], np.arange(len(values)) / (len(values) - 1))
+    np.testing.assert_allclose(line[:, 1], (values - values.min()) / np.ptp(values))
+    words = {mark.text for mark in panel.marks if isinstance(mark, Label)}
+    assert {tick(float(values.min())), tick(float(values.max())), str(len(values) - 1)} <= words
+    cloud = text(room("clean", seed=40).source)
+    host = Host()
+    plain = record(give(host, "a", cloud)["key"], give(host, "b", cloud)["key"], ("step",), start="as")
+    svg = host.render("f", plain)["panels"][1]["svg"]
+    assert len(re.findall(r">0</text>|>0\.000</text>", svg)) >= 2
+    assert ">1</text>" in svg
+
+
+def test_a_run_that_lacks_a_cloud_has_not_begun() -> None:
+    host = Host()
+    source, target, _ = pair(host)
+    assert readouts(host.render("f", record(source)))["stop"] == "not begun"
+    assert readouts(host.render("f", record(source, target)))["stop"] == "at the start"
+    assert readouts(host.render("f", record(source, target, ("step",))))["stop"].endswith(", step 1")
+
+
+def test_a_slice_tells_its_heights() -> None:
+    """The middle fifth of what both clouds share, in their unit; planar clouds have none."""
+    host, random = Host(), np.random.default_rng(3)
+    solids = [random.uniform([0, 0, 0], [6, 4, 3], (900, 3)) for _ in range(2)]
+    keys = [give(host, name, text(solid))["key"] for name, solid in zip("ab", solids, strict=True)]
+    words = host.render("f", record(*keys, height=50, thickness=20))["description"]
+    found = re.search(r"It shows heights from ([\d.]+) to ([\d.]+) u\.", words)
+    assert found
+    assert [float(v) for v in found.groups()] == pytest.approx([1.2, 1.8], abs=0.02)
+    assert "heights" not in Host().render("f", preset(WIDGET).plain())["description"]
+
+
+def test_a_method_without_a_length_says_so() -> None:
+    for method, own in OWN.items():
+        value = readouts(Host().render("f", preset(WIDGET, "default", {"method": method}).plain()))["length"]
+        assert (value == "none: it finds its own") == (not own.length)
+        assert value.startswith(own.length or "none")

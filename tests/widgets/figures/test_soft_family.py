@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 
 from solvers.methods.soft.shares import filterreg_shares
 from tests.widgets.states import frame_after, state_after
+from widgets.drawing.picture import Group, Label, Path, Points
 from widgets.engine.contract import SEED, Action
-from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WIDGET, act, motion
+from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WIDGET, act, draw, motion
 from widgets.figures.soft_family.links import links, threads
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
@@ -271,3 +272,50 @@ def test_the_objective_s_axis_goes_as_high_as_the_objective() -> None:
     assert ">15.0</text>" in panel
     clean = frame([["press", "finish"]], noise=0.0, junk=0.0)["panels"][1]["svg"]
     assert min(float(tick) for tick in re.findall(r">(\d\.\d)</text>", clean)) <= 2.0
+
+
+@pytest.mark.parametrize("method", ["cpd-rigid", "filterreg", "gmmreg"])
+def test_the_charts_show_each_step_s_objective_and_sigma(method: str) -> None:
+    """In nats by its ticks, an MMD² by powers of ten; a step after which the objective is larger is a diamond; the line
+    of the truth is at the same σ."""
+    state = run(*[STEP] * 6, method=method)
+    fit = state.run
+    chart, sigma = (panel for panel in draw(state).panels[1:])
+    ticks = {
+        float(mark.text.replace("−", "-")): float(np.ravel(mark.xy)[1])
+        for mark in chart.marks
+        if isinstance(mark, Label) and mark.anchor == "end" and mark.dx == -6
+    }
+    at, *_, last = ticks
+    scale = np.log10 if method == "gmmreg" else float
+
+    def height(value: float) -> float:
+        share = (scale(value) - scale(at)) / (scale(last) - scale(at))
+        return float(ticks[at] + share * (ticks[last] - ticks[at]))
+
+    dots = np.concatenate([np.reshape(m.xy, (-1, 2)) for m in chart.marks if isinstance(m, Points)])
+    dots = dots[np.argsort(dots[:, 0])]
+    np.testing.assert_allclose(dots[:, 1], [height(entry.objective) for entry in fit.course], atol=0.02)
+    np.testing.assert_allclose(np.diff(dots[:, 0]), 1 / 8)
+    raised = [np.reshape(m.xy, (-1, 2)) for m in chart.marks if isinstance(m, Points) and m.shape == "diamond"]
+    assert len(raised[0]) == len(fit.rises)
+    (truth,) = (np.asarray(m.xy) for m in chart.marks if isinstance(m, Path) and m.role == "truth")
+    np.testing.assert_allclose(truth[:, 1], [height(entry.truth) for entry in fit.course], atol=0.02)
+    (widths,) = (np.asarray(m.xy) for m in sigma.marks if isinstance(m, Points))
+    np.testing.assert_allclose(10.0 ** widths[:, 1], [entry.sigma for entry in fit.course])
+
+
+@pytest.mark.parametrize(("method", "side"), [("cpd-rigid", "target"), ("filterreg", "source")])
+def test_a_cross_is_as_strong_as_the_share_that_clutter_takes(method: str, side: str) -> None:
+    """On each observation: the points that are not the mixture's components."""
+    state = run(STEP, method=method, junk=6.0)
+    fit, found = state.run, links(state.run.rule.method, state.run.now)
+    marks = draw(state).panels[0].marks
+    everything = [*marks, *(part for mark in marks if isinstance(mark, Group) for part in mark.marks)]
+    (crosses,) = (m for m in everything if isinstance(m, Points) and m.shape == "cross")
+    cloud = fit.pose.apply(fit.scene.source) if side == "source" else fit.scene.target
+    np.testing.assert_allclose(crosses.xy, cloud)
+    shares = found.shares.sum(axis=1 if side == "source" else 0)
+    np.testing.assert_allclose(np.asarray(crosses.weight), 1.0 - shares, atol=1e-9)
+    text = {readout.name: readout.value for readout in draw(state).readouts}
+    assert float(text["clutter"]) == pytest.approx(100 * (1.0 - shares).mean(), abs=0.051)

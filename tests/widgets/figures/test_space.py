@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import register
-from solvers.metrics import residuals
+from solvers.metrics import point_error, residuals, rms
 from solvers.mug_scene import RADIUS, mug_start
 from tests.widgets.states import state_after
-from widgets.drawing.picture import Points, Segments
+from widgets.drawing.picture import Path, Points, Segments
 from widgets.engine.contract import Action
 from widgets.figures.space.eye import HIGH, LEVELS, LOW, Eye
 from widgets.figures.space.figure import WIDGET, act, draw
@@ -132,3 +133,75 @@ def test_every_source_point_has_its_link() -> None:
     state = run(task="icp")
     links = [mark for mark in draw(state).panels[0].marks if isinstance(mark, Segments) and mark.role == "pair"]
     assert sum(len(np.asarray(link.a)) for link in links) == len(state.run.scene.source)
+
+
+@pytest.mark.parametrize("task", ["line", "four", "icp", "plane"])
+def test_a_link_joins_a_point_to_its_partner_at_the_depth_of_its_middle(task: str) -> None:
+    state = run(task=task, noise=0.1)
+    moved, partners, eye = state.run.moved, state.run.partners, state.eye
+    if task in UNKNOWN:
+        near = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2).argmin(axis=1)
+        np.testing.assert_array_equal(partners, state.run.scene.target[near])
+    links = [m for m in draw(state).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]
+    for k, link in enumerate(links):
+        rows = eye.level((moved + partners) / 2.0) == k
+        np.testing.assert_allclose(link.a, eye.seen(moved[rows]), atol=1e-12)
+        np.testing.assert_allclose(link.b, eye.seen(partners[rows]), atol=1e-12)
+
+
+def test_three_pairs_in_a_line_have_a_hinge_and_other_places_that_fit_as_well() -> None:
+    """The hinge runs through all three, on the picture as in space; each other place has the residual of the one shown,
+    and the readout is that of all three pairs."""
+    state = run(FINISH, noise=0.0, spin=35.0)
+    marks, target = draw(state).panels[0].marks, state.run.scene.target
+    (hinge,) = (m for m in marks if isinstance(m, Segments) and m.role == "guide")
+    a, b = np.reshape(hinge.a, 2), np.reshape(hinge.b, 2)
+    offsets = state.eye.seen(target) - a
+    shares = offsets @ (b - a) / ((b - a) @ (b - a))
+    np.testing.assert_allclose(offsets, shares[:, None] * (b - a), atol=1e-9)
+    assert 0.0 < shares.min() < shares.max() < 1.0
+    ghosts = [m for m in marks if isinstance(m, Path) and m.role == "ghost"]
+    per_mug = len(state.run.scene.outline) + 2
+    assert len(ghosts) % per_mug == 0
+    assert all(mark.dotted for mark in ghosts)
+    rims = [np.asarray(mark.xy) for mark in ghosts[::per_mug]]
+    own = state.eye.seen(state.run.pose.apply(state.run.scene.outline[0]))
+    assert all(np.abs(rim - own).max() > 0.1 for rim in rims)
+    assert all(np.abs(first - second).max() > 0.1 for first, second in pairwise(rims))
+    for task in ("four", "icp"):
+        assert not [m for m in draw(run(task=task)).panels[0].marks if isinstance(m, Segments) and m.role == "guide"]
+
+
+@pytest.mark.parametrize("task", ["four", "icp"])
+def test_the_start_stays_as_a_dotted_mug(task: str) -> None:
+    state = run(STEP, task=task)
+    assert not [m for m in draw(run(task=task)).panels[0].marks if isinstance(m, Path)]
+    first, *_ = (np.asarray(m.xy) for m in draw(state).panels[0].marks if isinstance(m, Path) and m.dotted)
+    start = mug_start(40.0, OFFSET)
+    np.testing.assert_allclose(first, state.eye.seen(start.apply(state.run.scene.outline[0])), atol=1e-9)
+
+
+@pytest.mark.parametrize("task", ["line", "four"])
+def test_the_readouts_of_known_pairs_are_of_all_of_them(task: str) -> None:
+    state = run(FINISH, task=task, noise=0.1)
+    scene, pose = state.run.scene, state.run.pose
+    text = {readout.name: readout.value for readout in draw(state).readouts}
+    assert text["rms"] == f"{rms(pose, scene.source, scene.target):.3f}"
+    assert text["used"] == f"{len(scene.source)} of {len(scene.source)}"
+    assert text["away"] == f"{point_error(pose, scene.truth, np.concatenate(scene.outline)):.2f}"
+    assert text["free"] == f"{int(task == 'line')} of 6"
+    assert {r.name: r.value for r in draw(run(task=task)).readouts}["free"] == "–"
+    assert text["stop"] == ("degenerate, step 1" if task == "line" else "solved, step 1")
+
+
+def test_the_words_tell_how_far_a_run_has_come() -> None:
+    """Nothing before the first step, then the step and its residual, then why it stopped; and what is free."""
+    start, one, end = (draw(run(*actions, task="icp")) for actions in ((), (STEP,), (FINISH,)))
+    state = run(STEP, task="icp").run
+    assert start.note == ""
+    assert one.note == f"Step 1: {state.used} pairs, residual {state.residual:.3f} u RMS."
+    assert end.note.startswith(f"Stopped at step {run(FINISH, task='icp').run.steps}: ")
+    line, four = (draw(run(FINISH, task=task, spin=35.0)).description for task in ("line", "four"))
+    assert "turned by 35° about the line of the pairs" in line
+    assert "about the line" not in four
+    assert "after" not in draw(run(task="line")).note

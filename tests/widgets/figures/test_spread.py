@@ -10,7 +10,7 @@ import pytest
 from solvers.studies.coverage import coverage, regions, runs
 from solvers.studies.redrawn import STANDS, walls_of
 from tests.widgets.states import frame_after, readouts
-from widgets.drawing.picture import Label, Path, Points, Segments
+from widgets.drawing.picture import Ellipses, Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.controls import specs
 from widgets.engine.host import Host
@@ -173,3 +173,50 @@ def test_the_scale_about_the_true_position_is_told() -> None:
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
         assert caption == f"About the truth, {text}"
+
+
+@pytest.mark.parametrize("name", ["default", "hall"])
+def test_every_end_is_drawn_from_above_with_its_heading(name: str) -> None:
+    """In the colour of ends elsewhere if it is not of the true cluster; one dashed ellipse for all, where there are
+    several clusters: their mean and 95 % of their spread in two dimensions."""
+    state = act(start(preset(WIDGET, name).controls, SEED), MORE)
+    spread, _ = ends(state.ask, PRESS)
+    first, stand = STANDS[state.ask.place]
+    places = stand.apply(spread.poses.t)
+    true = np.linalg.norm(places - first.t, axis=1) < 0.5
+    true &= (stand.compose(spread.poses).R[..., 0] @ first.R[:, 0]) > 0.5
+    assert true.any()
+    assert (~true).any() == (name == "hall")
+    marks = draw(state).panels[0].marks
+    for role, mask in (("source", true), ("outlier", ~true)):
+        dots = [m for m in marks if isinstance(m, Points) and m.role == role]
+        noses = [m for m in marks if isinstance(m, Segments) and m.role == role]
+        assert len(dots) == len(noses) == mask.any()
+        for dot, nose in zip(dots, noses, strict=True):
+            np.testing.assert_allclose(dot.xy, places[mask], atol=1e-12)
+            np.testing.assert_allclose(nose.a, places[mask], atol=1e-12)
+            ahead = np.asarray(nose.b) - np.asarray(nose.a)
+            ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+            np.testing.assert_allclose(ahead, stand.compose(spread.poses).R[mask][..., 0], atol=1e-9)
+    ellipses = [m for m in marks if isinstance(m, Ellipses)]
+    assert len(ellipses) == (name == "hall")
+    for ellipse in ellipses:
+        np.testing.assert_allclose(ellipse.centre, places.mean(axis=0))
+        np.testing.assert_allclose(ellipse.covariance, np.cov(places.T))
+        assert ellipse.sigmas**2 == pytest.approx(-2.0 * np.log(0.05))
+    cross = [m for m in marks if isinstance(m, Points) and m.shape == "cross"]
+    np.testing.assert_allclose(np.reshape(cross[-1].xy, 2), first.t)
+
+
+def test_the_target_scan_lies_on_the_walls() -> None:
+    """Seen from the second robot's place, within the noise; a beam without an echo is not drawn."""
+    state = start(Controls(), SEED)
+    marks = draw(state).panels[0].marks
+    (scan,) = (np.asarray(m.xy) for m in marks if isinstance(m, Points) and m.shape == "square")
+    walls = [np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.role == "ink"]
+    a = np.concatenate([wall[:-1] for wall in walls])
+    b = np.concatenate([wall[1:] for wall in walls])
+    along = np.clip(((scan[:, None] - a) * (b - a)).sum(axis=2) / ((b - a) ** 2).sum(axis=1), 0.0, 1.0)
+    off = np.linalg.norm(scan[:, None] - a - along[..., None] * (b - a), axis=2).min(axis=1)
+    assert off.max() < 5.0 * state.ask.noise
+    assert len(scan) > 60

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from solvers import Pose
-from solvers.numerics import gauss_newton
+from solvers.numerics import gauss_newton, robust
 from solvers.scenes.rooms import room_start
 from tests.widgets.states import frame_after, readouts, state_after
-from widgets.drawing.picture import Ellipses, Points, Segments, Ticks
+from widgets.drawing.picture import Arrow, Ellipses, Label, Path, Points, Segments, Ticks
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.surfaces import WIDGET, act, motion
@@ -231,3 +231,45 @@ def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:
 def test_a_condition_number_of_thousands_has_a_comma() -> None:
     """1,361, as the chapter writes it."""
     assert re.fullmatch(r"\d,\d{3}", texts([["press", "finish"]], scene="wall", start="near")["condition"])
+
+
+@pytest.mark.parametrize("weight", list(WEIGHTS))
+def test_the_chart_of_the_weights_is_the_function_with_its_two_places(weight: str) -> None:
+    """w and w r over r in units of s; lines at s and at the function's own k, which no weight has."""
+    marks = weight_chart(run(weight=weight).run).marks
+    k = 1.0 if weight == "none" else robust.TUNING[weight]
+    lines = {m.role: np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.thick}
+    r, w = lines["accent"].T
+    np.testing.assert_allclose(w, robust.weights(weight, r, k))
+    np.testing.assert_allclose(lines["ink"][:, 1], lines["ink"][:, 0] * robust.weights(weight, lines["ink"][:, 0], k))
+    guides = [m for m in marks if isinstance(m, Segments) and m.role == "guide"]
+    upright = [np.stack([m.a, m.b]) for m in guides if np.ndim(m.a) == 1]
+    places = [line[0, 0] for line in upright if line[0, 0] == line[1, 0]]
+    assert places == ([1.0] if weight == "none" else [1.0, k])
+    labels = {m.text: float(np.reshape(m.xy, 2)[0]) for m in marks if isinstance(m, Label)}
+    assert labels.get("k") == (None if weight == "none" else k)
+
+
+def test_the_weak_arrows_point_outwards_at_both_ends() -> None:
+    fit = run(FINISH, scene="wall", start="near").run
+    path, *tips = weak_direction(fit)
+    course = np.asarray(path.xy)  # type: ignore[union-attr]
+    for tip, end, inside in zip(tips, course[[0, -1]], course[[1, -2]], strict=True):
+        assert isinstance(tip, Arrow)
+        np.testing.assert_allclose(tip.b, end)
+        np.testing.assert_allclose(tip.a, inside)
+
+
+@RESIDUAL
+def test_the_description_is_of_the_scene_and_the_residual_shown(residual: str) -> None:
+    """Off the wall along and across it, in the scenes of walls only; covariances are a model for GICP alone."""
+    room, wall = (frame_after(WIDGET, ["press", "step"], scene=s, residual=residual) for s in ("room", "wall"))
+    assert "along the wall" not in room["description"]
+    text = readouts(wall)
+    assert f"off by {text['along']} u along the wall and {text['across']} u across it." in wall["description"]
+    for frame in (room, wall):
+        assert ("The covariances are a model" in frame["description"]) == (residual == "gicp")
+    fit = run(STEP, scene="wall", residual=residual).run
+    off = fit.pose.apply(fit.scene.source).mean(axis=0) - fit.scene.truth.apply(fit.scene.source).mean(axis=0)
+    along, across = np.array([[8.0, 2.8], [-2.8, 8.0]]) / np.hypot(8.0, 2.8) @ off
+    assert (text["along"], text["across"]) == (f"{abs(along):.2f}", f"{abs(across):.2f}")

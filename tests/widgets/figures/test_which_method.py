@@ -11,6 +11,12 @@ import numpy as np
 import pytest
 
 from solvers import METHODS
+from tests.widgets.states import readouts, state_after
+from widgets.drawing.picture import Arrow, Label, Points, Ring, Segments
+from widgets.drawing.picture import Path as Line
+from widgets.engine.contract import Action
+from widgets.figures.which_method.figure import DETAILS, RAILS, WIDGET, draw, known
+from widgets.figures.which_method.figure import alone as others
 from widgets.figures.which_method.rules import OTHERS, PATHS, QUESTIONS, RUNGS, TAKES, Answers, advise, every
 from widgets.figures.which_method.trial import NOISE, TREES, grove, kept, run
 
@@ -200,3 +206,74 @@ def test_a_grove_is_seen_by_the_target_as_far_as_it_is_told() -> None:
         assert np.median(nearest) < 3 * NOISE
         assert target[:, 0].max() < np.sort(source[:, 0])[count] + 8 * NOISE
     np.testing.assert_array_equal(grove(53, 1.0)[0], grove(53, 0.6)[0])
+
+
+GIVEN = {"pairs": "none", "start": "rough", "overlap": "most", "surfaces": "walls"}
+
+
+def test_the_ladder_has_a_sign_for_each_verdict_and_lights_the_path_in_order() -> None:
+    """Between the rails: a thick bar in the path, a ring where a rung would do alone, a cross where it does not fit, a
+    dashed bar where it is not needed. Numbered stages climb from row to row, joined by a line and an arrow each."""
+    state = state_after(WIDGET, **GIVEN)
+    marks, advice = draw(state).panels[0].marks, state.advice
+    lines_ = [m for m in marks if isinstance(m, Line) and not m.closed]
+    bars = [m for m in lines_ if np.ptp(np.asarray(m.xy)[:, 1]) == 0.0]
+    heights = dict(zip(RUNGS, (float(np.asarray(bar.xy)[0, 1]) for bar in bars), strict=True))
+    assert len(set(np.round(np.diff(list(heights.values())), 9))) == 1
+    signs = {float(np.reshape(m.xy, 2)[1]): m.shape for m in marks if isinstance(m, Points)}
+    for bar, (name, (verdict, words)) in zip(bars, advice.why.items(), strict=True):
+        assert bar.thick == (verdict == "take")
+        assert bar.dashed == (verdict in ("idle", "not"))
+        assert signs.get(heights[name]) == {"can": "ring", "not": "cross"}.get(verdict)
+        texts = {m.text for m in marks if isinstance(m, Label) and np.reshape(m.xy, 2)[1] == heights[name]}
+        assert {RUNGS[name].number, RUNGS[name].says, words} <= texts
+    rings = [np.reshape(m.xy, 2) for m in marks if isinstance(m, Ring)]
+    assert [ring[1] for ring in rings] == [heights[name] for name in advice.path]
+    numbers = [m.text for m in marks if isinstance(m, Label) and m.role == "accent" and m.anchor == "middle"]
+    assert numbers == [str(k + 1) for k in range(len(rings))]
+    lines = [np.reshape([m.a, m.b], (2, 2)) for m in marks if isinstance(m, Segments)]
+    arrows = [m for m in marks if isinstance(m, Arrow)]
+    assert len(lines) == len(arrows) == len(rings) - 1
+    for line, arrow, first, second in zip(lines, arrows, rings[:-1], rings[1:], strict=True):
+        assert line[0, 0] == line[1, 0] == first[0]
+        assert abs(line[0, 1] - first[1]) < abs(second[1] - first[1])
+        assert (line[0, 1] - first[1]) * (second[1] - first[1]) > 0.0
+        np.testing.assert_allclose(arrow.a, line[1])
+        assert np.asarray(arrow.b)[1] == second[1]
+        assert first[0] < np.asarray(arrow.b)[0] < second[0]
+    bands = [np.asarray(m.xy) for m in marks if isinstance(m, Line) and m.closed]
+    assert [band[:, 1].mean() for band in bands] == [heights[name] for name in advice.path]
+    rails = [np.asarray(m.xy) for m in marks if isinstance(m, Line) and m.role == "ghost" and m.thick]
+    assert [rail[0, 0] for rail in rails] == list(RAILS)
+    assert all(np.ptp(rail[:, 1]) > np.ptp(list(heights.values())) for rail in rails)
+
+
+@pytest.mark.native
+def test_once_tried_each_rung_has_its_count_and_the_readouts_are_of_the_path() -> None:
+    """They come one after another; what has not been run yet is an ellipsis."""
+    state = state_after(WIDGET, Action("press", "try"), **GIVEN)
+    assert draw(state).disabled == {"try"}
+    paths = [state.advice.path, *others(state.advice, state.answers)]
+    found = {("judge" if k == 0 else path[0]): run(path, state.answers) for k, path in enumerate(paths)}
+    for detail in (0, 1, len(paths) - 1, DETAILS - 1):
+        picture = draw(state, detail)
+        expected = [str(each.found) if k < detail else "…" for k, each in enumerate(found.values())]
+        counts = [m for m in picture.panels[0].marks if isinstance(m, Label) and np.reshape(m.xy, 2)[0] > 600.0]
+        rows = sorted(counts[:-1], key=lambda label: -list(found).index(_rung(label, picture.panels[0].marks)))
+        assert [label.text for label in rows][::-1] == expected
+        text = readouts(picture)
+        assert text["found"] == expected[0]
+        assert text["rotation_error"] == (f"{found['judge'].turn:.2f}" if detail else "…")
+        unfit_counts = [run_.found for name, run_ in found.items() if name in state.advice.of("not")]
+        assert text["unfit"] == (str(max(unfit_counts)) if detail >= len(paths) else "…")
+    assert known(state) == DETAILS - 1
+    assert f"the path ends at the truth {found['judge'].found} times" in draw(state).description
+    assert readouts(draw(state_after(WIDGET, **GIVEN)))["found"] == "–"
+
+
+def _rung(label: Label, marks: tuple[object, ...]) -> str:
+    """The rung in whose row a label is."""
+    y = np.reshape(label.xy, 2)[1]
+    words = {m.text for m in marks if isinstance(m, Label) and np.reshape(m.xy, 2)[1] == y}
+    (name,) = (name for name, rung in RUNGS.items() if rung.says in words)
+    return name
