@@ -16,6 +16,7 @@ from solvers.core.stepper import advance
 from solvers.studies.benchmark import benchmark
 from solvers.studies.race import CONTESTANTS, EXTRAS, SEEDS, Contestant, contestants, race_problem
 from solvers.studies.race import Controls as Race
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.drawing.svg import panel_svg
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
@@ -218,6 +219,50 @@ def chart_svg(state: State) -> str:
     from widgets.drawing.svg import panel_svg
 
     return panel_svg(draw(state).panels[-1], "f")
+
+
+def test_the_chart_is_each_run_s_error_after_each_step() -> None:
+    """By powers of ten, with a dot where a run has stopped and a dashed line at the limit; each name has its line."""
+    state = after(20, start(Controls(), 40))
+    marks = draw(state).panels[-1].marks
+    lines = [m for m in marks if isinstance(m, Path) and m.role != "guide"]
+    dots = [np.reshape(m.xy, 2) for m in marks if isinstance(m, Points)]
+    assert len(lines) == 9
+    for run, line in zip(state.runs, lines, strict=True):
+        xy = np.asarray(line.xy)
+        np.testing.assert_array_equal(xy[:, 0], np.arange(run.steps + 1))
+        np.testing.assert_allclose(10.0 ** xy[:, 1], np.clip(run.rotation, 0.01, 180.0))
+        assert (line.role, line.dashed, line.dotted) == (run.entry.role, run.entry.dashed, run.entry.dotted)
+        (name,) = (m for m in marks if isinstance(m, Label) and m.text == run.entry.short)
+        assert name.role == run.entry.role
+    ends = [course(run)[-1] for run in state.runs if run.done]
+    assert ends
+    np.testing.assert_allclose(dots, ends)
+    (limit,) = (m for m in marks if isinstance(m, Segments) and m.role == "truth")
+    np.testing.assert_allclose(10.0 ** np.stack([limit.a, limit.b])[:, 1], 5.0)
+
+
+def test_a_stopped_run_is_framed_by_whether_it_is_right() -> None:
+    """Solid and "right" within both limits of the truth, else dashed and "wrong"; the readouts and the note count."""
+    state = after(20, start(Controls(), 40))
+    rotation, close = sorted(run.rotation[-1] for run in state.runs), 0
+    for run, panel in zip(state.runs, draw(state).panels, strict=False):
+        is_right = run.rotation[-1] < 5.0 and run.translation[-1] < 0.2
+        close += is_right
+        frames = [m for m in panel.marks if isinstance(m, Path) and m.closed]
+        words = [m.text for m in panel.marks if isinstance(m, Label)]
+        assert (len(frames), words) == ((1, ["right" if is_right else "wrong"]) if run.done else (0, []))
+        assert all(m.dashed != is_right and m.role == ("truth" if is_right else "outlier") for m in frames)
+        (cloud,) = (m for m in panel.marks if isinstance(m, Points) and m.role == "source")
+        np.testing.assert_allclose(cloud.xy, run.pose.apply(state.scene.source))
+    text = {readout.name: readout.value for readout in draw(state).readouts}
+    assert text["turned"] == str(sum(turn < 5.0 for turn in rotation))
+    assert text["close"] == str(close)
+    assert (text["median"], text["largest"]) == (f"{np.median(rotation):.1f}", f"{rotation[-1]:.1f}")
+    assert text["running"] == str(sum(not run.done for run in state.runs))
+    assert draw(state).note == ""
+    end = act(state, FINISH)
+    assert f"All have stopped, {sum(run.close for run in end.runs)} of 9 within" in draw(end).note
 
 
 # Hostile readers

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from solvers import register
 from tests.widgets.states import frame_after, readouts
+from widgets.drawing.picture import Arrow, Group, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
-from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
+from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, draw, motion, nearest, start
 
 ANSWER = Action("press", "answer")
 PLAIN = preset(WIDGET).plain()
@@ -123,3 +124,38 @@ def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> Non
     for x, distance in ((0.0, PLACING.reach), (7.5, PLACING.least)):
         grip = PLACING.grip(np.array([x, 0.0]), 0.0)
         assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(distance)
+
+
+@pytest.mark.parametrize("distance", [0.8, 2.0, 3.5])
+def test_the_room_shows_each_scan_from_its_robot(distance: float) -> None:
+    """Rays from the robot's place to its points, the target's as squares; an arrow between the robots, from the source
+    to the target and off both, if they stand apart."""
+    state = start(Controls(distance=distance), SEED)
+    scans, marks = state.scans, draw(state).panels[0].marks
+    for role, pose, cloud in (("target", scans.target_pose, scans.target), ("source", scans.source_pose, scans.source)):
+        (points,) = (m for m in marks if isinstance(m, Points) and m.role == role)
+        assert points.shape == ("square" if role == "target" else "dot")
+        np.testing.assert_allclose(points.xy, pose.apply(cloud))
+        (rays,) = (m for m in marks if isinstance(m, Segments) and m.role == role)
+        np.testing.assert_allclose(rays.a, np.broadcast_to(pose.t, np.shape(rays.a)))
+        np.testing.assert_allclose(rays.b, pose.apply(cloud)[::2])
+        (robot,) = (np.asarray(m.xy) for m in marks if isinstance(m, Path) and m.role == role)
+        assert np.linalg.norm(robot - pose.t, axis=1).max() < 0.7
+    arrows = [m for m in marks if isinstance(m, Arrow)]
+    assert len(arrows) == (distance > 1.2)
+    travel = scans.target_pose.t - scans.source_pose.t
+    for arrow in arrows:
+        shares = (np.array([arrow.a, arrow.b]) - scans.source_pose.t) @ travel / (travel @ travel)
+        assert 0.0 < shares[0] < shares[1] < 1.0
+        np.testing.assert_allclose(shares.sum(), 1.0)
+        np.testing.assert_allclose(scans.source_pose.t + shares[:, None] * travel, [arrow.a, arrow.b], atol=1e-12)
+
+
+def test_the_robots_own_picture_has_the_source_where_the_pose_puts_it() -> None:
+    state = act(start(Controls(), SEED), Action("drag", "source", 1.5, -0.5))
+    marks = draw(state).panels[1].marks
+    (target,) = (m for m in marks if isinstance(m, Points))
+    (group,) = (m for m in marks if isinstance(m, Group))
+    (moved,) = (m for m in group.marks if isinstance(m, Points))
+    np.testing.assert_array_equal(target.xy, state.scans.target)
+    np.testing.assert_array_equal(moved.xy, state.pose.apply(state.scans.source))
