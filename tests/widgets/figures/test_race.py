@@ -256,6 +256,7 @@ def test_a_stopped_run_is_framed_by_whether_it_is_right() -> None:
         (cloud,) = (m for m in panel.marks if isinstance(m, Points) and m.role == "source")
         np.testing.assert_allclose(cloud.xy, run.pose.apply(state.scene.source))
     text = {readout.name: readout.value for readout in draw(state).readouts}
+    assert text["steps"] == str(max(run.steps for run in state.runs)) == "20"
     assert text["turned"] == str(sum(turn < 5.0 for turn in rotation))
     assert text["close"] == str(close)
     assert (text["median"], text["largest"]) == (f"{np.median(rotation):.1f}", f"{rotation[-1]:.1f}")

@@ -319,3 +319,26 @@ def test_a_cross_is_as_strong_as_the_share_that_clutter_takes(method: str, side:
     np.testing.assert_allclose(np.asarray(crosses.weight), 1.0 - shares, atol=1e-9)
     text = {readout.name: readout.value for readout in draw(state).readouts}
     assert float(text["clutter"]) == pytest.approx(100 * (1.0 - shares).mean(), abs=0.051)
+
+
+@pytest.mark.parametrize(
+    ("controls", "note"),
+    [
+        ({"method": "gmmreg", "width": "scheduled"}, "have no effect."),
+        ({"method": "gmmreg", "width": "estimated"}, "have no effect. Its σ follows a schedule."),
+        ({"method": "cpd-rigid", "filter": "grid"}, "CPD sums exactly: the filter is not used."),
+        ({"method": "cpd-rigid", "filter": "exact"}, ""),
+        ({"method": "filterreg", "filter": "grid"}, ""),
+    ],
+)
+def test_a_control_without_effect_is_named_and_only_that(controls: dict[str, Any], note: str) -> None:
+    shown = draw(run(**controls)).note
+    assert shown.endswith(note)
+    assert bool(shown) == bool(note)
+
+
+def test_only_a_single_step_is_a_motion() -> None:
+    before = run(STEP)
+    assert motion(before, act(before, STEP)) is not None
+    assert motion(before, act(before, FINISH)) is None
+    assert motion(before, before) is None
