@@ -207,6 +207,21 @@ def test_options_bring_values_that_are_accepted(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", WIDGETS)
+def test_a_slider_can_be_put_back(name: str) -> None:
+    """Its upper end, and what it is by default, in a preset, by an option and on the tape, are whole numbers of steps
+    from its lower end: a reader who has moved it finds them again."""
+    widget, by_name = WIDGETS[name], specs(WIDGETS[name].controls)
+    set_by = [*(spec.sets[option] for spec in by_name.values() for option in spec.sets), *(c for c, _ in widget.tape)]
+    set_by += [preset(widget, start).plain()["controls"] for start in widget.presets]
+    for control, spec in by_name.items():
+        if spec.kind == "slider":
+            for value in (spec.high, *(brought[control] for brought in set_by if control in brought)):
+                steps = (float(value) - spec.low) / spec.step
+                on = spec.low <= float(value) <= spec.high and abs(steps - round(steps)) < 1e-6
+                assert on, f"{name}: {control} is set to {value}, which no step of {spec.step} from {spec.low} reaches"
+
+
+@pytest.mark.parametrize("name", WIDGETS)
 def test_what_moves_is_drawn_as_the_source(name: str) -> None:
     """The group that an animation moves holds the source's points, and nothing with the target's role."""
     for _, frame in ends(name):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.widgets.states import state_after
-from widgets.drawing.picture import Heat, Label
+from widgets.drawing.picture import Group, Heat, Label, Path, Points, Segments
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.landscape.figure import BANDS, FEW, MOST, NEAR, REACH, SIDE, WIDGET, State, act, draw
@@ -180,3 +180,68 @@ def test_nothing_a_reader_picks_breaks_it(objective: str, picks: list[tuple[floa
     assert "nan" not in "".join(p["svg"] for p in frame["panels"]) + frame["description"]
     state = run(*[click(x, y) for x, y in picks], objective=objective)
     assert (np.abs(np.concatenate([r.starts for r in state.runs])) <= REACH).all()
+
+
+@OBJECTIVES
+def test_contour_lines_lie_at_eighths_of_the_colour_scale(objective: str) -> None:
+    """Every end of a piece is between two neighbouring tiles' centres, where their values enclose one of the levels."""
+    terrain = run(objective=objective).terrain
+    values, x, y = terrain.field.values(BANDS), terrain.field.x, terrain.field.y
+    levels = terrain.top * np.arange(1, 8) / 8
+    lines = terrain.lines
+    places = np.concatenate([np.asarray(lines.a), np.asarray(lines.b)])
+    j = np.clip(np.searchsorted(x, places[:, 0]) - 1, 0, len(x) - 2)
+    i = np.clip(np.searchsorted(y, places[:, 1]) - 1, 0, len(y) - 2)
+    u, v = (places[:, 0] - x[j]) / (x[1] - x[0]), (places[:, 1] - y[i]) / (y[1] - y[0])
+    corners = values[i, j], values[i, j + 1], values[i + 1, j], values[i + 1, j + 1]
+    at = (1 - v) * ((1 - u) * corners[0] + u * corners[1]) + v * ((1 - u) * corners[2] + u * corners[3])
+    off = np.abs(at[:, None] - levels)
+    assert off.min(axis=1).max() < 1e-6 * terrain.top
+    crossed = {k for k in range(7) if values.min() < levels[k] < values.max()}
+    assert set(off.argmin(axis=1)) == crossed
+
+
+@OBJECTIVES
+def test_the_panels_beside_the_map_are_of_the_last_end(objective: str) -> None:
+    """The source lies there; both objectives are cut along x through it, each over its own largest value there."""
+    state = run(click(1.0, 1.0), click(0.4, -0.3), objective=objective)
+    end = state.runs[-1].ends[-1]
+    picture = draw(state)
+    (source,) = (m for m in picture.panels[1].marks if isinstance(m, Points) and m.role == "source")
+    np.testing.assert_allclose(source.xy, state.terrain.turned + end)
+    lines = {m.role: m for m in picture.panels[2].marks if isinstance(m, Path) and m.thick}
+    x = np.linspace(-REACH, REACH, 121)
+    along = np.stack([x, np.full(121, end[1])], axis=1)
+    for role, of in (("accent", state.terrain.mmd), ("ink", state.terrain.capped)):
+        values = of.values(along)
+        np.testing.assert_allclose(lines[role].xy, np.stack([x, values / values.max()], axis=1))
+        assert lines[role].dashed == (role == "ink")
+    (now,) = (m for m in picture.panels[2].marks if isinstance(m, Segments) and m.dashed)
+    assert np.ravel(now.a)[0] == end[0]
+    chosen = state.terrain.chosen.values(end)
+    assert float(texts(state)["value"]) == pytest.approx(float(chosen), abs=6e-5)
+    assert float(texts(state)["away"]) == pytest.approx(float(np.hypot(*end)), abs=6e-4)
+    assert len(texts(state)["value"].partition(".")[2]) == 4
+
+
+@OBJECTIVES
+def test_minima_and_places_are_counted_as_defined(objective: str) -> None:
+    """Tiles lower than all eight around them, and ends at least 0.1 u apart; a click is a ring or a cross."""
+    state = run(SOW, click(0.1, 0.1), objective=objective)
+    values, text = state.terrain.field.values(BANDS), texts(state)
+    lower = sum(
+        values[i, j] < np.delete(values[i - 1 : i + 2, j - 1 : j + 2].ravel(), 4).min()
+        for i in range(1, len(values) - 1)
+        for j in range(1, len(values) - 1)
+    )
+    assert text["minima"] == str(lower)
+    kept: list[np.ndarray] = []
+    for end in np.concatenate([each.ends for each in state.runs]):
+        kept += [end] if all(np.hypot(*(end - other)) >= 0.1 for other in kept) else []
+    assert text["places"] == str(len(kept))
+    row, column = np.unravel_index(np.argmin(values), values.shape)
+    deepest = np.hypot(state.terrain.field.x[column], state.terrain.field.y[row])
+    assert float(text["lowest"]) == pytest.approx(float(deepest), abs=6e-3)
+    (last,) = (mark for mark in draw(state).panels[0].marks if isinstance(mark, Group))
+    ends = [np.reshape(m.xy, (-1, 2)) for m in last.marks if isinstance(m, Points) and m.shape == "dot"]
+    np.testing.assert_allclose(ends[-1], state.runs[-1].ends[-1:])
