@@ -316,3 +316,28 @@ def test_the_first_heading_and_the_lowest_place_are_written_apart() -> None:
 def test_the_legend_says_which_rungs_link_the_clouds(name: str) -> None:
     pairs = [mark for mark in marks.links(of(name), Pose.from_angle(0.3)) if getattr(mark, "role", None) == "pair"]
     assert bool(pairs) == (name in marks.LINKED)
+
+
+@pytest.mark.parametrize("name", ["pairs", "default", "means"])
+@pytest.mark.parametrize("detail", [0, figure.DETAILS - 1])
+def test_the_unrolled_ring_is_the_objective_over_the_heading(name: str, detail: int) -> None:
+    """From its lowest to its highest value; the ball lies on it at its heading; after the run a ring stays there."""
+    before = state_after(figure.WIDGET, name=name, turn=100.0)
+    after = state_after(figure.WIDGET, Action("press", "roll"), name=name, turn=100.0)
+    for state in (before, after):
+        panel = figure.draw(state, detail).panels[1]
+        (line,) = (np.asarray(m.xy) for m in panel.marks if isinstance(m, Path) and m.role == "accent")
+        ring = state.dial.ring if detail else state.dial.coarse
+        turns = np.degrees(headings()) if detail else np.degrees(headings())[::COARSE]
+        np.testing.assert_allclose(line[:-1], np.stack([turns, (ring - ring.min()) / np.ptp(ring)], axis=1))
+        np.testing.assert_allclose(line[-1], [180.0, line[0, 1]])
+        dots = {(m.role, m.shape): np.reshape(m.xy, 2) for m in panel.marks if isinstance(m, Points)}
+        end = 100.0 if state is before else float(np.degrees(state.course.headings[-1]))
+        expected = {("source", "dot"): end} | ({("ghost", "ring"): 100.0} if state is after else {})
+        assert dots.keys() == expected.keys()
+        for kind, turn in expected.items():
+            np.testing.assert_allclose(dots[kind], [turn, np.interp(turn, *line.T)], atol=1e-9)
+
+
+def test_an_error_to_the_right_is_as_large_as_to_the_left() -> None:
+    assert texts("default", turn=-40.0)["rotation_start"] == texts("default", turn=40.0)["rotation_start"] == "40.0"

@@ -342,3 +342,24 @@ def test_only_a_single_step_is_a_motion() -> None:
     assert motion(before, act(before, STEP)) is not None
     assert motion(before, act(before, FINISH)) is None
     assert motion(before, before) is None
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_never_rises_does_not_change_its_sigma_s_function_either(method: str, width: str) -> None:
+    """Where σ changes GMMReg's function, the figure says so: that objective is another one, and may be larger."""
+    fit = run(FINISH, method=method, width=width, turn=40.0).run
+    values, sigmas = [entry.objective for entry in fit.course], {round(entry.sigma, 9) for entry in fit.course}
+    if fit.rule.promise == "never rises":
+        assert (np.diff(values) <= 1e-9 * np.abs(values[:-1]) + 1e-12).all()
+        assert method != "gmmreg" or len(sigmas) == 1
+    if fit.rule.promise == "within a stage":
+        assert len(sigmas) > 1
+
+
+@pytest.mark.parametrize("method", ["cpd-rigid", "filterreg", "gmmreg"])
+def test_a_run_rests_only_once_its_schedule_has_ended(method: str) -> None:
+    """Even from the truth, where no step moves anything."""
+    fit = run(FINISH, method=method, width="scheduled", turn=0.0, offset=0.0, noise=0.0, junk=0.0).run
+    assert fit.course[-1].sigma == pytest.approx(fit.rule.last) or "cap of" in fit.stop
+    assert fit.steps > 2
