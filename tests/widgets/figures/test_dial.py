@@ -341,3 +341,18 @@ def test_the_unrolled_ring_is_the_objective_over_the_heading(name: str, detail: 
 
 def test_an_error_to_the_right_is_as_large_as_to_the_left() -> None:
     assert texts("default", turn=-40.0)["rotation_start"] == texts("default", turn=40.0)["rotation_start"] == "40.0"
+
+
+def test_the_motion_turns_the_scan_from_its_start_to_the_end_once() -> None:
+    """About the robot, then by the end's shift; a second press and a drag are not animated."""
+    before = state_after(figure.WIDGET, turn=60.0)
+    after = figure.act(before, Action("press", "roll"))
+    moved = figure.motion(before, after)
+    assert moved is not None
+    turned = Pose.from_angle(moved.turn, moved.shift).apply(before.pose.apply(before.dial.clouds.source))
+    np.testing.assert_allclose(turned, after.pose.apply(before.dial.clouds.source), atol=1e-9)
+    assert moved.about == (0.0, 0.0)
+    assert figure.motion(after, after) is None
+    dragged = figure.act(after, Action("drag", "turn", 0.0, 8.0))
+    assert figure.motion(after, dragged) is None
+    assert figure.motion(before, figure.act(before, Action("press", "every"))) is None

@@ -233,3 +233,13 @@ def test_the_readouts_of_a_method_stand_together() -> None:
     names = [readout.name.split("_") for readout in draw(run()).readouts]
     assert [method for method, _ in names[::4]] == list(PARTS)
     assert all(method == names[k - k % 4][0] for k, (method, _) in enumerate(names))
+
+
+def test_the_start_is_dragged_before_anything_else_has_happened() -> None:
+    """Only the first stage of the first iteration has handles, and no note; later the note counts both."""
+    for actions, iteration, at in (((), 1, 1), ((stage(3),), 1, 3), ((ITERATE,), 2, 1), ((ITERATE, stage(2)), 2, 2)):
+        picture = draw(run(*actions))
+        is_first = not actions
+        assert bool(picture.handles) == is_first
+        assert picture.note == ("" if is_first else f"Iteration {iteration}, stage {at} of {STAGES}.")
+        assert f"stage-{at}" in picture.disabled

@@ -363,3 +363,29 @@ def test_a_run_rests_only_once_its_schedule_has_ended(method: str) -> None:
     fit = run(FINISH, method=method, width="scheduled", turn=0.0, offset=0.0, noise=0.0, junk=0.0).run
     assert fit.course[-1].sigma == pytest.approx(fit.rule.last) or "cap of" in fit.stop
     assert fit.steps > 2
+
+
+def test_gmmregs_objective_is_an_mmd_squared_without_a_unit() -> None:
+    """Of both clouds with a Gaussian kernel √2 σ wide: it lies between 0 and 2 at every σ."""
+    fit = run(STEP, STEP, method="gmmreg").run
+
+    def mean(a: Any, b: Any) -> float:
+        return float(np.exp(-np.square(a[:, None] - b).sum(axis=2) / (4.0 * fit.sigma**2)).mean())
+
+    x, y = fit.pose.apply(fit.scene.source), fit.scene.target
+    assert fit.course[-1].objective == pytest.approx(mean(x, x) - 2.0 * mean(x, y) + mean(y, y))
+
+
+@pytest.mark.parametrize("method", ["cpd-rigid", "filterreg"])
+def test_effective_partners_are_the_exponential_of_the_entropy(method: str) -> None:
+    """Of each observation's shares, the clutter's among them, on average; GMMReg has no shares."""
+    state = run(STEP, method=method).run
+    found = links(method, state.now)
+    shares = found.shares if found.side == "target" else found.shares.T
+    counts = []
+    for row in shares:
+        whole = [*row[row > 0.0], *([1.0 - row.sum()] if row.sum() < 1.0 else [])]
+        counts.append(np.exp(-sum(p * np.log(p) for p in whole if p > 0.0)))
+    assert found.partners == pytest.approx(np.mean(counts))
+    names = {r.name: r.value for r in draw(run(method="gmmreg")).readouts}
+    assert names["partners"] == names["clutter"] == "–"
