@@ -182,11 +182,11 @@ def test_the_ring_is_as_high_as_each_heading_s_floor(name: str, steps: int) -> N
     """Up to the ceiling where a heading is ruled out, and then in the colour of what went now or before."""
     state = after(steps, name)
     floors, (ceiling, _) = state.floors, state.course[-1]
-    marks_ = figure.draw(state).panels[0].marks
+    drawn = figure.draw(state).panels[0].marks
     at = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
     seen = np.full(marks.HEADINGS, np.nan)
     roles = np.full(marks.HEADINGS, "", dtype=object)
-    for mark in marks_:
+    for mark in drawn:
         if isinstance(mark, Path) and mark.closed and mark.filled:
             xy = np.asarray(mark.xy)
             outer = xy[: 2 * (len(xy) - 1) // 3]  # two points for each heading, then one for each of their borders
@@ -203,11 +203,11 @@ def test_the_ring_is_as_high_as_each_heading_s_floor(name: str, steps: int) -> N
     np.testing.assert_allclose(seen, expected)
     kinds = np.where(~closed, "accent", np.where(floors.headings_gone, "weak", "ghost"))
     np.testing.assert_array_equal(roles, kinds)
-    (spot, cross) = (np.reshape(m.xy, 2) for m in marks_ if isinstance(m, Points) and m.role == "source")
+    (spot, cross) = (np.reshape(m.xy, 2) for m in drawn if isinstance(m, Points) and m.role == "source")
     heading = float(state.pose.angle)
     np.testing.assert_allclose(spot / np.linalg.norm(spot), place(heading, 1.0).reshape(2), atol=1e-9)
     np.testing.assert_allclose(cross, state.pose.apply(state.scene.source).mean(axis=0))
-    (truth,) = (m for m in marks_ if isinstance(m, Segments) and m.role == "truth")
+    (truth,) = (m for m in drawn if isinstance(m, Segments) and m.role == "truth")
     np.testing.assert_allclose(np.reshape([truth.a, truth.b], (2, 2))[:, 0], 0.0, atol=1e-12)
 
 

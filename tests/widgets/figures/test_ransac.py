@@ -21,7 +21,7 @@ from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action
 from widgets.figures.ransac.budget_chart import SHARES, TOP, budget_chart, curve
 from widgets.figures.ransac.figure import MOST, SEPARATION, STEPS, WIDGET, Controls, State, act, draw
-from widgets.figures.ransac.match_view import HIGH, LOW, PULLED, RIGHT
+from widgets.figures.ransac.match_view import HIGH, LEFT, LOW, PULLED, RIGHT, VIEW
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
@@ -286,3 +286,38 @@ def test_whatever_a_reader_does_the_numbers_are_numbers(
     if result["count"] != "–":
         assert 2 <= int(result["count"]) <= 40
         assert 0 <= int(result["admitted"]) <= int(result["count"])
+
+
+def test_the_best_pose_lies_in_the_target_s_view() -> None:
+    """The façade and its points there by the pose, the façade by the truth, and a circle of ε round each partner; at
+    the left both as they were measured."""
+    state = run(FINISH, epsilon=0.4)
+    scene, pose = state.scene, state.run.now.pose[0]
+    front, marks = scene.outline[0], draw(state).panels[0].marks
+    for role, expected in (
+        ("truth", [scene.truth.apply(front) + RIGHT]),
+        ("source", [front + LEFT, pose.apply(front) + RIGHT]),
+    ):
+        fronts = [np.asarray(mark.xy) for mark in marks if isinstance(mark, Path) and mark.role == role]
+        np.testing.assert_allclose(fronts, expected)
+    dots = [np.asarray(m.xy) for m in marks if isinstance(m, Points) and m.role == "source"]
+    np.testing.assert_allclose(dots, [scene.source + LEFT, pose.apply(scene.source) + RIGHT])
+    (circles,) = (m for m in marks if isinstance(m, Points) and m.role == "ghost" and m.shape == "ring")
+    np.testing.assert_allclose(circles.xy, state.target + RIGHT)
+    assert circles.radius == pytest.approx(0.4 * VIEW.scale)
+
+
+def test_the_last_trial_is_told_as_the_last() -> None:
+    """Then come the refits: of the notes of trials only its one says so."""
+    state, notes = run(STEP), list[str]()
+    while state.run.before is None:
+        notes.append(draw(state).note)
+        state = act(state, STEP)
+    assert [note.endswith("The last one: refits follow.") for note in notes] == [False] * (len(notes) - 1) + [True]
+    assert all(note.startswith(f"Trial {k}: ") for k, note in enumerate(notes, start=1))
+    assert draw(state).note.startswith("Refit 1: ")
+
+
+def test_the_cap_is_a_line_across_the_chart() -> None:
+    (line,) = (m for m in budget_chart(0.99, 2, MOST, 0.5).marks if isinstance(m, Path) and m.dashed)
+    np.testing.assert_allclose(line.xy, [[0.0, np.log10(MOST)], [1.0, np.log10(MOST)]])

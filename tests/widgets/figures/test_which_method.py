@@ -216,8 +216,8 @@ def test_the_ladder_has_a_sign_for_each_verdict_and_lights_the_path_in_order() -
     dashed bar where it is not needed. Numbered stages climb from row to row, joined by a line and an arrow each."""
     state = state_after(WIDGET, **GIVEN)
     marks, advice = draw(state).panels[0].marks, state.advice
-    lines_ = [m for m in marks if isinstance(m, Line) and not m.closed]
-    bars = [m for m in lines_ if np.ptp(np.asarray(m.xy)[:, 1]) == 0.0]
+    straight = [m for m in marks if isinstance(m, Line) and not m.closed]
+    bars = [m for m in straight if np.ptp(np.asarray(m.xy)[:, 1]) == 0.0]
     heights = dict(zip(RUNGS, (float(np.asarray(bar.xy)[0, 1]) for bar in bars), strict=True))
     assert len(set(np.round(np.diff(list(heights.values())), 9))) == 1
     signs = {float(np.reshape(m.xy, 2)[1]): m.shape for m in marks if isinstance(m, Points)}
