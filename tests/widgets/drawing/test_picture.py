@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.picture import View, degrees, move_keys, number, small, turn_keys, worded
+from widgets.drawing.picture import View, degrees, move_keys, number, slide_keys, small, turn_keys, worded
 
 
 @pytest.mark.parametrize(
@@ -69,6 +69,19 @@ def test_arrow_keys_move_the_way_they_point(x: float, y: float) -> None:
     assert keys["ArrowLeft"][0] < x < keys["ArrowRight"][0]
     assert keys["ArrowDown"][1] < y < keys["ArrowUp"][1]
     assert keys["Shift+ArrowLeft"][0] < keys["ArrowLeft"][0]
+    ways = {"Left": (-1, 0), "Right": (1, 0), "Up": (0, 1), "Down": (0, -1)}
+    for prefix, size in (("", 0.1), ("Shift+", 0.7)):
+        for way, direction in ways.items():
+            moved = np.subtract(move_keys(x, y, 0.1, 0.7)[f"{prefix}Arrow{way}"], (x, y))
+            np.testing.assert_allclose(moved, np.multiply(direction, size), atol=1e-12)
+
+
+@given(st.floats(-3, 3))
+def test_slide_keys_take_one_step_or_five_and_stop_at_the_ends(x: float) -> None:
+    keys = slide_keys(x, 0.4, -3.0, 3.0, 0.2)
+    for prefix, size in (("", 0.2), ("Shift+", 1.0)):
+        for way, sign in (("Left", -1), ("Down", -1), ("Right", 1), ("Up", 1)):
+            assert keys[f"{prefix}Arrow{way}"] == (pytest.approx(np.clip(x + sign * size, -3.0, 3.0)), 0.4)
 
 
 def test_turn_keys_keep_the_reach_and_turn_one_degree() -> None:
