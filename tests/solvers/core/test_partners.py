@@ -111,3 +111,8 @@ def test_of_pairs_that_were_given_their_numbers_are_told():
     outcome = result.correspondences
     assert outcome.tolist() == [0, 1, 2, -1]
     assert pairs[outcome[outcome >= 0]].tolist() == [[0, 2], [1, 1], [2, 0]]
+
+
+def test_pairs_that_are_none_are_refused_as_such():
+    with pytest.raises(ValueError, match=r"^pairs: is empty, shape \(0, 2\); at least one pair is needed$"):
+        register(np.eye(2), np.eye(2), "kabsch", pairs=np.zeros((0, 2), dtype=int))
