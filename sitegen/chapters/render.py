@@ -28,7 +28,7 @@ from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.surveyed import Heading, Survey
 from sitegen.chapters.tokens import closing, directive_of, opening, simple, words
 from sitegen.chapters.values import CallError, printed, read_value
-from sitegen.figures.wire import dumps
+from sitegen.figures.wire import attribute
 from sitegen.markup.code import highlighted
 from sitegen.markup.directives import Directive
 from sitegen.markup.images import Image, read_image
@@ -259,8 +259,8 @@ class _Renderer:
             return ""
         self._promise(token)
         dom_id = escape(button.figure.dom_id)
-        record = escape(dumps(button.record.plain()))
-        return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
+        record = attribute(button.record.plain())
+        return f'<button type="button" class="try" data-figure="{dom_id}" data-record={record}>{text}</button>'
 
     def _promise(self, token: Token) -> str:
         """Check a promise; the page shows only its text."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from markupsafe import Markup
+
 from widgets.engine.contract import Widget
 from widgets.engine.controls import Spec, specs
 
@@ -15,6 +17,12 @@ def dumps(data: Any) -> str:
     """Compact JSON that is safe inside a script element."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def attribute(data: Any) -> Markup:
+    """Compact JSON as an attribute's value, its quotes included: single ones, since JSON itself has many double ones,
+    which would be escaped."""
+    return Markup("'{}'").format(Markup(dumps(data).replace("&", "&amp;").replace("'", "&#39;")))
 
 
 def spec(widget: Widget) -> Plain:

@@ -17,7 +17,7 @@ from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import StateRoles, Tape
-from sitegen.figures.wire import Plain, dumps, spec, without_drawings
+from sitegen.figures.wire import Plain, attribute, dumps, spec, without_drawings
 from sitegen.markup.typography import apostrophes, breakable
 from widgets.drawing.picture import ROLES, number
 from widgets.engine.contract import Button, Key, Lead, Widget
@@ -184,7 +184,7 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    templates.globals |= {"slider_text": slider_text, "plain": plain, "dumps": dumps}
+    templates.globals |= {"slider_text": slider_text, "plain": plain, "attribute": attribute}
     templates.globals |= {"panel_class": panel_class, "wheel": ""}
     templates.filters |= {"apostrophes": apostrophes, "breakable": breakable}
     return templates

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -102,7 +101,7 @@ def _assets(
         context.root, pictures, fontset, content.render_context.mathematics.css, problems, cache, context.progress
     )
     if runtime := content.started:
-        assets.runtime = {"folder": "runtime/", "files": json.dumps(runtime.start_files()), "bytes": runtime.size}
+        assets.runtime = {"folder": "runtime/", "files": runtime.start_files(), "bytes": runtime.size}
     if parts.search is not None:
         library = memory.answer("search", (), partial(parts.search, cache))
         assets.search_library = assets.add("minisearch.js", library)

@@ -24,7 +24,7 @@ def question(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[st
     project.build()
     match = re.search(r'<div class="predict" .*?role="status"></p>\s*</div>', project.page("second.html"), re.DOTALL)
     assert match
-    record = re.search(r'data-record="([^"]*)"', match[0])
+    record = re.search(r"data-record='([^']*)'", match[0])
     assert record
     answers = re.findall(r'data-right="(\w+)"[^>]*>(.*?)</button>', match[0])
     return json.loads(unescape(record[1])), [(words, right) for right, words in answers], match[0]
