@@ -21,6 +21,7 @@ from sitegen.experiments.sweep_unit import Unit, close, turned
 from solvers.core.status import Status
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.race import CONTESTANTS, Contestant
+from solvers.studies.seeds import seeds
 
 FOLDER = "content/data/sweep"
 RESAMPLES = 2000
@@ -42,11 +43,6 @@ class Sweep:
     block: int
     keep: Callable[[Found], Cell]
     axes: Mapping[str, Sequence[Any]]
-
-
-def seeds(count: int) -> tuple[int, ...]:
-    """The first seeds of the race: 40, 53, 66 …"""
-    return tuple(40 + 13 * k for k in range(count))
 
 
 def bits(flags: Sequence[bool]) -> str:

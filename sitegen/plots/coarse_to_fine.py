@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from sitegen.plots._rates import close, clouds, interval, wilson
 from sitegen.plots._sizes import sizes
 from solvers import Pose, register
 from solvers.scenes.walls import ndt_room
+from solvers.studies.seeds import seeds
 
 TITLE = "Success of NDT against starting angle and offset, one cell size and coarse to fine"
 SIZES = sizes(330, 600)

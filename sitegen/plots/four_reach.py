@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, interval, seeds, wilson
+from sitegen.plots._rates import close, interval, wilson
 from sitegen.plots._sizes import sizes
 from solvers.core.stepper import run
 from solvers.scenes.fish import fish, fish_start
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.seeds import seeds
 from solvers.studies.walkthrough import begin_walk, scene_poses
 
 TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from sitegen.plots._rates import close, clouds, interval, wilson
 from sitegen.plots._sizes import sizes
 from solvers import Pose, register
 from solvers.core.arrays import FloatArray
 from solvers.methods.pairs.graduated import surrogate
 from solvers.scenes.facade import FACADE, FACADE_TRUTH, facade_scene
 from solvers.scenes.rooms import Scene
+from solvers.studies.seeds import seeds
 
 TITLE = "Graduated non-convexity: its surrogate, and success against the share of wrong pairs"
 SIZES = sizes(360, 660)

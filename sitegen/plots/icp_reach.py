@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from sitegen.plots._rates import close, clouds, interval, wilson
 from sitegen.plots._sizes import sizes
 from solvers import register
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.seeds import seeds
 
 TITLE = "Success of ICP against the starting angle, four settings of the room"
 SIZES = sizes(300, 470)

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, clouds, interval, seeds, span, wilson
+from sitegen.plots._rates import close, clouds, interval, span, wilson
 from sitegen.plots._sizes import sizes
 from solvers.api import register
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.seeds import seeds
 
 TITLE = "Success of residuals and robust weights, near and midway start"
 SIZES = sizes(350, 640)

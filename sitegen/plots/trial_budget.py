@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from sitegen.plots._rates import close, clouds, percent, seeds, wilson
+from sitegen.plots._rates import close, clouds, percent, wilson
 from sitegen.plots._sizes import sizes
 from solvers import register
 from solvers.methods.pairs.consensus import trials
 from solvers.scenes.facade import FACADE_TRUTH, facade_scene
+from solvers.studies.seeds import seeds
 
 TITLE = "Trial budget against inlier fraction, and measured failures at the budget"
 SIZES = sizes(360, 640)

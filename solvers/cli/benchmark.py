@@ -12,6 +12,7 @@ from solvers.core.amounts import amount
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import Line, benchmark, table
 from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants, racing
+from solvers.studies.seeds import seeds
 
 MOST_SEEDS = 100_000
 
@@ -53,11 +54,11 @@ def race(arguments: Sequence[str]) -> int:
     tables = []
     for name, degrees in cases:
         controls = Controls(degrees, args.distance, name, args.noise, args.outliers, args.overlap, args.density)
-        seeds = [40 + 13 * k for k in range(args.seeds)]
         with Bar(name) as bar:
             lines = benchmark(
-                controls, seeds=seeds, contestants=entrants, max_steps=args.max_steps, progress=_counted(bar, entrants)
-            )
+                controls, seeds=seeds(args.seeds), contestants=entrants, max_steps=args.max_steps,
+                progress=_counted(bar, entrants),
+            )  # fmt: skip
         if args.json:
             tables.append({"setting": name, "degrees": degrees, "distance": args.distance, "seeds": args.seeds})
             tables[-1]["methods"] = [_told(line) for line in lines]

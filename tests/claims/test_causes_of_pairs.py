@@ -8,9 +8,10 @@ from solvers.metrics import rre, rte
 from solvers.scenes.facade import FACADE, FACADE_TRUTH, facade_scene
 from solvers.scenes.rooms import KABSCH_TRUTH, MAST, kabsch_scene
 from solvers.scenes.scans import WALLS, ranges, two_scans
+from solvers.studies.seeds import seeds
 
-SEEDS = range(40, 40 + 13 * 10, 13)
-FRONTS = range(40, 40 + 13 * 25, 13)
+SEEDS = seeds(10)
+FRONTS = seeds(25)
 WALLS_FROM, WALLS_TO = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS], [w[1:] for w in WALLS]))
 
 

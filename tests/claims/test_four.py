@@ -12,12 +12,13 @@ from solvers.core.stepper import advance, run
 from solvers.methods.flow.weights import FOLDER
 from solvers.metrics import rre, rte
 from solvers.scenes.fish import SMALLER, fish, fish_start
+from solvers.studies.seeds import seeds
 from solvers.studies.walkthrough import FOUR, begin_walk, scene_poses
 from widgets.engine.contract import SEED
 from widgets.figures.ladder_map import NOISE
 from widgets.parts.dial import made
 
-SEEDS = range(40, 40 + 13 * 5, 13)
+SEEDS = seeds(5)
 
 
 def scenes(name="clean", seeds=SEEDS, **more):
@@ -280,7 +281,7 @@ def test_projection_changes_little_here():
 def test_rigid_copies_prove_nothing():
     """With clutter, some run from 150° that ends more than 90° off has a smaller rigidity residual than some run from
     60° that is right."""
-    draws = scenes("clutter", seeds=range(40, 40 + 13 * 8, 13))
+    draws = scenes("clutter", seeds=seeds(8))
     (near, _, right, _), (far, _, wrong, _) = (walk_end("flow", draws, degrees) for degrees in (60.0, 150.0))
     assert far.objective()[wrong > 90.0].min() < near.objective()[right < 5.0].max()
 
@@ -321,9 +322,9 @@ def test_a_finer_filter_holds_more():
 
 def test_clutter_in_both_clouds_costs_the_flow_most(why):
     """With a fifth of both clouds junk, on twelve draws from 60°, CPD arrives on all, the flow on at most ten."""
-    draws = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13))
+    draws = scenes("clutter", seeds=seeds(12))
     counts = {method: int(close(*walk_end(method, draws)[2:]).sum()) for method in ("cpd", "flow")}
-    clean = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13), clutter=(0.0, 0.0))
+    clean = scenes("clutter", seeds=seeds(12), clutter=(0.0, 0.0))
     without = int(close(*walk_end("flow", clean)[2:]).sum())
     why("the junk", {"a fifth of both clouds": f"the flow arrives on {counts['flow']} of 12", "none": f"on {without}"})
     assert without == 12

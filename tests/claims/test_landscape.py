@@ -10,6 +10,7 @@ from solvers.methods.mmd.capped_landscape import capped_field
 from solvers.methods.mmd.landscape import mmd_field
 from solvers.numerics.fourier_features import unit_frequencies
 from solvers.scenes.rooms import room
+from solvers.studies.seeds import seeds
 from widgets.figures.landscape.terrain import minima
 
 SIDE = 63
@@ -198,7 +199,7 @@ def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances(why):
     over a sixth of its points, the MMD² tile is within 0.1 u too. With fewer frequencies, the tile depends more on
     their draw."""
     frequencies = unit_frequencies(np.array([40]), 4096, 2)[0] / 0.6
-    scenes = [room("gradient", seed=seed) for seed in range(40, 40 + 6 * 13, 13)]
+    scenes = [room("gradient", seed=seed) for seed in seeds(6)]
     whole = [np.hypot(*deepest(mmd_field(scene.source, scene.target, frequencies))[0]) for scene in scenes]
     errors = [np.hypot(*deepest(mmd_field(scene.source, overlapping(scene), frequencies))[0]) for scene in scenes]
     why(

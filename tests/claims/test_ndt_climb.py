@@ -10,8 +10,9 @@ from solvers.metrics import rre, rte
 from solvers.numerics import newton
 from solvers.numerics.fits import rms_radius
 from solvers.scenes.walls import ndt_room, single_wall
+from solvers.studies.seeds import seeds
 
-SEEDS = range(40, 40 + 25 * 13, 13)
+SEEDS = seeds(25)
 DOWN_RIGHT = np.array([0.83205, -0.5547])
 CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
 FINE = (3.2, 1.6, 0.8)

@@ -17,6 +17,7 @@ from solvers.metrics import rre
 from solvers.scenes.bird import AREA, bird, bird_start
 from solvers.scenes.rooms import room
 from solvers.studies.race import SEEDS, Controls, contestants, race_problem
+from solvers.studies.seeds import seeds
 
 SOFT_THREE = ("soft-annealed", "association-bp", "hypothesis-mixture")
 
@@ -90,8 +91,8 @@ def test_from_minus_80_degrees_all_three_fail_in_most_draws():
         "gmmreg": {"first": 1.1},
     }
     errors = np.zeros((3, 25))
-    for k in range(25):
-        scene = bird(seed=40 + 13 * k, noise=0.1, clutter=4)
+    for k, seed in enumerate(seeds(25)):
+        scene = bird(seed=seed, noise=0.1, clutter=4)
         for i, (method, own) in enumerate(options.items()):
             run = register(scene.source, scene.target, method, start=bird_start(-80.0), max_steps=40, **own)
             errors[i, k] = np.degrees(rre(run.pose, scene.truth))
@@ -138,7 +139,7 @@ def test_a_wider_first_sigma_avoids_the_local_maximum(why):
 
 def test_from_50_degrees_most_draws_succeed():
     """From a turn of 50° with a first σ of 1.1 u, as in the test above, 45 or more of 60 draws end within 5°."""
-    scenes = [bird(seed=40 + 13 * k) for k in range(60)]
+    scenes = [bird(seed=seed) for seed in seeds(60)]
     errors = [
         np.degrees(rre(run.pose, scene.truth))
         for scene in scenes

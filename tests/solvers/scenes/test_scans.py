@@ -5,6 +5,7 @@ import pytest
 
 from solvers import Pose
 from solvers.scenes.scans import ranges, two_scans
+from solvers.studies.seeds import seeds
 
 
 def off_walls(points, walls):
@@ -15,7 +16,7 @@ def off_walls(points, walls):
     return np.linalg.norm(rel - f[..., None] * e, axis=2).min(axis=1)
 
 
-@pytest.mark.parametrize("seed", range(40, 40 + 25 * 13, 13))
+@pytest.mark.parametrize("seed", seeds(25))
 @pytest.mark.parametrize("distance", [0.0, 3.5])
 def test_scans_lie_on_the_walls(seed, distance):
     """Without noise, each scan moved by its pose lies on the room's walls; the truth maps one scan to the other."""

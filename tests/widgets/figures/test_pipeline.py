@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from solvers import Pose
 from solvers.metrics import point_error
+from solvers.studies.seeds import seeds
 from tests.widgets.states import readouts, state_after
 from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import Action, preset
@@ -121,7 +122,7 @@ def test_a_small_budget_makes_a_worse_proposal() -> None:
     """Over six draws, one step of hypotheses leaves the source over three times as far off as seventy do."""
 
     def error(steps: float) -> float:
-        results = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
+        results = [run(NEXT, draws=steps, seed=seed) for seed in seeds(6)]
         return sum(float(point_error(s.pose, s.scene.truth, s.scene.source)) for s in results)
 
     assert error(1.0) > 3 * error(70.0)
@@ -146,7 +147,7 @@ def test_each_sign_can_refuse(controls: dict[str, Any], sign: str) -> None:
 @pytest.mark.parametrize("sign", ["two halves", "residual"])
 def test_a_wrong_fit_can_fail_by_other_signs_too(sign: str) -> None:
     """From far away, without a proposal: over six draws, each of these signs refuses some wrong pose."""
-    results = [run(FINISH, name="local", seed=40 + 13 * k) for k in range(6)]
+    results = [run(FINISH, name="local", seed=seed) for seed in seeds(6)]
     assert any(sign in state.judgement.failed and not right(state.scene, state.pose) for state in results)
 
 
