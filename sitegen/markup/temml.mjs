@@ -9,11 +9,12 @@ const request = JSON.parse(readFileSync(0, "utf8"));
 const { default: temml } = await import(pathToFileURL(request.module).href);
 
 // Dots and named functions spaced as in print: no operator's space about dots, none after a function that ends a formula,
-// and one thin space before a function, also where the author has written it.
+// and one thin space before a function, also where the author has written it. Without attributes that change nothing.
 const SPACED = [
   [/<mo>([…⋯])<\/mo>/g, "<mi>$1</mi>"],
   [/(<mspace width="0.1667em"><\/mspace>)((?:<mrow>)?)\1/g, "$2$1"],
   [/<mspace width="0.1667em"><\/mspace>((?:<\/mrow>)*<\/math>)/g, "$1"],
+  [/ (?:fence|separator)="true"/g, ""],
 ];
 const spaced = (mathml) => SPACED.reduce((text, [pattern, replacement]) => text.replace(pattern, replacement), mathml);
 

@@ -1,5 +1,5 @@
-"""Typography that Markdown lacks: curly apostrophes, punctuation that stays with its formula, whole options, names
-that may wrap."""
+"""Typography that Markdown lacks: curly apostrophes, punctuation that stays with its formula, symbols that are not
+translated, whole options, names that may wrap."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ _APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z]
 _OPTION = re.compile(r"(?<![\w-])--\w[\w-]*")
 # An inline formula with the punctuation that touches it.
 _BESIDE = re.compile(r"([(\[“‘]*)(<math\b.*?</math>)([,.;:!?)\]’”]*)", re.DOTALL)
+_SYMBOLS = re.compile(r"<(?:math|code)\b")
 
 
 def unbroken_formulas(html: str) -> str:
@@ -19,6 +20,11 @@ def unbroken_formulas(html: str) -> str:
     since they treat a formula as an object rather than a letter.
     """
     return _BESIDE.sub(lambda at: f'<span class="held">{at[0]}</span>' if at[1] or at[3] else at[0], html)
+
+
+def untranslated(html: str) -> str:
+    """The HTML in which browsers translate neither formulas nor code: they would take their letters for words."""
+    return _SYMBOLS.sub(r'\g<0> translate="no"', html)
 
 
 def whole_options(code: str) -> Markup:

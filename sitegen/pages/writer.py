@@ -23,7 +23,7 @@ from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.glossary import Term
 from sitegen.chapters.rendered import Body
 from sitegen.external.fetch import Licence
-from sitegen.markup.typography import unbroken_formulas
+from sitegen.markup.typography import unbroken_formulas, untranslated
 from sitegen.pages import api_reference
 from sitegen.pages.about import Made, bibtex
 from sitegen.pages.decks import Deck
@@ -99,7 +99,8 @@ class Writer:
         made_of = template, context, self.templates.globals["wheel"]
 
         def fill() -> str:
-            return unbroken_formulas(self.templates.get_template(template).render(context))
+            html = self.templates.get_template(template).render(context)
+            return untranslated(unbroken_formulas(html))
 
         return Inside(page, Markup(self.memory.answer(("inside", page.name), made_of, fill)))
 

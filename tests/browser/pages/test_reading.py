@@ -203,3 +203,16 @@ def test_charts_keep_their_words_in_large_text(reader: Callable[..., Reader], pa
     """They used to grow as the panel shrinks: beyond its edge, and the numbers of an axis over one another."""
     tab = reader(195, 422, reduced_motion="reduce").open(page)
     assert remaining(tab, CUT) == []
+
+
+def test_translators_leave_formulas_and_code_alone(reader: Callable[..., Reader]) -> None:
+    """Also the Python of a figure that has been used; the words around them are for translators."""
+    page = reader().open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    solve.button("solve").click()
+    solve.settled()
+    symbols = page.locator("main :is(math, code)")
+    assert symbols.count() > 50
+    assert not any(symbols.evaluate_all("nodes => nodes.map(node => node.translate)"))
+    words = page.locator("main :is(p, h2, button, td)")
+    assert all(words.evaluate_all("nodes => nodes.map(node => node.translate)"))

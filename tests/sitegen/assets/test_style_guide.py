@@ -46,7 +46,7 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
     project.write("content/docs/index.md", "---\ntitle: Docs\nquestion: How?\nsummary: S\n---\n\n[Style](style.md)\n")
     project.build(strict=True)
     page = project.page("docs-style.html")
-    assert "<code>A *word* &amp; :ref[second].</code></pre>" in page
+    assert '<code translate="no">A *word* &amp; :ref[second].</code></pre>' in page
     assert '<div class="example-result">\n<p>A <em>word</em> &amp; <a class="ref" href="second.html">' in page
     assert re.search(r'<div class="anatomy">\s*<figure class="figure" id="fig-demo"', page)
     assert 'name="robots" content="noindex"' in page

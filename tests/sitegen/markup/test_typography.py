@@ -10,7 +10,7 @@ from markupsafe import escape
 from sitegen.html_reader import Tag, read
 from sitegen.markup.parser import parse
 from sitegen.markup.source import Source
-from sitegen.markup.typography import apostrophes, breakable, unbroken_formulas, whole_options
+from sitegen.markup.typography import apostrophes, breakable, unbroken_formulas, untranslated, whole_options
 from sitegen.problems import Problems
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
@@ -52,6 +52,12 @@ def test_signs_keep_to_their_formula(html: str, expected: str) -> None:
     assert unbroken_formulas(html) == expected
 
 
+def test_formulas_and_code_are_not_for_translators() -> None:
+    html = 'a <math display="block">x</math> <pre class="code"><code>y</code></pre> <b>codes</b> &lt;code&gt;'
+    kept = 'a <math translate="no" display="block">x</math> <pre class="code"><code translate="no">y</code></pre>'
+    assert untranslated(html) == f"{kept} <b>codes</b> &lt;code&gt;"
+
+
 @pytest.mark.parametrize(
     ("code", "expected"),
     [
@@ -69,7 +75,7 @@ def test_options_stay_whole_on_the_page_of_commands(site: Path) -> None:
     """In its tables and in its text."""
     page = (site / "docs-commands.html").read_text("utf-8")
     assert 'test <span class="held">--changed</span></code></td>' in page
-    assert '(<code><span class="held">--out</span> FILE</code>)' in page
+    assert '(<code translate="no"><span class="held">--out</span> FILE</code>)' in page
 
 
 @pytest.mark.parametrize(

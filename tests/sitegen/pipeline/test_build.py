@@ -297,7 +297,7 @@ def test_a_chapter_off_the_ladder_counts_without_a_rung(project: Project) -> Non
 def test_code_tables_and_asides(sample: Project) -> None:
     page = sample.page("second.html")
     assert 'print(<span class="s2">"&lt;hello&gt;"</span>)' in page
-    assert "<td><code>code</code></td>" in page
+    assert '<td><code translate="no">code</code></td>' in page
     assert '<div class="aside" role="note"><p>Beside the <em>point</em>.</p></div>' in page
 
 
