@@ -205,6 +205,39 @@ def test_charts_keep_their_words_in_large_text(reader: Callable[..., Reader], pa
     assert remaining(tab, CUT) == []
 
 
+SELECT = """([first, last]) => {
+  const [from, to] = [first, last].map(s => document.querySelector(s));
+  getSelection().setBaseAndExtent(from, 0, to, to.childNodes.length);
+}"""
+AROUND = "[...document.querySelectorAll('main .text > :has(math)')].map(e => e.textContent)"
+DISPLAYED = r"E(T) = \sum_{i=1}^{m} \min_j \, \lVert T p_i - q_j \rVert^2 ."
+
+
+@pytest.mark.parametrize(
+    ("ends", "lines"),
+    [
+        (["#objective + p"] * 2, ["Let T be the pose, p_1,…,p_m the source and q_1,…,q_n the target. ICP’s"]),
+        (["#eq-closest .formula"] * 2, [DISPLAYED]),
+        (["#eq-closest mo", "#eq-closest msup"], [DISPLAYED]),
+        (["#eq-closest msup", "#eq-closest + p"], [DISPLAYED, "The minimum inside hides a second unknown: which"]),
+    ],
+)
+def test_copied_text_has_its_formulas_in_one_line(
+    reader: Callable[..., Reader], ends: list[str], lines: list[str]
+) -> None:
+    """As TeX has them, also if the selection begins or ends inside one; the page stays as it was."""
+    visitor = reader(permissions=["clipboard-read", "clipboard-write"])
+    tab = visitor.open("icp.html")
+    before = tab.evaluate(AROUND)
+    tab.evaluate(SELECT, ends)
+    tab.keyboard.press("Control+c")
+    copied = tab.evaluate("navigator.clipboard.readText()").splitlines()
+    expect(tab.locator("math[style*=display]")).to_have_count(0)
+    for line in lines:
+        assert any(found.startswith(line) for found in copied), copied
+    assert tab.evaluate(AROUND) == before
+
+
 def test_translators_leave_formulas_and_code_alone(reader: Callable[..., Reader]) -> None:
     """Also the Python of a figure that has been used; the words around them are for translators."""
     page = reader().open("kabsch.html")
