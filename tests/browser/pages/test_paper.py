@@ -130,6 +130,19 @@ def test_a_used_figure_is_not_printed_with_the_end_of_another_run(reader: Callab
     expect(page.locator("#fig-drive .figure-after")).to_be_visible()
 
 
+def test_a_figure_in_motion_is_printed_at_its_end(reader: Callable[..., Reader]) -> None:
+    """Its picture agrees with its numbers, which are those of the end from the first on."""
+    page = reader(reduced_motion="no-preference").open("icp.html")
+    figure = Figure(page, "fig-nearest").live().settled()
+    page.evaluate("Ladder.limits.motion = 1e9")
+    figure.button("step").click()
+    expect(figure.root.locator("svg.moving")).to_have_count(1)
+    page.pdf()
+    expect(figure.root.locator("svg.moving")).to_have_count(0)
+    assert figure.root.locator(".figure-stage svg g[transform]").count() == 0
+    assert figure.settled().record()["log"] == [["press", "step"]]
+
+
 def test_the_charts_of_a_benchmark_have_room_for_their_words(reader: Callable[..., Reader]) -> None:
     page = print_page(reader().open("race.html"))
     outside = page.locator("#fig-race .job-panels svg").evaluate_all(

@@ -3,7 +3,7 @@
 
 /** @import { Dispose, Motion, Move } from "../base/types.js" */
 
-import { calm } from "../base/dom.js";
+import { calm, on } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 
 /** @param {number} part */
@@ -65,19 +65,22 @@ export function startMotions(motions, began, length, over) {
   const longest = Math.max(...groups.map(({ whole }) => whole));
   if (calm() || !(begins < began + longest)) return null;
   let request = 0;
+  const paper = on(globalThis, "beforeprint", finish); // its numbers are those of the end
 
   function end() {
+    paper();
     cancelAnimationFrame(request);
     for (const { group } of groups) leave(group);
   }
 
+  function finish() {
+    end();
+    over();
+  }
+
   /** @param {number} now */
   function draw(now) {
-    if (now >= began + longest) {
-      end();
-      over();
-      return;
-    }
+    if (now >= began + longest) return finish();
     for (const { whole, place } of groups) place(1 - ease(Math.min(1, Math.max(0, (now - began) / whole))));
     request = requestAnimationFrame(() => draw(performance.now())); // the callback's timestamp may precede the start
   }
