@@ -80,9 +80,9 @@ def test_partners_that_lean_mislead_graduated_weights(why):
 
 
 def test_graduated_weights_begin_at_a_fit_pulled_aside(why):
-    """28 of 40 wrong, 25 draws: the least-squares fit lies more than 1.5 u off in each, and 14 runs from it end near
-    the truth. With the first weights taken at the truth instead, for the same μ, all 25 do. With 32 wrong it is two,
-    and all 25."""
+    """28 of 40 wrong, 25 draws: the least-squares fit lies more than 1.5 u off in each, and fewer than 18 runs from it
+    end near the truth. With the first weights taken at the truth instead, for the same μ, all 25 do. With 32 wrong it
+    is fewer than 5, and all 25."""
     right = {}
     for wrong in (28, 32):
         scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in SEEDS]
@@ -102,7 +102,8 @@ def test_graduated_weights_begin_at_a_fit_pulled_aside(why):
     why("where it begins, with 28 of 40 wrong", {
         begin: f"{right[begin, 28]} of 25 are right" for begin in ("the least-squares fit", "the truth")
     })  # fmt: skip
-    assert [right["the least-squares fit", wrong] for wrong in (28, 32)] == [14, 2]
+    assert right["the least-squares fit", 28] < 18
+    assert right["the least-squares fit", 32] < 5
     assert [right["the truth", wrong] for wrong in (28, 32)] == [25, 25]
 
 

@@ -1,10 +1,12 @@
-"""The prose of numpydoc docstrings is at most 88 columns wide; a summary is one line, as wide as code."""
+"""The prose of numpydoc docstrings is at most 88 columns wide; a summary is one line, as wide as code. Items of lists
+and references go on indented."""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,7 @@ ROOT = Path(solvers.__file__).parent
 WIDE = {"core/pose.py", "uncertainty/region.py"}
 """Files of one class each, too near to 400 lines for their docstrings to be narrower."""
 PATHS = [path for path in sorted(ROOT.rglob("*.py")) if path.relative_to(ROOT).as_posix() not in WIDE]
+ITEM = re.compile(r" *(- |\.\. \[)")
 SECTION = re.compile(r"^ *(Parameters|Attributes|Returns|Raises|References|Examples)\n *-+$", re.MULTILINE)
 
 
@@ -48,6 +51,16 @@ def too_wide(source: str) -> Iterator[int]:
                 yield number
 
 
+def loose(source: str) -> Iterator[int]:
+    """The numbers of lines that go on from a list's item or a reference without being indented more."""
+    for first, lines in docstrings(source):
+        for number, (item, line) in enumerate(pairwise(lines), start=first + 1):
+            margin = len(item) - len(item.lstrip())
+            goes_on = bool(line.strip(' "')) and not ITEM.match(line)
+            if ITEM.match(item) and goes_on and not line.startswith(" " * (margin + 1)):
+                yield number
+
+
 def test_prose_is_told_from_summaries_examples_and_formulas() -> None:
     wide = "x " * 44 + "x"
     for summary, rows in ((wide, [3, 9]), (f"{wide}\n{wide}", [1, 2, 4, 10])):
@@ -58,3 +71,13 @@ def test_prose_is_told_from_summaries_examples_and_formulas() -> None:
 @pytest.mark.parametrize("path", PATHS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_the_prose_of_docstrings_is_at_most_88_columns_wide(path: Path) -> None:
     assert not list(too_wide(path.read_text("utf-8"))), f"lines of {path} are wider"
+
+
+def test_a_line_that_leaves_its_item_is_found() -> None:
+    source = '"""Summary.\n\n- one\n  goes on\n- two\nleaves\n\nReferences\n----------\n.. [1] A paper,\n1999.\n"""\n'
+    assert list(loose(source)) == [6, 11]
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.rglob("*.py")), ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_items_and_references_go_on_indented(path: Path) -> None:
+    assert not list(loose(path.read_text("utf-8"))), f"lines of {path} stand below their item's margin"

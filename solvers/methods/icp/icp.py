@@ -7,14 +7,13 @@ pose, pairs and objective belong together. With r_i the distance of moved point 
 nearest target point and w_i its weight:
 
 - `icp` uses the pairs within `gate`, less the farthest fraction `trim` of them. Its
-objective is the sum over the
-  pairs used. Without gate and trim, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²` never rises;
-  with them the set of pairs changes, and both the sum and the RMS may rise.
+  objective is the sum over the pairs used. Without gate and trim,
+  `E(T) = Σ w_i min_j ‖T p_i − q_j‖²` never rises; with them the set of pairs changes,
+  and both the sum and the RMS may rise.
 - `trimmed-icp` always uses the same number of pairs, the nearest: the sum of the
-`count` smallest r² never rises.
+  `count` smallest r² never rises.
 - `capped-icp` uses the pairs within `cap` and counts every other pair as if it lay at
-the cap: `Σ w_i min(r_i², cap²)`
-  never rises.
+  the cap: `Σ w_i min(r_i², cap²)` never rises.
 
 With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes
 the place of r². The descent then holds for a fixed `scale`; one re-estimated from the
@@ -26,14 +25,12 @@ says nothing about the truth.
 References
 ----------
 .. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV
-(the descent, with exact
-   neighbours and fits). doi:10.1109/34.121791
+   (the descent, with exact neighbours and fits). doi:10.1109/34.121791
 .. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest
-point algorithm", 2002, sec. 2
-   (left out: the search for the overlap). doi:10.1109/ICPR.2002.1047997
+   point algorithm", 2002, sec. 2 (left out: the search for the overlap).
+   doi:10.1109/ICPR.2002.1047997
 .. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate
-and trim as stages).
-   doi:10.1109/IM.2001.924423
+   and trim as stages). doi:10.1109/IM.2001.924423
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     References
     ----------
     .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
-    laser scan matching", 2003.
+       laser scan matching", 2003.
 
     Examples
     --------
