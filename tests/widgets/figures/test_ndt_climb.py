@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solvers import register
-from solvers.methods.ndt.ndt_map import floored
+from solvers.methods.ndt.floor import floored
 from tests.widgets.states import state_after
 from widgets.drawing.picture import Ellipses, Label, Path, Points, Ring, Segments
 from widgets.engine.contract import Action

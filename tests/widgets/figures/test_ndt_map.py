@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solvers.methods.ndt.ndt_map import FLOOR
+from solvers.methods.ndt.floor import FLOOR
 from tests.widgets.states import readouts, state_after
 from widgets.drawing.picture import Ellipses, Heat, Path, Points, Segments
 from widgets.engine.contract import Action, preset
