@@ -105,7 +105,7 @@ def build_each(kind: str, points: FloatArray, sigma: FloatArray) -> list[Filter]
         return [Exact(*cloud) for cloud in clouds]
     b, n, columns = values.shape
     groups = _groups(b, n * _AROUND[kind] * columns)
-    return [each for group in groups for each in _sparse(kind, sigma[group], centre[group], values[group])]
+    return [each for group in groups for each in _build_sparse(kind, sigma[group], centre[group], values[group])]
 
 
 def query_each(filters: Sequence[Filter], points: FloatArray) -> FilterMoments:
@@ -123,7 +123,7 @@ def query_each(filters: Sequence[Filter], points: FloatArray) -> FilterMoments:
         scaled = offsets / np.array([each.side for each in sparse])[:, None, None]
     b, m, _ = points.shape
     groups = _groups(b, m * _AROUND[sparse[0].kind] * 4)
-    return _moments(np.concatenate([_sliced(sparse[group], scaled[group]) for group in groups]))
+    return _moments(np.concatenate([_slice(sparse[group], scaled[group]) for group in groups]))
 
 
 def _groups(b: int, numbers: int) -> list[slice]:
@@ -149,7 +149,7 @@ class Exact:
 
     def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2)."""
-        return _one(self, points)
+        return _query_one(self, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ class Sparse:
 
     def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2), interpolated between vertices."""
-        return _one(self, points)
+        return _query_one(self, points)
 
     def places(self, codes: IntArray) -> FloatArray:
         """The positions of the vertices with these codes (`splat_codes` or `codes`),
@@ -186,7 +186,7 @@ class Sparse:
         return np.asarray(self.centre + self.side * offsets)
 
 
-def _one(filter: Filter, points: FloatArray) -> FilterMoments:
+def _query_one(filter: Filter, points: FloatArray) -> FilterMoments:
     every = query_each([filter], points[None])
     return FilterMoments(every.mass[0], every.first[0], every.second[0])
 
@@ -223,7 +223,7 @@ class _Boxes:
         return code
 
 
-def _sparse(kind: str, sigma: FloatArray, centre: FloatArray, values: FloatArray) -> list[Sparse]:
+def _build_sparse(kind: str, sigma: FloatArray, centre: FloatArray, values: FloatArray) -> list[Sparse]:
     """The filters of b clouds, with the values (b, n, 4) at their points."""
     side = 0.5 * sigma if kind == "grid" else sigma
     vertices, weights = _vertices(kind, values[..., 1:3] / side[:, None, None])
@@ -257,7 +257,7 @@ def _slices(ends: IntArray) -> list[slice]:
     return [slice(*pair) for pair in pairwise(ends.tolist())]
 
 
-def _sliced(filters: Sequence[Sparse], scaled: FloatArray) -> FloatArray:
+def _slice(filters: Sequence[Sparse], scaled: FloatArray) -> FloatArray:
     """The four columns (b, m, 4) at places (b, m, 2) in units of each filter's side."""
     boxes = _Boxes(np.stack([each.low for each in filters], axis=1), np.stack([each.high for each in filters], axis=1))
     low, high = boxes.low[..., None, None], boxes.high[..., None, None]
