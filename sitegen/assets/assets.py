@@ -1,4 +1,4 @@
-"""The pages' assets: one style sheet, one script, the worker and pictures, all named by their content."""
+"""The pages' assets: style sheets, one script, the worker and pictures, all named by their content."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from sitegen.progress import Progress, quiet
 PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
 ENTRIES = {  # file in templates/assets → its name on the site, the attribute of Assets for that name
     "css/site.css": ("site.css", "css"),
+    "css/deck.css": ("deck.css", "deck_css"),
     "js/main.js": ("site.js", "js"),
     "js/theme.js": ("theme.js", "theme"),
     "worker.mjs": ("worker.mjs", "worker"),
@@ -32,6 +33,7 @@ class Assets:
 
     files: dict[str, bytes] = field(default_factory=dict)
     css: str = ""
+    deck_css: str = ""
     js: str = ""
     theme: str = ""
     worker: str = ""

@@ -19,6 +19,9 @@ function frame(page) {
 }
 
 /** @param {Document} page */
+const sheets = (page) => page.querySelectorAll(STYLE).length;
+
+/** @param {Document} page */
 const blocksOf = (page) => [...(page.querySelector(TEXT)?.children ?? [])];
 
 /**
@@ -56,20 +59,23 @@ function swapText(old, current) {
 }
 
 /**
- * Replaces the style sheet once the new one has loaded.
+ * Replaces each style sheet that has changed once its new one has loaded.
  * @param {Document} current
  */
-function swapStyle(current) {
-  const link = document.querySelector(STYLE);
-  const next = current.querySelector(STYLE);
-  if (!link || !next || link.getAttribute("href") === next.getAttribute("href")) return;
-  const fresh = document.importNode(next);
-  const state = keep();
-  fresh.addEventListener("load", () => {
-    link.remove();
-    place(state);
+function swapStyles(current) {
+  const links = document.querySelectorAll(`${STYLE}:not([data-outdated])`);
+  current.querySelectorAll(STYLE).forEach((next, i) => {
+    const link = /** @type {HTMLLinkElement} */ (links[i]);
+    if (link.getAttribute("href") === next.getAttribute("href")) return;
+    link.dataset.outdated = ""; // until the new one has loaded
+    const fresh = document.importNode(next);
+    const state = keep();
+    fresh.addEventListener("load", () => {
+      link.remove();
+      place(state);
+    });
+    link.after(fresh);
   });
-  link.after(fresh);
 }
 
 /**
@@ -78,12 +84,12 @@ function swapStyle(current) {
  * @param {Document} current
  */
 export function swap(old, current) {
-  if (frame(old) !== frame(current)) return false;
+  if (frame(old) !== frame(current) || sheets(old) !== sheets(current)) return false;
   const state = keep();
   if (!swapText(old, current)) return false;
   ladder()?.describeCards();
   restore(state);
-  swapStyle(current);
+  swapStyles(current);
   const { searchData } = current.body.dataset;
   if (searchData) document.body.dataset.searchData = searchData;
   return true;

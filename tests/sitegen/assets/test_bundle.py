@@ -94,7 +94,7 @@ def test_what_has_not_changed_is_not_bundled_again(quiet: Project, monkeypatch: 
     assert runs == []
     edit(quiet, f"{CSS}/print.css", "@media", ":root { --edited: 1; }\n@media")
     quiet.build()
-    assert runs == [[f"{CSS}/site.css"]]
+    assert runs == [[f"{CSS}/site.css", f"{CSS}/deck.css"]]
 
 
 def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project) -> None:
@@ -104,6 +104,7 @@ def test_source_maps_lie_beside_and_are_not_kept_for_offline_use(quiet: Project)
     for pattern, source in (
         ("site.*.js", f"{JS}/figure/figure.js"),
         ("site.*.css", f"{CSS}/base/tokens.css"),
+        ("deck.*.css", f"{CSS}/deck/slides.css"),
         ("theme.*.js", f"{JS}/theme.js"),
         ("worker.*.mjs", "templates/assets/worker.mjs"),
     ):
