@@ -75,7 +75,8 @@ def desk(browser: Browser, tmp_path: Path) -> Iterator[Desk]:
 def test_an_author_stays_where_they_were(desk: Desk) -> None:
     """Text is replaced in place, even where it grows above the window; a style sheet is swapped; only an edit of a
     figure itself loads a new page, with the other figure's state, the focus, the open details and the scroll position
-    preserved. A page that an edit does not affect stays, and links to the one that it does."""
+    preserved. A page that an edit does not affect stays, and links to the one that it does. Of a deck's two sheets only the
+    edited one is swapped."""
     page, chapter = desk.page, "content/01-kabsch.md"
     page.evaluate("window.marked = true")
     solve = Figure(page, "fig-solve").live().settled()
@@ -127,3 +128,14 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     expect(problems).to_contain_text("01-kabsch.md", timeout=PATIENCE)
     expect(problems).to_contain_text("unknown widget 'kabsh'; did you mean 'kabsch'?")
     expect(problems).to_contain_text("The build found 1 problem")
+
+    desk.edit(chapter, "{kabsh preset=reflect", "{kabsch preset=reflect")
+    expect(problems).to_have_count(0, timeout=PATIENCE)
+    page.goto(f"{desk.site.server.origin}/slides-kabsch.html")
+    page.evaluate("window.marked = true")
+    site_sheet = page.locator("link[rel=stylesheet]").first.get_attribute("href")
+    desk.edit("templates/assets/css/deck/bar.css", "min-height: 3rem;", "min-height: 5rem;")
+    expect(page.locator(".deck-bar")).to_have_css("min-height", "80px", timeout=PATIENCE)
+    expect(page.locator("link[rel=stylesheet]")).to_have_count(2)
+    assert page.locator("link[rel=stylesheet]").first.get_attribute("href") == site_sheet
+    assert desk.same_page

@@ -230,6 +230,8 @@ def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
     overview = project.page("slides.html")
     assert "3 slides" in overview
     assert 'class="still" aria-hidden="true"><svg class="panel"' in overview
+    for page, sheets in ((deck, ["site", "deck"]), (overview, ["site", "deck"]), (chapter, ["site"])):
+        assert re.findall(r'<link rel="stylesheet" href="assets/(\w+)\.\w+\.css">', page) == sheets
     problems = [problem for problem in check_site(project.site) if problem.path.startswith("site/slides")]
     assert problems == []
 
