@@ -81,7 +81,7 @@ def test_the_generator_knows_neither_the_commands_nor_the_tests(path: Path) -> N
 LATE = {
     "solvers.posegraph": {"pose_loop"},
     "solvers.uncertainty": {"spread"},
-    "solvers.scenes.drive": {"drive", "own_clouds"},
+    "solvers.scenes.drive": {"drive", "own_clouds", "wrong_loop"},
     "solvers.odometry": set(),
 }
 """Packages that a page loads only when it shows a figure that needs them. No page runs the drive's odometry: its

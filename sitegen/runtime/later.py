@@ -18,7 +18,8 @@ ROOMS: Mapping[str, tuple[str, ...]] = {
     "drive": (
         *("solvers.odometry", "solvers.posegraph", "solvers.io.g2o", "solvers.scenes.drive"),
         *("solvers.scenes.drive_packing", "solvers.scenes.recorded"),
-        *("widgets.parts.drive_table", "widgets.parts.drive_solved", "widgets.parts.drive_poses"),
+        *("widgets.parts.drive_map", "widgets.parts.drive_table"),
+        *("widgets.parts.drive_solved", "widgets.parts.drive_poses"),
     ),
     "files": ("solvers.io",),  # except for solvers.io.g2o
 }

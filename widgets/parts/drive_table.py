@@ -37,8 +37,8 @@ class Table:
     loops: Pose
     kept: dict[str, float]
 
-    def way(self, poses: str, kernel: str, wrong: bool) -> Pose:
-        """The poses for a reader's settings; kernel and wrong loop matter only to the closed ones."""
+    def way(self, poses: str, kernel: str = "none", wrong: bool = False) -> Pose:
+        """The poses of this kind; kernel and wrong loop matter only to the closed ones."""
         return self.ways[("closed", kernel, wrong) if poses == "closed" else (poses, "", False)]
 
     def missed(self, way: Pose, count: int) -> tuple[Array, Array]:

@@ -123,7 +123,7 @@ def test_a_used_figure_is_not_printed_with_the_end_of_another_run(reader: Callab
     page = reader().open("drive.html")
     used = Figure(page, "fig-wrong-loop").live()
     used.set("kernel", "cauchy")
-    used.settled().button("finish").click()
+    used.settled().button("add").click()
     used.settled()
     print_page(page)
     expect(used.root.locator(".figure-after")).to_be_hidden()

@@ -75,8 +75,8 @@ def desk(browser: Browser, tmp_path: Path) -> Iterator[Desk]:
 def test_an_author_stays_where_they_were(desk: Desk) -> None:
     """Text is replaced in place, even where it grows above the window; a style sheet is swapped; only an edit of a
     figure itself loads a new page, with the other figure's state, the focus, the open details and the scroll position
-    preserved. A page that an edit does not affect stays, and links to the one that it does. Of a deck's two sheets only the
-    edited one is swapped."""
+    preserved. A page that an edit does not affect stays, and links to the one that it does. Of a deck's two sheets
+    only the edited one is swapped."""
     page, chapter = desk.page, "content/01-kabsch.md"
     page.evaluate("window.marked = true")
     solve = Figure(page, "fig-solve").live().settled()

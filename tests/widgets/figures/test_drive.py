@@ -1,4 +1,4 @@
-"""The figure of the drive: its table holds the solvers' results, and its controls do what they say."""
+"""The figure of the drive: what it draws is the table's, and its controls do what they say."""
 
 from __future__ import annotations
 
@@ -9,25 +9,12 @@ import pytest
 
 from solvers.scenes.drive import telecom_loop
 from tests.widgets.states import readouts
-from widgets.drawing.picture import Label, Path, Points, Ring, Segments
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
-from widgets.figures.drive.figure import (
-    OPEN,
-    PRESENT,
-    SCANS,
-    VIEW,
-    WIDGET,
-    State,
-    act,
-    chunk,
-    draw,
-    drawn_scans,
-    loops,
-    start,
-)
-from widgets.parts import drive_solved
-from widgets.parts import drive_table as table
+from widgets.figures.drive import OPEN, PRESENT, WIDGET, State, act, draw, start
+from widgets.parts.drive_map import SCANS, VIEW, chunk
+from widgets.parts.drive_table import table
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
@@ -36,26 +23,14 @@ def texts(state: State) -> dict[str, str]:
     return readouts(draw(state))
 
 
+def loop_lines(state: State) -> Segments:
+    """The lines between the scans of the loops."""
+    (lines,) = (m for m in draw(state).panels[0].marks if isinstance(m, Segments) and m.role == "inlier")
+    return lines
+
+
 def at_the_end(**controls: object) -> State:
     return act(start(preset(WIDGET, "default", controls).controls, 40), FINISH)
-
-
-@pytest.mark.native
-def test_the_table_is_what_the_solvers_find() -> None:
-    """Recomputed from the scans, every pose agrees to half a centimetre, with the same loops
-    and the same weights left to the wrong one.
-
-    To write the file again: python -c "from widgets.parts import drive_solved; drive_solved.write()".
-    """
-    cached, result = table.table(), table.read(drive_solved.made())
-    assert np.array_equal(cached.later, result.later)
-    assert np.array_equal(cached.earlier, result.earlier)
-    assert cached.ways.keys() == result.ways.keys()
-    for name, way in result.ways.items():
-        assert np.abs(way.t - cached.ways[name].t).max() < 0.005, name
-        assert np.abs(way.R - cached.ways[name].R).max() < 0.001, name
-    assert np.abs(result.loops.t - cached.loops.t).max() < 0.005
-    assert cached.kept == pytest.approx(result.kept, abs=0.001)
 
 
 def test_pressing_on_shows_all_scans_in_the_end() -> None:
@@ -76,81 +51,19 @@ def test_each_kind_of_poses_misses_the_loops_by_less() -> None:
     assert misses[2] < 0.01
 
 
-def test_the_wrong_loop_bends_what_no_kernel_holds() -> None:
-    bent = [float(texts(at_the_end(poses="closed", wrong=True, kernel=k))["bent"]) for k in table.KERNELS]
-    assert bent[0] > 5.0
-    assert 0.1 < bent[1] < 1.0
-    assert bent[2] < 0.05
-    assert texts(at_the_end(poses="closed"))["bent"] == "0.00"
-
-
-def test_readout_and_description_tell_one_shift_by_the_wrong_loop() -> None:
-    """That of the scans drawn, not of those to come."""
-    state = start(preset(WIDGET, "closed", {"wrong": True}).controls, 40)
-    told = set[str]()
-    for _ in range(12):
-        picture = draw(state)
-        shift = readouts(picture)["bent"]
-        assert f"moves a pose by at most {shift} m" in picture.description
-        told.add(shift)
-        state = act(state, STEP)
-    assert len(told) > 3
-
-
-def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
-    """Only among closed poses, and only once both of its scans have been made."""
-
-    def roles(state: State) -> set[str]:
-        return {mark.role for mark in draw(state).panels[0].marks if hasattr(mark, "role")}
-
-    assert "outlier" in roles(at_the_end(poses="closed", wrong=True))
-    assert "outlier" not in roles(at_the_end(poses="matched", wrong=True))
-    state = start(preset(WIDGET, "wrong").controls, 40)
-    assert "outlier" not in roles(state)
-
-
-@pytest.mark.parametrize("kernel", table.KERNELS)
-def test_the_wrong_loop_is_found_with_every_kernel(kernel: str) -> None:
-    """Each of its scans has a ring, in two sizes, and the loop is labelled even where it has no visible length."""
-    state = at_the_end(poses="closed", wrong=True, kernel=kernel)
-    marks = draw(state).panels[0].marks
-    rings = {mark.radius: np.asarray(mark.xy) for mark in marks if isinstance(mark, Ring)}
-    assert len(rings) == 2
-    for (_, xy), scan in zip(sorted(rings.items()), sorted(table.WRONG), strict=True):
-        np.testing.assert_array_equal(xy, state.way.t[scan])
-    assert "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
-
-
-def test_each_scan_of_the_wrong_loop_is_ringed_once_it_has_been_made() -> None:
-    state = start(preset(WIDGET, "wrong").controls, 40)
-    while state.seen < SCANS:
-        marks = draw(state).panels[0].marks
-        assert sum(isinstance(mark, Ring) for mark in marks) == sum(state.seen > scan for scan in table.WRONG)
-        has_label = "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
-        assert has_label is (state.seen > max(table.WRONG))
-        state = act(state, STEP)
-
-
 def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
     """So a step of the player renders only new scans."""
     state = at_the_end()
     assert draw(state).panels[0].marks[0] is draw(act(state, STEP)).panels[0].marks[0]
-    assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
-
-
-@pytest.mark.parametrize("controls", [{"wrong": True}, {"kernel": "cauchy"}])
-@pytest.mark.parametrize(("poses", "is_told"), [("odometry", True), ("matched", True), ("closed", False)])
-def test_what_has_no_effect_says_so(controls: dict[str, object], poses: str, is_told: bool) -> None:
-    """Loops affect only the closed poses."""
-    assert ("only on closed poses" in draw(at_the_end(poses=poses, **controls)).note) == is_told
+    assert chunk(0, 15, "matched", "none", False) is chunk(0, 15, "matched", "none", False)
 
 
 @pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
 def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
     """They appear as soon as there is one loop; odometry leaves them metres long."""
-    assert not len(np.asarray(loops(start(preset(WIDGET, "default", {"poses": poses}).controls, 40)).a))
+    assert not len(np.asarray(loop_lines(start(preset(WIDGET, "default", {"poses": poses}).controls, 40)).a))
     state = at_the_end(poses=poses)
-    mark = loops(state)
+    mark = loop_lines(state)
     assert "inlier" in {getattr(mark, "role", "") for mark in draw(state).panels[0].marks}
     lengths = np.linalg.norm(np.asarray(mark.b) - np.asarray(mark.a), axis=1)
     assert len(lengths) == (19 if poses == "odometry" else 55)
@@ -180,19 +93,6 @@ def test_the_whole_map_is_light_enough_to_play() -> None:
     assert sum(map(len, before)) < 80_000
 
 
-def test_the_scans_drawn_lie_apart() -> None:
-    t = table.table().ways["matched", "", False].t[list(drawn_scans())]
-    assert np.linalg.norm(np.diff(t, axis=0), axis=1).min() >= 0.35
-    assert len(t) > 100
-
-
-def test_a_table_of_another_shape_is_refused() -> None:
-    with open(table.FILE, "rb") as file:
-        data = file.read()
-    with pytest.raises(ValueError, match="reshape"):
-        table.read(data[:-4])
-
-
 @pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
 def test_the_picture_ends_at_the_scan_just_taken(poses: str) -> None:
     """The robot, its path and its scan; the odometry's path beside any other; the map from the scans drawn so far."""
@@ -200,7 +100,7 @@ def test_the_picture_ends_at_the_scan_just_taken(poses: str) -> None:
     n, way, marks = state.seen, state.way, draw(state).panels[0].marks
     paths = {(m.role, m.dotted): np.asarray(m.xy) for m in marks if isinstance(m, Path) and not m.closed}
     np.testing.assert_array_equal(paths["source", False], way.t[:n])
-    odometry = table.table().ways["odometry", "", False]
+    odometry = table().way("odometry")
     assert (("ghost", True) in paths) == (poses != "odometry")
     if poses != "odometry":
         np.testing.assert_array_equal(paths["ghost", True], odometry.t[:n])
@@ -232,7 +132,7 @@ def test_the_way_driven_is_the_sum_of_its_steps() -> None:
 def test_the_loop_errors_are_those_of_the_loops_seen_so_far() -> None:
     """Between the two scans of each loop by the poses and by the measurement; as many as the note counts, and lines."""
     state = at_the_end(poses="matched")
-    data, way = table.table(), state.way
+    data, way = table(), state.way
     shifts, turns = [], []
     for k, (later, earlier) in enumerate(zip(data.later, data.earlier, strict=True)):
         off = data.loops[k].inverse().compose(way[int(earlier)].inverse().compose(way[int(later)]))
@@ -243,11 +143,11 @@ def test_the_loop_errors_are_those_of_the_loops_seen_so_far() -> None:
     assert text["worst"] == f"{max(shifts):.3f}"
     assert text["turn"] == f"{np.median(turns):.2f}"
     assert picture.note == f"Median error of the {len(shifts)} loops: {np.median(shifts):.3f} m."
-    lines = loops(state)
+    lines = loop_lines(state)
     np.testing.assert_array_equal(lines.a, way.t[data.earlier])
     np.testing.assert_array_equal(lines.b, way.t[data.later])
     open_ = at_the_end(poses="odometry")
-    np.testing.assert_array_equal(loops(open_).b, open_.way.t[data.later[::OPEN]])
+    np.testing.assert_array_equal(loop_lines(open_).b, open_.way.t[data.later[::OPEN]])
     begun = start(state.controls, 40)
     while not (data.later < begun.seen).any():
         assert texts(begun)["apart"] == texts(begun)["turn"] == texts(begun)["worst"] == "–"
