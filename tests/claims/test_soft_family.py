@@ -14,8 +14,10 @@ from solvers.methods.soft.cpd import CpdOptions, responsibilities
 from solvers.methods.soft.gmmreg import GmmRegOptions
 from solvers.methods.soft.shares import clutter_weight
 from solvers.metrics import rre
+from solvers.numerics import radius_pairs
 from solvers.scenes.bird import AREA, bird, bird_start
 from solvers.scenes.rooms import room
+from solvers.studies.benchmark import benchmark
 from solvers.studies.race import SEEDS, Controls, contestants, race_problem
 from solvers.studies.seeds import seeds
 
@@ -311,6 +313,26 @@ def test_rivals_keep_the_marginals_unlinked(why):
     assert alone < 0.2
     soft = [unlinked_share("soft-annealed", source) for source in (scene.source, scene.source[:1])]
     assert soft[0] == pytest.approx(soft[1], abs=1e-12)
+
+
+def test_points_without_partners_do_not_pull(why, monkeypatch):
+    """The clean room from 45° and 1.43 u, the source twice as dense: association BP is right on no seed of 25, and on
+    all if each source point with a pair in reach pulls towards the same soft target with weight one."""
+    associated = radius_pairs.associated
+
+    def in_full(state, mass, moment):
+        linked = mass > 0.0
+        return associated(state, linked.astype(float), moment / np.where(linked, mass, 1.0)[..., None])
+
+    def right():
+        (line,) = benchmark(Controls(setting="clean", density=2.0), contestants=contestants(["association-bp"]))
+        return line.close
+
+    by_share = right()
+    monkeypatch.setattr(radius_pairs, "associated", in_full)
+    full = right()
+    why("how hard a point pulls", {"as it is linked": f"{by_share} of 25 are right", "in full": f"{full} of 25"})
+    assert (by_share, full) == (0, 25)
 
 
 def test_mmd_looks_at_no_pair():
