@@ -172,6 +172,35 @@ def test_a_large_length_scale_leads_to_its_own_minimum():
     assert np.abs(units - from_truth[1]).max() < 0.02
 
 
+def test_a_short_length_scale_lacks_reach_and_a_long_one_leads_astray(why):
+    """The figure's clean room, 25 draws. With ℓ = 0.3 u at most three runs are right from its start, 30° and 1 u, and
+    all from the truth. With 4 u none is, and both starts lead to one place, to 0.1° and 0.01 u. At the start the kernel
+    of a point and its true place is below 0.05 for most points with 0.3 u, above 0.6 for all with 4 u."""
+    begun, right, apart = room_start(30.0, 1.0), {}, []
+    for seed in SEEDS:
+        scene = room("clean", seed=seed)
+        gap = np.linalg.norm(begun.apply(scene.source) - scene.truth.apply(scene.source), axis=1)
+        assert np.mean(np.exp(-0.5 * np.square(gap / 0.3)) < 0.05) > 0.75
+        assert np.exp(-0.5 * np.square(gap / 4.0)).min() > 0.6
+        for name, start in (("the figure's", begun), ("the truth", scene.truth)):
+            runs = [
+                register(scene.source, scene.target, "mmd", start=start, lengths=x, seed=seed, max_steps=40).pose
+                for x in (0.3, 4.0)
+            ]
+            close = [np.degrees(rre(pose, scene.truth)) < 5.0 and rte(pose, scene.truth) < 0.2 for pose in runs]
+            right[name] = right.get(name, 0) + np.array(close, dtype=int)
+            apart.append(runs[1])
+    why(
+        "the start",
+        {name: f"with 0.3 u {short} of 25 are right, with 4 u {long}" for name, (short, long) in right.items()},
+    )
+    assert right["the figure's"][0] <= 3
+    assert [right["the truth"][0], right["the figure's"][1], right["the truth"][1]] == [25, 0, 0]
+    for one, other in zip(apart[::2], apart[1::2], strict=True):
+        assert np.degrees(rre(one, other)) < 0.1
+        assert rte(one, other) < 0.01
+
+
 def test_the_unseen_part_moves_the_minimum_of_long_waves(why):
     """ℓ = 4 u, started at the truth, 25 seeds: all end more than 7° off. With the target cut to what the source has
     seen, all end within 5°."""
