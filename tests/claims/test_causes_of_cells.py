@@ -44,6 +44,49 @@ def test_the_spacing_of_the_points_decides_which_cells_are_lost(why):
     assert coverage[0.065] > 0.95
 
 
+@cache
+def lost(across, along):
+    """How many points cells of 0.4 u lose in 25 draws of the room, on average: of those on walls that lie on borders of
+    the grid, and of the others more than a cell from their wall's ends. Whether there is noise across and along walls.
+    """
+    outline = np.vstack([sampled(NDT_ROOM, 0.13), sampled(PILLAR, 0.13)])
+    corners, ends = np.vstack([NDT_ROOM[:-1], PILLAR[:-1]]), np.vstack([NDT_ROOM[1:], PILLAR[1:]])
+    length = np.linalg.norm(ends - corners, axis=1)
+    unit = (ends - corners) / length[:, None]
+    place = np.clip(((outline[:, None] - corners) * unit).sum(axis=2), 0.0, length)
+    wall = np.linalg.norm(outline[:, None] - corners - place[..., None] * unit, axis=2).argmin(axis=1)
+    unit, place = unit[wall], place[np.arange(len(wall)), wall]
+    cells = (outline * np.abs(unit[:, ::-1])).sum(axis=1) / 0.4  # where a wall lies, in cells across it
+    border = np.abs(cells - np.rint(cells)) < 1e-9
+    plain = ~border & (np.minimum(place, length[wall] - place) > 0.4)
+    counts = []
+    for seed in SEEDS:
+        noise = 0.03 * np.random.default_rng(seed).standard_normal(outline.shape)
+        part = (noise * unit).sum(axis=1, keepdims=True) * unit
+        points = outline + along * part + across * (noise - part)
+        rows = build(points[None], 0.4).lookup(points[None], np.array([0]))[0, 0]
+        counts.append([(rows[which] < 0).sum() for which in (border, plain)])
+    return np.mean(counts, axis=0)
+
+
+def test_walls_on_borders_lose_points_to_the_noise_across(why):
+    """Cells of 0.4 u, 25 draws: the walls that lie on borders of the grid lose more than ten of their points if there
+    is noise across the walls alone, and fewer than five if there is noise along them alone."""
+    noisy, still = lost(True, False)[0], lost(False, True)[0]
+    why("the noise across these walls", {"there": f"{noisy:.1f} points lost", "not there, only along": f"{still:.1f}"})
+    assert noisy > 10.0
+    assert still < 5.0
+
+
+def test_noise_along_the_walls_carries_points_away(why):
+    """Cells of 0.4 u, 25 draws: far from corners, walls off the grid's borders lose more than ten points if there is
+    noise along the walls alone, and none if there is noise across them alone."""
+    noisy, still = lost(False, True)[1], lost(True, False)[1]
+    why("the noise along these walls", {"there": f"{noisy:.1f} points lost", "not there, only across": f"{still:.1f}"})
+    assert noisy > 10.0
+    assert still == 0.0
+
+
 # The score
 
 
