@@ -66,7 +66,7 @@ class CongruentOptions:
     inlier : float, optional
         ε, the distance at which a point's share of the objective is capped, u; by
         default 0.1 of the target's RMS radius, which is too large if a point lies far
-        away.
+        away, but not more than 20 times as far out as the median point.
     per_step : int, default 32
         Hypotheses per step, an even number.
     most : int, default 70

@@ -63,7 +63,8 @@ class RansacOptions:
     ----------
     inlier : float, optional
         ε, the residual up to which a pair agrees with a pose, world units. None is 0.1
-        of the target's RMS radius, which wrong pairs far away make too large.
+        of the target's RMS radius, which wrong pairs far away make too large unless
+        they are more than 20 times as far out as the median point.
     confidence : float, default 0.99
         p, the probability, above 0 and below 1, that at least one draw holds only right
         pairs.

@@ -62,8 +62,8 @@ class CorrelativeOptions:
         σ of the blur, in cells, 0.3 to 8.
     angle : float, optional
         The angular step, radians, 1e-5 to π. None is the one that moves the farthest
-        source point by one cell. A step that does not divide the circle is made a
-        little smaller.
+        source point by one cell. Where the whole circle is searched, a step that does
+        not divide it is made a little smaller.
     shift : float, optional
         How far to search along x and y from where the start puts the source's centroid,
         world units. None is wherever the clouds can overlap.
