@@ -9,7 +9,7 @@ from solvers import Pose, Status, register
 from solvers.methods.mmd.capped_landscape import capped_field
 from solvers.methods.mmd.landscape import mmd_field
 from solvers.numerics.fourier_features import unit_frequencies
-from solvers.scenes.rooms import room
+from solvers.scenes.rooms import ROOM, room
 from solvers.studies.seeds import seeds
 from widgets.figures.landscape.terrain import minima
 
@@ -144,6 +144,31 @@ def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
                 assert field.values(shift) > 4.0 * field.values(np.zeros(2))
                 break
         assert result == 1
+
+
+def test_the_long_walls_make_the_valley_along_x(why):
+    """The clean room, τ = 1 u, 25 draws: half a unit along x raises the capped objective less than half as much as half
+    a unit along y; without the source's points on walls along x more than five times as much."""
+    corner, along = ROOM[:-1], np.diff(ROOM, axis=0)
+    length = np.linalg.norm(along, axis=1)
+    unit = along / length[:, None]
+    steps = 0.5 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    ratios = {"they are there": [], "they are left out": []}
+    for seed in seeds(25):
+        scene = room("clean", seed=seed)
+        place = np.clip(((scene.source[:, None] - corner) * unit).sum(axis=2), 0.0, length)
+        wall = np.linalg.norm(scene.source[:, None] - corner - place[..., None] * unit, axis=2).argmin(axis=1)
+        across = np.abs(unit[wall, 0]) < 0.5
+        for name, points in zip(ratios, (scene.source, scene.source[across]), strict=True):
+            field = capped_field(points, scene.target, 1.0)
+            rise = field.values(steps) - field.values([0.0, 0.0])
+            ratios[name].append(rise[:2].mean() / rise[2:].mean())
+    why(
+        "the source's points on walls along x",
+        {name: f"along x it rises {np.median(r):.1f} times as much as along y" for name, r in ratios.items()},
+    )
+    assert max(ratios["they are there"]) < 0.5
+    assert min(ratios["they are left out"]) > 5.0
 
 
 def test_kinks_point_upwards(scene):
