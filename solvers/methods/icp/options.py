@@ -90,8 +90,8 @@ class TrimmedOptions:
         The run stops when a step's RMS motion of the source points in use is at most
         this fraction of their RMS radius.
     rms_tolerance : float, default 0.0
-        The run also stops when the RMS of the pairs used has changed by at most this
-        fraction.
+        Above 0, the run also stops when the RMS of the pairs used has changed by at
+        most this fraction.
 
     Raises
     ------
@@ -143,8 +143,8 @@ class CappedOptions:
         The run stops when a step's RMS motion of the source points in use is at most
         this fraction of their RMS radius.
     rms_tolerance : float, default 0.0
-        The run also stops when the same number of pairs is used and their RMS has
-        changed by at most this fraction.
+        Above 0, the run also stops when the same number of pairs is used and their RMS
+        has changed by at most this fraction.
 
     Raises
     ------
