@@ -307,6 +307,24 @@ def test_mmd_keeps_96_numbers_however_many_points():
     assert lots.fixed_mean == pytest.approx(few.fixed_mean, abs=1e-12)
 
 
+def test_long_waves_agree_before_short_ones():
+    """In 25 clean draws from 60°, the 16 longest of the 48 waves never take more steps than the 16 shortest until their
+    means lie less than 0.1 apart on average, and fewer in at least 20."""
+    waits = []
+    for scene in scenes(seeds=seeds(25)):
+        batch, gaps = begin_walk("mmd", [scene], [fish_start()]), []
+        while not batch.done:
+            state = batch.state()
+            apart = np.hypot(*state.residual[0].reshape(2, 48)) * np.sqrt(48)
+            apart = apart[np.hypot(*state.frequencies[0].T).argsort()]
+            gaps.append((apart[:16].mean(), apart[-16:].mean()))
+            batch = advance(batch)
+        waits.append((np.array(gaps) < 0.1).argmax(axis=0))
+    longest, shortest = np.array(waits).T
+    assert (longest <= shortest).all()
+    assert (longest < shortest).sum() >= 20
+
+
 def test_a_finer_filter_holds_more():
     """FilterReg's grid has fewer than a thousand vertices at first and more than ten thousand at the end, when σ is
     0.033 u, since a smaller σ needs finer cells. With four moments each, these are fewer numbers than the 150 · 150
