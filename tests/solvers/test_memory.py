@@ -8,7 +8,7 @@ import pytest
 from solvers import METHODS, Pose, Result, Status, register
 from solvers.core.method import Problem
 from solvers.methods.flow import flow
-from solvers.numerics import radius_pairs
+from solvers.methods.soft import radius_pairs
 from solvers.thinning import thinned
 from solvers.uncertainty import spread_of
 

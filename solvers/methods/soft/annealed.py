@@ -10,7 +10,7 @@ partner', point i has
 
 A step fits a rigid motion to the targets, each row weighted by its support, rows below
 `least_support` dropped; then σ shrinks. Fit and schedule are those of
-`solvers.numerics.radius_pairs`, but over all pairs.
+`solvers.methods.soft.schedule`, but over all pairs.
 
 This is a heuristic, not CPD: weights are normalised over the fixed points for each
 moving one, in CPD the other way round; o does not scale with σ or with the number of
@@ -38,7 +38,8 @@ from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.tree import CONSTANT, SHARED
-from solvers.numerics import gaussians, radius_pairs
+from solvers.methods.soft import schedule
+from solvers.numerics import gaussians
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,12 @@ class SoftOptions:
     tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
-        radius_pairs.check_schedule(self)
+        schedule.check(self)
 
 
 @dataclass(frozen=True, eq=False)
 class SoftState:
-    """The fields of `radius_pairs.Scheduled`."""
+    """The fields of `schedule.Scheduled`."""
 
     problem: Problem = field(metadata=CONSTANT)
     options: SoftOptions = field(metadata=SHARED)
@@ -114,15 +115,15 @@ def _associate(state: SoftState) -> SoftState:
         moved = state.pose.apply(state.problem.source)
         near = gaussians.sums(moved, target, state.sigma, gaussians.powers(target))
         shares = near / (near[..., :1] + state.options.miss)
-    return radius_pairs.associated(state, shares[..., 0], shares[..., 1:])
+    return schedule.associated(state, shares[..., 0], shares[..., 1:])
 
 
 def _start(problem: Problem, options: SoftOptions) -> SoftState:
-    return _associate(SoftState(**radius_pairs.initial(problem, options)))
+    return _associate(SoftState(**schedule.initial(problem, options)))
 
 
 def _step(state: SoftState) -> SoftState:
-    return radius_pairs.step(state, _associate)
+    return schedule.step(state, _associate)
 
 
 def weights(state: SoftState, i: int = 0) -> FloatArray:

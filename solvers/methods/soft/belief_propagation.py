@@ -40,8 +40,8 @@ from solvers.core.brief import brief
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.tree import CONSTANT, SHARED, changed, take
-from solvers.numerics import radius_pairs
-from solvers.numerics.radius_pairs import Candidates
+from solvers.methods.soft import radius_pairs, schedule
+from solvers.methods.soft.radius_pairs import Candidates
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class BpOptions:
     ------
     ValueError
         If an option is out of its range. A run raises it, too, for clouds of more than
-        14 million pairs of points (`solvers.numerics.radius_pairs`).
+        14 million pairs of points (`solvers.methods.soft.radius_pairs`).
 
     Examples
     --------
@@ -93,13 +93,13 @@ class BpOptions:
     tolerance: float = 1e-5
 
     def __post_init__(self) -> None:
-        radius_pairs.check_schedule(self)
+        schedule.check(self)
         validate.count(self.sweeps, "sweeps", 1)
 
 
 @dataclass(frozen=True, eq=False)
 class BpState:
-    """The fields of `radius_pairs.Scheduled`, and taken: (b, n) the sum of each target point's marginals."""
+    """The fields of `schedule.Scheduled`, and taken: (b, n) the sum of each target point's marginals."""
 
     problem: Problem = field(metadata=CONSTANT)
     options: BpOptions = field(metadata=SHARED)
@@ -231,17 +231,17 @@ def _associate(state: BpState) -> BpState:
         mass = pairs.row_sums(p).reshape(b, m)
         parts = [pairs.row_sums(p * flat[k].take(pairs.column)) for k in range(d)]
         taken = pairs.column_sums(p).reshape(b, -1)
-    return radius_pairs.associated(changed(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
+    return schedule.associated(changed(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
 
 
 def _start(problem: Problem, options: BpOptions) -> BpState:
     radius_pairs.few_enough(problem, "association-bp")
     zeros = np.zeros(problem.target.shape[:2])
-    return _associate(BpState(**radius_pairs.initial(problem, options), taken=zeros))
+    return _associate(BpState(**schedule.initial(problem, options), taken=zeros))
 
 
 def _step(state: BpState) -> BpState:
-    return radius_pairs.step(state, _associate)
+    return schedule.step(state, _associate)
 
 
 ASSOCIATION_BP = Method(

@@ -41,9 +41,10 @@ from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark
 from solvers.core.tree import CONSTANT, SHARED, changed
-from solvers.numerics import radius_pairs, recurrence
+from solvers.methods.soft import radius_pairs, schedule
+from solvers.methods.soft.radius_pairs import Candidates
+from solvers.numerics import recurrence
 from solvers.numerics.fits import rms_motion
-from solvers.numerics.radius_pairs import Candidates
 
 _UNIT = 2.0**32  # scores are rounded to multiples of 2⁻³², so that sums are exact whatever else is in the batch
 
@@ -81,7 +82,7 @@ class HypothesisOptions:
     ------
     ValueError
         If an option is out of its range. A run raises it, too, for clouds of more than
-        14 million pairs of points (`solvers.numerics.radius_pairs`).
+        14 million pairs of points (`solvers.methods.soft.radius_pairs`).
 
     Examples
     --------
@@ -103,14 +104,14 @@ class HypothesisOptions:
     tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
-        radius_pairs.check_schedule(self)
+        schedule.check(self)
         validate.count(self.count, "count", 1)
         validate.count(self.draws, "draws", 1)
 
 
 @dataclass(frozen=True, eq=False)
 class HypothesisState:
-    """The fields of `radius_pairs.Scheduled`, and assignments: (b, count, m) the target row that each hypothesis
+    """The fields of `schedule.Scheduled`, and assignments: (b, count, m) the target row that each hypothesis
     assigns to each source point, −1 where missed; the first is the greedy one.
 
     uniform: for each round, numbers in [0, 1), (b, m, count − 1). order: (b, m, count − 1) each source point's rank in
@@ -225,7 +226,7 @@ def _associate(state: HypothesisState) -> HypothesisState:
         moment = np.stack([x.take(columns).sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
     inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]
     assignments = np.where(assigned.reshape(b, m, -1), inside, -1).swapaxes(1, 2)
-    return radius_pairs.associated(changed(state, assignments=assignments), mass, moment.reshape(b, m, d))
+    return schedule.associated(changed(state, assignments=assignments), mass, moment.reshape(b, m, d))
 
 
 def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
@@ -240,14 +241,14 @@ def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
     none = np.full((b, options.count, m), -1, dtype=np.int64)
     return _associate(
         HypothesisState(
-            **radius_pairs.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none,
+            **schedule.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none,
             taken=np.zeros(b, dtype=np.int64), anchor=problem.source,
         )
     )  # fmt: skip
 
 
 def _step(state: HypothesisState) -> HypothesisState:
-    after = radius_pairs.step(state, _associate)
+    after = schedule.step(state, _associate)
     taken = np.where(state.sigma <= state.last, state.taken + 1, 0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = after.pose.apply(state.problem.source)

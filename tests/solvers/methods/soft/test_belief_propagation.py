@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from solvers import METHODS, Pose, Status, register
 from solvers.methods.soft.belief_propagation import BpOptions, bp_marginals, exact_marginals, marginal_matrix
+from solvers.methods.soft.radius_pairs import scores, within_reach
 from solvers.metrics import rre, rte
-from solvers.numerics.radius_pairs import scores, within_reach
 from solvers.scenes.rooms import room, room_start
 from solvers.studies.race import SEEDS
 

@@ -9,9 +9,9 @@ from solvers import Pose, Status, register
 from solvers.core.method import Problem
 from solvers.core.stepper import begin, run
 from solvers.methods.soft.hypotheses import HYPOTHESIS_MIXTURE, HypothesisOptions, drawn, greedy
+from solvers.methods.soft.radius_pairs import listed
 from solvers.metrics import rre, rte
 from solvers.numerics.fits import rms_motion
-from solvers.numerics.radius_pairs import listed
 from solvers.scenes.rooms import room, room_start
 from solvers.studies.race import SEEDS
 
