@@ -39,10 +39,10 @@ json.dumps([race() for _ in range(3)])
 """
 TIMEOUT = 300_000
 _RUN = """([message, timeout]) => new Promise((resolve, reject) => {
-  const worker = new Worker('race.mjs', { type: 'module' });
+  const worker = new Worker('stock.mjs', { type: 'module' });
   setTimeout(() => reject(new Error('no answer')), timeout);
   worker.onerror = (event) => reject(new Error(event.message));
-  worker.onmessage = ({ data }) => data.type === 'done' ? resolve(data.answer) : reject(new Error(data.message));
+  worker.onmessage = ({ data }) => data.type === 'ready' ? resolve(data.answer) : reject(new Error(data.message));
   worker.postMessage(message);
 })"""
 
@@ -101,7 +101,7 @@ def in_tab(bench: Bench, code: str) -> Any:
             shutil.copyfile(path, root / path.name)
         (wheel,) = bench.site.glob("runtime/*/*.whl")
         shutil.copyfile(wheel, root / wheel.name)
-        shutil.copyfile(Path(__file__).with_name("race.mjs"), root / "race.mjs")
+        shutil.copyfile(Path(__file__).with_name("stock.mjs"), root / "stock.mjs")
         (root / "index.html").write_text("<!doctype html><title>race</title><link rel=icon href=data:,>", "utf-8")
         with serving(root) as server, browser_of(bench) as browser:
             page = browser.new_page()

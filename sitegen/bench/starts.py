@@ -62,7 +62,7 @@ def _serve(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any],
         (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{immutable('runtime/')}", "utf-8")
         with serving(root) as server:
             origin = server.origin + "/"
-            stock = {"folder": origin + "stock/"}
+            stock = {"folder": origin + "stock/", "code": "import numpy"}
             ours = {"type": "start", "runtime": origin + "runtime/", "files": info.start_files()}
             yield playwright, origin, stock, ours
 
