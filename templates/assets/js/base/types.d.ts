@@ -142,10 +142,13 @@ export interface Question {
   merge: string | null;
 }
 
+/** Who asks a figure for a record, for the parts that stop when another one does. left: nobody; the shown one stays. */
+export type Asker = "" | "control" | "hover" | "key" | "left" | "play" | "predict" | "run";
+
 /** A figure's events for its parts; the last three carry words for its status line and its announcer. */
 export type FigureEvents = {
   /** a new record has been requested */
-  asked: [by: string];
+  asked: [by: Asker];
   /** a frame is shown */
   frame: [frame: Frame];
   /** something that the status line shows has changed */

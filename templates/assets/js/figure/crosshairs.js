@@ -1,6 +1,6 @@
 // Picks: panels that take a click at a place, or respond to the pointer's place. A crosshair does both by keyboard:
 // arrows move it, and if the panel takes clicks, Enter or Space picks.
-/** @import { Point } from "../base/types.js" */
+/** @import { Asker, Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
@@ -162,7 +162,8 @@ function pointed(figure, overlay, name) {
  */
 function explored(figure, overlay, name) {
   const hint = "Arrow keys move and show what is there, Shift for larger steps; Enter picks it.";
-  const asking = (/** @type {number} */ at) => ({ merge: `hover:${name}`, by: "hover", at });
+  /** @type {(at: number) => { merge: string, by: Asker, at: number }} */
+  const asking = (at) => ({ merge: `hover:${name}`, by: "hover", at });
   /** @param {number} at */
   const look = (at) => figure.ask(records.hover(figure.record, name, cross.at), asking(at));
   const cross = crosshair(figure, overlay, name, { does: "Look at a place or pick it", hint }, (at) => {

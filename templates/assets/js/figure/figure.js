@@ -1,7 +1,7 @@
 // One figure's controller: asks for frames and swaps them in. The parts (handles, controls, buttons …) listen to its
 // events and call its methods; none of them writes into it.
 
-/** @import { Dispose, FigureEvents, FigureRecord, Frame, Panel, Progress, Spec } from "../base/types.js" */
+/** @import { Asker, Dispose, FigureEvents, FigureRecord, Frame, Panel, Progress, Spec } from "../base/types.js" */
 
 import { fragmentOf } from "../base/address.js";
 import { find, messageOf } from "../base/dom.js";
@@ -131,7 +131,7 @@ export class Figure {
    * Asks for `record` to be shown. It replaces the last waiting question if that has the same `merge`; without `merge`,
    * questions are answered one by one, in order. `by` names who asks, for parts that stop when another one does.
    * @param {FigureRecord} record
-   * @param {{ merge?: string | null, by?: string, at?: number }} [options]
+   * @param {{ merge?: string | null, by?: Asker, at?: number }} [options]
    */
   ask(record, { merge = null, by = "", at } = {}) {
     mark("ladder:input", this.id, at);

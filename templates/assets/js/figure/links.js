@@ -1,6 +1,6 @@
 // Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both set a figure's record and go to the
 // figure.
-/** @import { FigureRecord } from "../base/types.js" */
+/** @import { Asker, FigureRecord } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
 import { fragment } from "../base/address.js";
@@ -30,7 +30,7 @@ function visit(figure) {
  * Shows a record. If it ends in a press that can be shown as a motion, the state before the press comes first.
  * @param {Figure} figure
  * @param {FigureRecord} target
- * @param {string} [by]
+ * @param {Asker} [by]
  */
 export function approach(figure, target, by = "") {
   const previous = records.back(target);
