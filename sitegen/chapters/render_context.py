@@ -1,4 +1,4 @@
-"""Everything that rendering looks up."""
+"""What rendering looks up: for the whole site, and for one chapter."""
 
 from __future__ import annotations
 
@@ -22,12 +22,9 @@ from sitegen.problems import Problems
 
 
 @dataclass(frozen=True)
-class RenderContext:
-    """Everything that rendering looks up. pages: name → anchors, None if any is accepted; drafts: those not built.
-
-    Equal objects give the same rendering of a chapter: fields that are not compared return the same results for the
-    same code, pictures and chapter. mathematics: the chapter's own formulas.
-    """
+class SiteContext:
+    """What the rendering of any chapter may look up. pages: name → anchors, None if any is accepted; drafts: those not
+    built."""
 
     root: Path
     chapters: Sequence[Outline]
@@ -39,9 +36,19 @@ class RenderContext:
     results: Mapping[str, Result]
     mathematics: Mathematics
     values: Values = field(compare=False)
+    problems: Problems = field(compare=False)
+
+
+@dataclass(frozen=True)
+class RenderContext(SiteContext):
+    """The same for one chapter, with its own formulas only, and what draws its figures, plots and pictures.
+
+    Equal objects give the same rendering of a chapter: fields that are not compared return the same results for the
+    same code, pictures and chapter.
+    """
+
     frames: Callable[[Figure, Sequence[Plain]], list[Plain]] = field(compare=False)
     readouts: Callable[[Figure, Plain], Mapping[str, str]] = field(compare=False)
     figure_html: Callable[[Figure, Markup, Markup, Question | None], Markup] = field(compare=False)
     plot_html: Callable[[Placed, Markup], Markup] = field(compare=False)
     picture_html: Callable[[Sequence[Plain], str, Markup], Markup] = field(compare=False)
-    problems: Problems = field(compare=False)

@@ -15,7 +15,7 @@ from sitegen.chapters.content import FIXED_PAGES, Chapter
 from sitegen.chapters.glossary import Term
 from sitegen.chapters.leads import check_drawn
 from sitegen.chapters.render import headings, render
-from sitegen.chapters.render_context import RenderContext
+from sitegen.chapters.render_context import RenderContext, SiteContext
 from sitegen.chapters.rendered import Body, Question
 from sitegen.chapters.survey import OWN_IDS
 from sitegen.chapters.surveyed import Outline, Survey, outline
@@ -49,25 +49,24 @@ class Pen:
     bakery: Bakery
     gallery: Gallery
 
-    def chapter_context(self, context: RenderContext, survey: Survey, problems: Problems) -> RenderContext:
+    def chapter_context(self, context: SiteContext, survey: Survey, problems: Problems) -> RenderContext:
         """The part of `context` that rendering one chapter may depend on; faults go to `problems`."""
         formulas = {use.formula: context.mathematics.mathml[use.formula] for use in survey.formulas}
-        return replace(
-            context,
-            mathematics=Mathematics(formulas, ""),
+        own = replace(context, mathematics=Mathematics(formulas, ""), problems=problems)
+        return RenderContext(
+            **vars(own),
             frames=partial(frames_of, self.bakery, problems, survey.taped),
             readouts=partial(readouts_of, self.bakery, problems, survey.taped),
             figure_html=partial(self._figure, survey, problems),
             plot_html=partial(self._plot, problems),
             picture_html=picture_html(self.templates),
-            problems=problems,
         )
 
-    def headings(self, survey: Survey, context: RenderContext, problems: Problems) -> dict[str, Markup]:
+    def headings(self, survey: Survey, context: SiteContext, problems: Problems) -> dict[str, Markup]:
         """The text of links to a chapter's headings, by anchor."""
         return headings(survey, self.chapter_context(context, survey, problems))
 
-    def written(self, survey: Survey, context: RenderContext, problems: Problems) -> Written:
+    def written(self, survey: Survey, context: SiteContext, problems: Problems) -> Written:
         """Render a chapter and its slides."""
         own_context = self.chapter_context(context, survey, problems)
         slides = deck(survey, self.tapes, own_context, figure_html(self.templates)) if survey.slides else None
@@ -105,15 +104,15 @@ class Pen:
 
 
 def write(
-    surveys: Sequence[Survey], context: RenderContext, pen: Pen, memory: Memory
-) -> tuple[RenderContext, list[Written]]:
+    surveys: Sequence[Survey], context: SiteContext, pen: Pen, memory: Memory
+) -> tuple[SiteContext, list[Written]]:
     """Render all chapters. Return `context`, completed with their outlines and pages, and the chapters."""
 
-    def made_of(survey: Survey, current: RenderContext) -> object:
+    def made_of(survey: Survey, current: SiteContext) -> object:
         tapes = [pen.tapes.get((survey.chapter.name, name)) for name in survey.figures]
         return survey, tapes, pen.chapter_context(current, survey, context.problems)
 
-    def kept_of(kind: str, make: Callable[[Survey, RenderContext, Problems], T], current: RenderContext) -> list[T]:
+    def kept_of(kind: str, make: Callable[[Survey, SiteContext, Problems], T], current: SiteContext) -> list[T]:
         names = [(kind, survey.chapter.source.path) for survey in surveys]
         return [
             memory.told(name, made_of(survey, current), context.problems, partial(make, survey, current))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import html
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache as once
 from functools import partial
@@ -53,14 +53,16 @@ _NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
 
 @dataclass(frozen=True)
 class NotebookInputs:
-    """What notebooks need from the build. frame: gives the first frame of a page's figure; drawn: a plot's drawings.
+    """What notebooks need from the build. context: gives what a chapter's rendering looks up; frame: the first frame of
+    a page's figure; drawn: a plot's drawings.
 
     wheel: the path of our package on the site.
     """
 
     site: Site
-    context: RenderContext
+    references: Mapping[str, Reference]
     wheel: str
+    context: Callable[[Survey], RenderContext]
     frame: Callable[[str, Figure], Plain]
     drawn: Callable[[Placed], Drawn]
 
@@ -73,7 +75,7 @@ def name_of(chapter: Chapter) -> str:
 def notebook(survey: Survey, cited: Sequence[str], inputs: NotebookInputs) -> bytes:
     """The chapter's notebook, byte for byte reproducible. cited: keys of the works that it cites, in order."""
     writer = _Writer(survey, inputs)
-    references = [inputs.context.references[key] for key in cited]
+    references = [inputs.references[key] for key in cited]
     cells = [*writer.head(), *writer.body(), *([("markdown", _bibliography(references))] if references else [])]
     return written(_merge(cells))
 
@@ -108,7 +110,8 @@ class _Writer:
     def __init__(self, survey: Survey, inputs: NotebookInputs) -> None:
         self._survey, self._inputs = survey, inputs
         self._source = survey.chapter.source
-        self._html = pieces(survey, inputs.context).inline
+        self._context = inputs.context(survey)
+        self._html = pieces(survey, self._context).inline
         self._base = inputs.site.url or "../"
 
     def head(self) -> Iterator[Cell]:
@@ -143,7 +146,7 @@ class _Writer:
             case "plot" if plot := self._survey.plot(first):
                 yield from self._plot(first, plot)
             case "picture" if picture := self._survey.picture(first):
-                panels, words = drawn(picture, self._inputs.context) or ((), "")
+                panels, words = drawn(picture, self._context) or ((), "")
                 images = [_image(panel["svg"], panel["view"][4], panel["view"][5], words) for panel in panels]
                 yield "markdown", f"{' '.join(images)}\n\n*{self._directive(first)}*"
             case "fence" if first.info.split()[:1] == ["python"]:
@@ -329,7 +332,7 @@ def notebooks(
     files = {}
     for survey, body in zip(surveys, bodies, strict=True):
         make = partial(notebook, survey, body.cited, inputs)
-        works = [inputs.context.references[key] for key in body.cited]
+        works = [inputs.references[key] for key in body.cited]
         key = memory.answer(
             ("notebook", survey.chapter.source.path),
             (survey, body, works, inputs.site, inputs.wheel),
@@ -343,7 +346,7 @@ def _inputs_hash(survey: Survey, body: Body, inputs: NotebookInputs) -> str:
     """The hash of a notebook's inputs: the chapter as written and as rendered, which includes all that comes from
     elsewhere (numbers, references, drawings with their words and Python), the cited works, the site, and this code."""
     chapter = survey.chapter
-    works = [repr(inputs.context.references[key]) for key in body.cited]
+    works = [repr(inputs.references[key]) for key in body.cited]
     heading = [chapter.title, chapter.question, chapter.page, chapter.slug]
     notes = [inputs.site, inputs.wheel, *heading, survey.notes, works]
     parts = [("source", chapter.source.text), ("html", body.html), ("notes", repr(notes)), ("code", _code())]

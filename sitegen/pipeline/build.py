@@ -33,11 +33,11 @@ from sitegen.chapters.content import (
     read_site,
 )
 from sitegen.chapters.glossary import Term, read_glossary
-from sitegen.chapters.render_context import RenderContext
+from sitegen.chapters.render_context import SiteContext
 from sitegen.chapters.survey import survey
 from sitegen.chapters.surveyed import Survey
 from sitegen.chapters.values import Values
-from sitegen.figures.bakery import Bakery, code_hash, frames_of, readouts_of
+from sitegen.figures.bakery import Bakery, code_hash
 from sitegen.figures.gallery import Gallery, version
 from sitegen.figures.tape import Tape
 from sitegen.figures.widget_faults import sound
@@ -196,7 +196,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
     """Render the chapters into what the pages are written from. Raises BuildFailed if anything is wrong."""
     root, cache, memory, parts = context.root, context.cache, context.memory, context.parts
     drafts = outlines_of_drafts(survey(c, parts.widgets, parts.plots, Problems()) for c in manuscript.left_out)
-    render_context = RenderContext(
+    site_context = SiteContext(
         root=root,
         chapters=(),
         drafts=drafts,
@@ -207,15 +207,10 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         results=read_results(root, memory),
         mathematics=media.mathematics,
         values=media.values,
-        frames=partial(frames_of, media.bakery, problems, {}),
-        readouts=partial(readouts_of, media.bakery, problems, {}),
-        figure_html=lambda figure, sentence, caption, question: Markup(""),  # the pen replaces these three
-        plot_html=lambda plot, caption: Markup(""),
-        picture_html=lambda panels, words, caption: Markup(""),
         problems=problems,
     )
     pen = Pen(media.templates, media.tapes, media.bakery, media.gallery)
-    render_context, texts = write(media.surveys, render_context, pen, memory)
+    site_context, texts = write(media.surveys, site_context, pen, memory)
     media.values.keep()
     count = len(manuscript.chapters)
     surveys, pairs = media.surveys[:count], [(text.chapter, text.body) for text in texts]
@@ -229,12 +224,13 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
     wheel = str(media.templates.globals["wheel"])
     inputs = NotebookInputs(
         manuscript.site,
-        render_context,
+        manuscript.references,
         wheel,
+        lambda chapter: pen.chapter_context(site_context, chapter, problems),
         lambda page, figure: media.tapes[page, figure.id].first,
         media.gallery.drawn,
     )
-    tests = {claim.test_id: render_context.tests[claim.test_id].source for _, body in pairs for claim in body.claims}
+    tests = {claim.test_id: site_context.tests[claim.test_id].source for _, body in pairs for claim in body.claims}
     plain = [body for _, body in bodies]
     return Content(
         site=manuscript.site,
@@ -247,7 +243,7 @@ def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, probl
         decks=[text.deck for text in texts if text.deck],
         references=manuscript.references,
         cited=cited,
-        render_context=render_context,
+        site_context=site_context,
         licences=memory.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
         notebooks=notebooks(surveys, plain, inputs, cache, memory),
         made=about.made(root, surveys, plain, media.started.size if media.started else 0),

@@ -19,7 +19,7 @@ from sitegen.assets.tokens import colours
 from sitegen.assets.typefaces import FontSet
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import FIXED_PAGES, Chapter, Site
-from sitegen.chapters.render_context import RenderContext
+from sitegen.chapters.render_context import SiteContext
 from sitegen.chapters.rendered import Body
 from sitegen.external import fetch
 from sitegen.figures.tape import Tape
@@ -48,7 +48,7 @@ class Content:
     decks: Sequence[Deck]
     references: Mapping[str, Reference]
     cited: Mapping[str, Sequence[Chapter]]
-    render_context: RenderContext
+    site_context: SiteContext
     licences: Sequence[fetch.Licence]
     notebooks: Mapping[str, bytes]
     made: about.Made
@@ -98,7 +98,7 @@ def _assets(
         problems.note(Place("content"), f"missing from all typefaces: {' '.join(fontset.missing)}")
     pictures = _pictures(context, content, fontset) if fontset else {}
     assets = read_assets(
-        context.root, pictures, fontset, content.render_context.mathematics.css, problems, cache, context.progress
+        context.root, pictures, fontset, content.site_context.mathematics.css, problems, cache, context.progress
     )
     if runtime := content.started:
         assets.runtime = {"folder": "runtime/", "files": runtime.start_files(), "bytes": runtime.size}
@@ -163,7 +163,7 @@ def _archive_files(root: Path, content: Content, files: Mapping[str, bytes]) -> 
 
 def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
     """The contents of each page, by the page's name."""
-    references, terms = content.references, content.render_context.terms
+    references, terms = content.references, content.site_context.terms
     insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
     insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
     insides += [writer.deck(deck, content.decks, references, terms) for deck in content.decks]
@@ -175,7 +175,7 @@ def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
         writer.glossary(terms),
         writer.about(content.made),
         writer.reference(),
-        *writer.checks(bodies, content.render_context.tests, content.render_context.results, content.sources),
+        *writer.checks(bodies, content.site_context.tests, content.site_context.results, content.sources),
         writer.licences(content.licences),
     ]
     return {inside.page.name: inside for inside in insides}
