@@ -24,7 +24,7 @@ PARTS = (
 NUMBERS = (b"0", b"-1", b"00001", b"1000001", b"999999999999", b"000000001" + b"9" * 30, b"1e5", b"3.5")
 
 
-def test_files_of_points(tally: Tally, calls: int) -> None:
+def test_a_damaged_file_is_read_or_refused(tally: Tally, calls: int) -> None:
     draw = random.Random(14)
     for k in range(calls):
         kind = draw.choice(list(WRITERS))

@@ -29,7 +29,7 @@ LOGS: list[list[Any]] = [
 
 
 @pytest.mark.parametrize("units", [READABLE, UNITS], ids=["of a file's units", "of any unit"])
-def test_own_clouds(units: tuple[float, ...], tally: Tally, calls: int) -> None:
+def test_any_clouds_are_drawn_or_refused(units: tuple[float, ...], tally: Tally, calls: int) -> None:
     draw = random.Random(14)
     for k, (source, target) in enumerate(itertools.islice(pairs(66, units), -(-calls // len(OWN) // 2))):
         host, given = Host(), {}

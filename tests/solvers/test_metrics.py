@@ -1,3 +1,5 @@
+"""Errors against a truth and residuals of pairs: angles round the circle, distances, batches, and what is refused."""
+
 import numpy as np
 import pytest
 

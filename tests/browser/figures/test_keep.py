@@ -246,7 +246,7 @@ def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
     assert page.evaluate(ground) == light, "forgotten on another page, then gone back to this one"
 
 
-def test_citation_cards(reader: Callable[..., Reader]) -> None:
+def test_a_citation_s_card_opens_by_pointer_focus_and_tap(reader: Callable[..., Reader]) -> None:
     """A card opens on hover and on focus, closes with Escape, and on touch opens at the first tap."""
     page = reader().open("kabsch.html")
     cite = page.locator("a.cite").first

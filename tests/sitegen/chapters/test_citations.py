@@ -13,7 +13,7 @@ from tests.sitegen.conftest import Project
     ("name", "family"),
     [("Ada One", "One"), ("Cy van der Three", "van der Three"), ("Calvin R. Maurer Jr.", "Maurer"), ("Plato", "Plato")],
 )
-def test_family_names(name: str, family: str) -> None:
+def test_the_family_name_is_told_from_the_given_ones(name: str, family: str) -> None:
     assert family_name(name) == family
 
 

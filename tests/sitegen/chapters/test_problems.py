@@ -195,7 +195,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_content(second: Fails, name: str) -> None:
+def test_a_fault_in_a_text_is_told_at_its_place(second: Fails, name: str) -> None:
     body, expected = BROKEN[name]
     results = second(body)
     assert len(results) == len(expected), results
@@ -268,7 +268,7 @@ FRONT = {
 
 
 @pytest.mark.parametrize("name", FRONT)
-def test_front_matter(project: Project, name: str) -> None:
+def test_a_fault_in_front_matter_is_told_at_its_place(project: Project, name: str) -> None:
     front, body, expected = FRONT[name]
     project.write("content/00-start.md", START.partition("Read")[0])
     if front:
@@ -317,7 +317,7 @@ SETTINGS = {
 
 
 @pytest.mark.parametrize("name", SETTINGS)
-def test_settings(project: Project, name: str) -> None:
+def test_a_fault_in_the_settings_is_told_at_its_place(project: Project, name: str) -> None:
     text, expected = SETTINGS[name]
     project.write("content/site.yaml", text)
     name = "content/site.yaml:"
@@ -337,7 +337,7 @@ def test_what_is_not_utf8_is_named_in_every_file(project: Project) -> None:
     ]
 
 
-def test_references(project: Project) -> None:
+def test_a_fault_in_the_references_is_told_at_its_place(project: Project) -> None:
     text = REFERENCES.replace("authors: [Ada One]", "authors: Ada One").replace("10.1000/one", "doi.org/10.1000/one")
     project.write("content/references.yaml", text)
     assert project.problems() == [

@@ -138,7 +138,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_slides(project: Project, name: str) -> None:
+def test_a_fault_in_a_slide_is_told_at_its_place(project: Project, name: str) -> None:
     slides, expected = BROKEN[name]
     project.chapter(BODY, f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slides.rstrip()}')
     project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')

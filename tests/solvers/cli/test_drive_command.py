@@ -69,7 +69,7 @@ def test_a_drive_becomes_a_map_a_graph_and_poses(
     assert graph.fixed.tolist() == [0]
 
 
-def test_the_chain_alone(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_loops_there_is_no_graph(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = call(capsys, table, "--no-loops")
     assert code == 0
     assert "loops" not in out

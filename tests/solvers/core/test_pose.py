@@ -1,3 +1,5 @@
+"""Poses against their definitions: composition, inverse, matrices, angles and rotation vectors, and what is refused."""
+
 import copy
 import pickle
 

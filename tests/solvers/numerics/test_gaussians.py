@@ -108,7 +108,7 @@ def test_far_rows_with_clutter_are_clutter(c):
     np.testing.assert_allclose(result.log_sum, np.log(np.exp(-0.02) + c) + np.log(c), rtol=1e-12)
 
 
-def test_hardening():
+def test_as_sigma_vanishes_the_nearest_takes_everything():
     """As σ goes to zero, each point's responsibility goes to its nearest neighbour; with clutter, only exact matches
     keep any."""
     rng = np.random.default_rng(5)

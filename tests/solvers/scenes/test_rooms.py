@@ -1,3 +1,5 @@
+"""The scenes of known pairs and of rooms: a seed's one draw, what noise and outliers change in it, what is refused."""
+
 import numpy as np
 import pytest
 

@@ -22,7 +22,7 @@ from widgets.drawing.picture import View, degrees, move_keys, number, slide_keys
         (1e6, 0, "1000000"),
     ],
 )
-def test_number(value: float, decimals: int, text: str) -> None:
+def test_a_number_is_rounded_alike_on_every_machine(value: float, decimals: int, text: str) -> None:
     assert number(value, decimals) == text
 
 
@@ -37,7 +37,7 @@ def test_number(value: float, decimals: int, text: str) -> None:
         (9.9e-4, "1·10⁻³"),
     ],
 )
-def test_small(value: float, text: str) -> None:
+def test_a_small_number_keeps_its_magnitude(value: float, text: str) -> None:
     assert small(value) == text
 
 

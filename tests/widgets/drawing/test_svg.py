@@ -111,7 +111,7 @@ def body(*marks: Mark, view: View = VIEW) -> str:
         ),
     ],
 )
-def test_markup(mark: Mark, markup: str) -> None:
+def test_a_mark_becomes_classes_and_integers(mark: Mark, markup: str) -> None:
     """Every mark becomes markup that the style sheet knows: classes and integers, never colours."""
     assert body(mark) == markup
 

@@ -238,7 +238,7 @@ def test_the_motion_is_the_move() -> None:
     st.floats(30, 100),
     st.floats(0, 50),
 )
-def test_hostile_actions(actions: list[Action], gate: float, overlap: float, outliers: float) -> None:
+def test_any_actions_leave_handles_in_view(actions: list[Action], gate: float, overlap: float, outliers: float) -> None:
     """Steps and drags in any order, even to where no pair is left: a picture, finite numbers, handles in view."""
     state = run(*actions, gate=gate, overlap=overlap, outliers=outliers)
     picture = draw(state)

@@ -327,7 +327,7 @@ def test_no_derivative_sees_the_lowest_minimum_switch(rng):
     ),
     st.sampled_from([(None, 32), ((1e-100,), 3), ((1e100, 1.0), 1)]),
 )  # fmt: skip
-def test_hostile_clouds(points, how):
+def test_any_clouds_end_with_a_status_and_a_finite_pose(points, how):
     """Huge, tiny and coincident points, absurd lengths, a single frequency: a status, a proper pose and no warning."""
     lengths, count = how
     cloud = np.array(points)

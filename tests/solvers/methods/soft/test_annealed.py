@@ -98,7 +98,7 @@ def test_large_motions_are_found_from_near_them(degrees):
     assert metrics.point_error(result.pose, truth, s.source) < 0.05
 
 
-def test_in_space(rng, random_pose):
+def test_a_shifted_cloud_in_space_is_brought_back(rng, random_pose):
     source = rng.standard_normal((80, 3)) * [3.0, 2.0, 1.0]
     truth = random_pose(rng, 3)
     start = Pose(truth.R, truth.t + 0.3)
@@ -154,7 +154,7 @@ def test_a_circle_and_a_wall_stop_truthfully():
     assert abs(slid.pose.t[1]) < 0.01
 
 
-def test_all_outliers(rng):
+def test_unrelated_clouds_end_with_a_status(rng):
     source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
     result = register(source, target, "soft-annealed", **RACE)
     assert result.status in (Status.CONVERGED, Status.CAPPED)

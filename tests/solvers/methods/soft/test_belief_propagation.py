@@ -239,7 +239,7 @@ def test_awkward_scenes_end(rng, method, name):
     st.sampled_from(["association-bp", "hypothesis-mixture"]),
     st.sampled_from([{}, {"first": 1e-100, "last": 1e-100}, {"first": 1e100}, {"shrink": 1.0}, {"miss": 1e12}]),
 )  # fmt: skip
-def test_hostile_clouds(points, method, options):
+def test_any_clouds_end_with_a_status_and_a_finite_pose(points, method, options):
     cloud = np.array(points)
     result = register(cloud, cloud[::-1] * 0.5, method, **options)
     assert result.status in (Status.CONVERGED, Status.STALLED, Status.CAPPED, Status.DEGENERATE)

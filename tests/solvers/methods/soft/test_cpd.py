@@ -196,7 +196,7 @@ def test_large_motions_are_found_from_near_them(degrees):
     np.testing.assert_allclose(result.inverse().apply(rigid.apply(fish(100))), fish(100), atol=1e-5)
 
 
-def test_in_space(rng, random_pose):
+def test_a_large_motion_and_scale_are_found_in_space(rng, random_pose):
     """A large motion in 3-D with a scale is found from a start near it."""
     source = rng.standard_normal((60, 3)) * [3.0, 2.0, 1.0]
     truth = random_pose(rng, 3, scaled=True)
@@ -363,7 +363,7 @@ def test_a_circle_and_a_wall_stop_truthfully():
     assert abs(slid.pose.angle) < 0.01
 
 
-def test_all_outliers(rng):
+def test_unrelated_clouds_end_with_a_status_and_a_wide_sigma(rng):
     """For two unrelated clouds it stops with a status, and does not claim success."""
     source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
     result = register(source, target, "cpd-rigid", max_steps=100)
