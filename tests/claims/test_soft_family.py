@@ -8,13 +8,13 @@ import pytest
 from solvers import METHODS, Pose, fit_rigid, register
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
+from solvers.methods.soft import schedule
 from solvers.methods.soft.annealed import weights
 from solvers.methods.soft.belief_propagation import marginal_matrix
 from solvers.methods.soft.cpd import CpdOptions, responsibilities
 from solvers.methods.soft.gmmreg import GmmRegOptions
 from solvers.methods.soft.shares import clutter_weight
 from solvers.metrics import rre
-from solvers.numerics import radius_pairs
 from solvers.scenes.bird import AREA, bird, bird_start
 from solvers.scenes.rooms import room
 from solvers.studies.benchmark import benchmark
@@ -318,7 +318,7 @@ def test_rivals_keep_the_marginals_unlinked(why):
 def test_points_without_partners_do_not_pull(why, monkeypatch):
     """The clean room from 45° and 1.43 u, the source twice as dense: association BP is right on no seed of 25, and on
     all if each source point with a pair in reach pulls towards the same soft target with weight one."""
-    associated = radius_pairs.associated
+    associated = schedule.associated
 
     def in_full(state, mass, moment):
         linked = mass > 0.0
@@ -329,7 +329,7 @@ def test_points_without_partners_do_not_pull(why, monkeypatch):
         return line.close
 
     by_share = right()
-    monkeypatch.setattr(radius_pairs, "associated", in_full)
+    monkeypatch.setattr(schedule, "associated", in_full)
     full = right()
     why("how hard a point pulls", {"as it is linked": f"{by_share} of 25 are right", "in full": f"{full} of 25"})
     assert (by_share, full) == (0, 25)
