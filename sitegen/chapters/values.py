@@ -185,8 +185,8 @@ def of_plot(call: Call, gallery: Gallery) -> int | float:
     if module not in plots:
         raise CallError(f"unknown plot {module!r}{hint(module, plots)}", module_at)
     plot = plots[module]
-    name, name_at = names[0] if names else ("", module_at)
-    if name not in plot.numbers or len(names) != 1:
+    name, name_at = ".".join(part for part, _ in names), names[0][1] if names else module_at
+    if name not in plot.numbers:
         raise CallError(f"plots.{module} has no number {name!r}{hint(name, plot.numbers)}", name_at)
     try:
         result = gallery.result(plot)

@@ -86,6 +86,10 @@ def test_figures_and_plots_are_numbered_together(project: Project) -> None:
             ":value[plots.toy_plot.higest()]\n",
             ["7:23: plots.toy_plot has no number 'higest'; did you mean 'highest'?"],
         ),
+        (
+            ":value[plots.toy_plot.highest.more()]\n",
+            ["7:23: plots.toy_plot has no number 'highest.more'; did you mean 'highest'?"],
+        ),
         (":value[plots.toy_plot()]\n", ["7:14: plots.toy_plot has no number ''; known: highest"]),
     ],
 )
