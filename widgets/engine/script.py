@@ -38,8 +38,10 @@ def called(before: str, *arguments: str, after: str = "") -> list[str]:
     if len(line) <= WIDTH:
         return [line]
     lead = before[: len(before) - len(before.lstrip())]
-    lines = [""]
+    lines: list[str] = []
     for argument in arguments:
-        longer = f"{lines[-1]} {argument}," if lines[-1] else f"{lead}    {argument},"
-        lines = [*lines[:-1], longer] if len(longer) <= WIDTH else [*lines, f"{lead}    {argument},"]
+        if lines and len(longer := f"{lines[-1]} {argument},") <= WIDTH:
+            lines[-1] = longer
+        else:
+            lines.append(f"{lead}    {argument},")
     return [f"{before}(", *lines, f"{lead}){after}"]

@@ -165,6 +165,18 @@ def test_calls_are_broken_where_they_are_long() -> None:
     assert " ".join(line.strip() for line in lines[1:-1]) == ", ".join(arguments) + ","
 
 
+def test_a_line_may_be_as_long_as_the_width() -> None:
+    """Of a call in one line, and of two arguments in one; with a character more they are parted. No line is empty, even
+    if the first argument alone is too long for one."""
+    whole = called("f", "a" * (WIDTH - 3))
+    assert [len(line) for line in whole] == [WIDTH]
+    assert called("f", "a" * (WIDTH - 2)) == ["f(", f"    {'a' * (WIDTH - 2)},", ")"]
+    first, room = "a" * 30, WIDTH - len("    ") - 30 - len(", ,")
+    assert called("longer", first, "b" * room)[1:-1] == [f"    {first}, {'b' * room},"]
+    assert len(called("longer", first, "b" * room)[1]) == WIDTH
+    assert called("longer", first, "b" * (room + 1))[1:-1] == [f"    {first},", f"    {'b' * (room + 1)},"]
+
+
 def test_values_are_written_as_python() -> None:
     """Infinity by numpy's name, text in double quotes; an empty script stays empty."""
     assert [literal(v) for v in (np.inf, "huber", 0.5, (1.0,), None)] == ["np.inf", '"huber"', "0.5", "(1.0,)", "None"]
