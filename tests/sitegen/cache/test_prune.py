@@ -20,7 +20,7 @@ def old(path: Path, days: float) -> Path:
 
 
 def test_what_nobody_used_for_two_months_goes(tmp_path: Path) -> None:
-    """A folder that becomes empty goes too; other files, and folders that the build does not use, stay."""
+    """Other files, and folders that the build does not use, stay."""
     stale, recent = old(tmp_path / "compiled/a.zip", 61), old(tmp_path / "compiled/b.zip", 59)
     alone, strange = old(tmp_path / "wheel/0123/c.whl", 100), old(tmp_path / "mine/d.txt", 100)
     assert set(prune(tmp_path)) == {stale, alone}
@@ -53,3 +53,17 @@ def test_a_folder_just_made_stays_for_what_will_lie_in_it(tmp_path: Path) -> Non
     prune(tmp_path)
     assert (tmp_path / "runtime/new").is_dir()
     assert UNUSED == 60 * DAY
+
+
+def test_a_folder_empty_for_a_day_goes(tmp_path: Path) -> None:
+    """It is not among the removed files. A folder that has become empty goes the next time; one that holds a file in
+    use stays."""
+    alone, recent = old(tmp_path / "wheel/0123/c.whl", 100), old(tmp_path / "wheel/4567/d.whl", 1)
+    (tmp_path / "wheel/empty").mkdir()
+    for name in ("0123", "4567", "empty"):
+        os.utime(tmp_path / "wheel" / name, (time.time() - 2 * DAY,) * 2)
+    assert prune(tmp_path) == [alone]
+    assert sorted(path.name for path in (tmp_path / "wheel").iterdir()) == ["0123", "4567"]
+    assert prune(tmp_path, time.time() + 2 * DAY) == []
+    assert [path.name for path in (tmp_path / "wheel").iterdir()] == ["4567"]
+    assert recent.is_file()

@@ -78,10 +78,12 @@ FAULTS = [
     (">two</a>", "><b> </b></a>", "4:46: empty <a>"),
     ("<p id", "<button type=button></button><p id", "empty <button>"),
     ('<p id="words">Text</p>', '<h3 id="words">Text</h3>', "expected at most <h2>, got <h3>"),
+    ('<h1 id="top-1">One</h1>', '<h2 id="top-1">One</h2>', "expected at most <h1>, got <h2>"),
     ('<p id="words">Text</p>', '<h1 id="words">Text</h1>', "duplicate <h1>"),
     ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside assets/, images/, runtime/, tapes/"),
     ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside"),
     ('id="words"', 'id="wörds"', "id 'wörds' is not plain ASCII"),
+    ('id="words"', 'id="two words"', "id 'two words' is not plain ASCII"),
     ('<p id="words">', '<label for="wordz">x</label><p id="words">', "for: unknown id 'wordz'"),
     ('href="#words"', 'href="javascript:x()"', "the policy blocks it"),
     ('<p id="words">', '<video poster="gone.png"></video><p id="words">', "missing file gone.png"),
@@ -96,6 +98,26 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
     page.write_text(page.read_text("utf-8").replace(old, new, 1), "utf-8")
     problems = [str(problem) for problem in check_site(site)]
     assert any(message in line and line.startswith("site/index.html:") for line in problems), problems
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        '<a href="two.html" aria-label="two"></a>',
+        '<a href="two.html" aria-labelledby="words"></a>',
+        '<a href="two.html" title="two"></a>',
+        '<a href="two.html"><img src="assets/a.png" alt="two"></a>',
+        '<a href="two.html" aria-hidden="true"></a>',
+        '<a id="place"></a>',
+        '<svg><use href="#words"/></svg>',
+    ],
+)
+def test_what_is_named_otherwise_hidden_or_no_link_passes(site: Path, element: str) -> None:
+    """An element with no text of its own may be named by an attribute or an image. One that loads a part of its own
+    page loads no other file."""
+    page = site / "index.html"
+    page.write_text(page.read_text("utf-8").replace("</body>", f"{element}</body>"), "utf-8")
+    assert check_site(site) == []
 
 
 @pytest.mark.parametrize(
@@ -148,6 +170,28 @@ def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(rules, "PAGE_LIMIT", weight.total - 1)
     problems = [str(problem) for problem in check_site(site)]
     assert [line.partition(" kB")[0] for line in problems] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
+    monkeypatch.setattr(rules, "PAGE_LIMIT", weight.total)
+    assert check_site(site) == []
+
+
+def test_a_runtime_may_weigh_so_much(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A runtime above its limit is reported once, however many pages share it; one exactly at its limit is not."""
+    (site / "three.html").write_text(FILES["index.html"], "utf-8")
+    weight = runtime_weight(read_pages(site)["index.html"])
+    monkeypatch.setattr(rules, "RUNTIME_LIMIT", weight.total)
+    assert check_site(site) == []
+    monkeypatch.setattr(rules, "RUNTIME_LIMIT", weight.total - 1)
+    (problem,) = check_site(site)
+    assert f"its runtime has {weight.total / 1e6:.2f} MB compressed" in str(problem)
+
+
+def test_a_sheet_weighs_once_however_often_it_is_imported(site: Path) -> None:
+    """Even if sheets import each other."""
+    (site / "assets/a.css").write_text("@import 'b.css';", "utf-8")
+    (site / "assets/b.css").write_text("@import 'a.css'; @import 'c.css';", "utf-8")
+    (site / "assets/c.css").write_text("@import 'b.css';", "utf-8")
+    sheets = {name for name in page_weight(read_pages(site)["two.html"]).parts if name.endswith(".css")}
+    assert sheets == {"assets/a.css", "assets/b.css", "assets/c.css"}
 
 
 def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:

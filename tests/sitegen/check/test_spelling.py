@@ -64,10 +64,10 @@ def test_american_words_in_drawings_are_told_and_names_of_others_are_not(
 @pytest.mark.parametrize(
     ("text", "phrases"),
     [
-        ("It is no number.", ["is no number"]),
-        ("# What is no\n# pose, and rows that are no\n    array", ["is no # pose", "are no array"]),
-        ("Equal but for rounding, it comes home.", ["but for rounding", "comes home"]),
-        ("Every so many-th echo.", ["so many-th"]),
+        ("It is no number.", ["2: is no number"]),
+        ("# What is no\n# pose, and rows that are no\n    array", ["2: is no # pose", "3: are no array"]),
+        ("Equal but for rounding, it comes home.", ["2: but for rounding", "2: comes home"]),
+        ("Every so many-th echo.", ["2: so many-th"]),
         ("There is no number, it is no longer there and is no larger; there\nare no rows.", []),
         ("This is not a number. These rows do not make an array, up to rounding.", []),
     ],
@@ -76,13 +76,14 @@ def test_american_words_in_drawings_are_told_and_names_of_others_are_not(
 def test_a_phrase_that_sounds_translated_is_told(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, text: str, phrases: list[str]
 ) -> None:
+    """With its place and what to write instead; the line is the one on which it begins."""
     path = tmp_path / name
     path.parent.mkdir(exist_ok=True)
     path.write_text(f"First.\n{text}\n", "utf-8")
     assert style(tmp_path) == bool(phrases)
     lines = capfd.readouterr().out.splitlines()
-    assert [line.split(": ", 1)[1].split(" ==> ")[0] for line in lines] == phrases
-    assert all(line.startswith(f"{name}:") and " ==> " in line for line in lines)
+    assert [line.partition(" ==> ")[0] for line in lines] == [f"{name}:{phrase}" for phrase in phrases]
+    assert all(line.partition(" ==> ")[2] for line in lines)
 
 
 def test_this_project_has_none_of_them(capfd: pytest.CaptureFixture[str]) -> None:
