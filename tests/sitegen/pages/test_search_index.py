@@ -30,7 +30,8 @@ def test_sections_of_a_page() -> None:
 
 
 def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> None:
-    pages = {"p.html": PAGE, "checks.html": PAGE, "checks-p.html": PAGE, "old.html": "<p>Moved</p>"}
+    unsearched = ("checks.html", "checks-p.html", "slides-p.html")
+    pages = {"p.html": PAGE, **dict.fromkeys(unsearched, PAGE), "old.html": "<p>Moved</p>"}
     script = search_data(pages, tmp_path).decode()
     entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
@@ -40,3 +41,33 @@ def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> N
 def test_what_is_hidden_is_not_found() -> None:
     page = "<main><h1>T</h1><p>Seen.</p><p hidden>Unseen.</p></main>"
     assert [section.text for section in sections("p.html", page)] == ["Seen."]
+
+
+def test_words_of_different_blocks_are_apart() -> None:
+    """Also what follows a block within another."""
+    page = "<main><h1>T</h1><div>One<p>two</p>three<ul><li>four</li><li>five</li></ul>six</div></main>"
+    assert [section.text for section in sections("p.html", page)] == ["One two three four five six"]
+
+
+def test_only_the_first_term_of_an_entry_is_a_heading() -> None:
+    """In a list under a heading the terms are text, as are the further ones of a glossary's entry."""
+    page = (
+        "<main><h1>T</h1><h2 id='o'>Options</h2><dl><dt>gate</dt><dd>A distance.</dd></dl>"
+        "<dl><div id='term-a'><dt>pose</dt><dt>place</dt><dd>Where it is.</dd></div></dl></main>"
+    )
+    results = [(section.at, section.heading, section.text) for section in sections("p.html", page)][1:]
+    assert results == [
+        ("p.html#o", "Options", "gate A distance."),
+        ("p.html#term-a", "pose", "place Where it is."),
+    ]
+
+
+def test_a_work_is_found_and_an_empty_section_is_not(tmp_path: Path) -> None:
+    """An entry of the references has no heading."""
+    page = "<main><h1>References</h1><ul><li id='ref-one2001'>One (2001).</li><li id='ref-two'></li></ul></main>"
+    script = search_data({"references.html": page}, tmp_path).decode()
+    entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
+    assert entries == [
+        ["references.html", "References", "References", ""],
+        ["references.html#ref-one2001", "References", "", "One (2001)."],
+    ]
