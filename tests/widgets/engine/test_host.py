@@ -194,6 +194,15 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
         assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
 
 
+def test_a_handle_says_as_a_slider_where_it_is() -> None:
+    """A turning one its angle, of a full turn in degrees; a moving one its x, of its panel's window."""
+    frame = Host().render("f", PLAIN)
+    handles = {handle["kind"]: handle for handle in frame["handles"]}
+    left, right, *_ = frame["panels"][0]["view"]
+    assert handles["turn"]["slider"] == [-180.0, 180.0, float(handles["turn"]["value"].replace("−", "-").rstrip("°"))]
+    assert handles["move"]["slider"] == [left, right, round(handles["move"]["world"][0], 2)]
+
+
 def test_ties_and_zero_are_rounded_one_way() -> None:
     """Values that two processors compute on either side of a tie, or of zero, give the same number."""
     assert str(_rounded(-2e-5, 4)) == "0.0"

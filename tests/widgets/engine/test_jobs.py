@@ -104,6 +104,21 @@ def test_another_begin_begins_anew() -> None:
     assert running.slice("f", JOB)["words"] == "last, piece 1"
 
 
+def test_a_part_gets_the_settings_the_seed_and_its_name() -> None:
+    """Those of the record that the page sends."""
+    arguments = []
+
+    def work(controls: Any, seed: int, part: str) -> Iterator[Progress]:
+        arguments.append((controls, seed, part))
+        yield Progress(1.0, "done", [])
+
+    record = replace(preset(WIDGET, "default", {"noise": 0.25}), seed=53)
+    host = Host({"kabsch": replace(WIDGET, jobs=(replace(JOB, work=work),))})
+    query = {"figure": "f", "record": record.plain(), "job": "count", "do": "begin", "part": "last"}
+    assert json.loads(host.job(json.dumps(query)))["done"]
+    assert arguments == [(record.controls, 53, "last")]
+
+
 def test_a_part_that_fails_is_over() -> None:
     def work(controls: Any, seed: int, part: str) -> Iterator[Progress]:
         yield Progress(0.5, "half")

@@ -11,7 +11,7 @@ from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, is_close
 from tests.widgets.states import frame_after, state_after
-from widgets.drawing.picture import Label, Path, Points, Segments
+from widgets.drawing.picture import Label, Path, Points, Segments, number
 from widgets.engine.contract import Action, preset
 from widgets.engine.controls import specs
 from widgets.engine.host import Host
@@ -260,6 +260,18 @@ def test_the_map_tells_ends_before_full_rings() -> None:
         values = {readout.name: readout.value for readout in ladder_map.draw(state, detail).readouts}
         assert (values["arrive"] != "…", values["valleys_soft"] != "…") == (arrive, rings)
         assert ladder_map.known(state) == detail
+
+
+def test_the_maps_description_tells_every_rungs_end_once_it_is_known() -> None:
+    start = ladder_map.start(ladder_map.Controls(60.0), 40)
+    assert "ends are off" not in ladder_map.draw(start).description
+    state = ladder_map.act(start, Action("press", "roll"))
+    frame = ladder_map.draw(state)
+    ends = [
+        f"rung {rung.number} ({rung.phrase}) {number(course.rotation, 1)}°"
+        for rung, course in zip(RUNGS.values(), state.courses, strict=True)
+    ]
+    assert frame.description.endswith(f" {frame.note} The ends are off by: {', '.join(ends)}.")
 
 
 def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from solvers import Pose
 from solvers.scenes.rooms import ROOM_SETTINGS, room
-from widgets.drawing.picture import Segments
+from widgets.drawing.picture import Path, Segments
 from widgets.drawing.svg import panel_svg
 from widgets.parts.room import BRINGS, error_chart, pair_lines, problem, single, source, still
 
@@ -55,3 +55,10 @@ def test_the_marks_make_a_panel() -> None:
     assert source(scene, scene.start).name == "source"
     for course in ([12.0], [12.0, 3.0, 0.0]):
         assert "<path" in panel_svg(error_chart(course, course, 40), "f")
+
+
+def test_the_two_errors_are_told_apart_without_colour() -> None:
+    """Of their lines one is dashed."""
+    marks = error_chart([12.0, 3.0, 1.0], [2.0, 1.0, 0.5], 40).marks
+    lines = {mark.role: mark.dashed for mark in marks if isinstance(mark, Path) and mark.role in ("ink", "accent")}
+    assert lines == {"ink": False, "accent": True}
