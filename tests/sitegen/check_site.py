@@ -11,5 +11,5 @@ from sitegen.problems import Problem
 
 
 def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
-    """All problems of a built site, in order."""
+    """All problems of a built site, in order. cache: where results of pages are kept; by default with the user's."""
     return check_pages(site, read_pages(site), cache or cache_dir())

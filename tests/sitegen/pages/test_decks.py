@@ -232,8 +232,8 @@ def test_a_deck_holds_what_its_front_matter_asks_for(project: Project) -> None:
     assert 'class="still" aria-hidden="true"><svg class="panel"' in overview
     for page, sheets in ((deck, ["site", "deck"]), (overview, ["site", "deck"]), (chapter, ["site"])):
         assert re.findall(r'<link rel="stylesheet" href="assets/(\w+)\.\w+\.css">', page) == sheets
-    problems = [problem for problem in check_site(project.site) if problem.path.startswith("site/slides")]
-    assert problems == []
+    problems = check_site(project.site, project.cache)
+    assert [problem for problem in problems if problem.path.startswith("site/slides")] == []
 
 
 def test_a_site_without_slides_has_no_page_for_them(project: Project) -> None:

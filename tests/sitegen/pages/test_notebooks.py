@@ -72,7 +72,7 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
         after = (project.site / "notebooks" / "second.ipynb").read_bytes()
         assert after != before, new
         before = after
-    assert [str(p) for p in check_site(project.site) if "notebook" in p.message] == []
+    assert [str(p) for p in check_site(project.site, project.cache) if "notebook" in p.message] == []
     assert "notebooks/second.ipynb" in project.page("second.html")
 
 

@@ -53,7 +53,7 @@ def sample(project: Project) -> Project:
 
 
 def test_every_page_is_valid_and_every_link_leads_somewhere(sample: Project) -> None:
-    assert [str(p) for p in check_site(sample.site) if "runtime" not in p.message] == []
+    assert [str(p) for p in check_site(sample.site, sample.cache) if "runtime" not in p.message] == []
 
 
 def test_two_builds_are_the_same_bytes(sample: Project, tmp_path: Path) -> None:
