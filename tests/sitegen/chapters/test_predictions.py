@@ -52,6 +52,12 @@ def test_the_run_decides_which_answer_is_right(project: Project) -> None:
     assert question(project, ASK.replace("? | One. | ", "?\n| One. |\n"))[1] == answers  # wrapped at its bars
 
 
+def test_a_bar_in_emphasis_or_code_parts_nothing(project: Project) -> None:
+    _, answers, section = question(project, ASK.replace("How many? | One.", "How *many | few*? | `1 | 1` *or | so*."))
+    assert answers == [('<code translate="no">1 | 1</code> <em>or | so</em>.', "no"), ("Two.", "yes")]
+    assert "How <em>many | few</em>?" in section
+
+
 def test_what_decides_is_on_the_tape(project: Project) -> None:
     """Even if nothing else presses so often; the states that lead to it are there too."""
     record, _, _ = question(project, ASK.replace("go,go", "go*5").replace("presses > 1", "presses > 4"))
@@ -67,6 +73,31 @@ def test_of_panels_the_one_is_right_whose_drawing_says_so(project: Project) -> N
     assert project.problems() == ["content/01-second.md:10:1: this run of figure 'demo' makes no answer right"]
     drawn_with(project, Label((0.0, 0.0), "right", "truth"))
     assert project.problems() == ["content/01-second.md:10:1: this run of figure 'demo' makes every answer right"]
+
+
+def test_panels_are_answers_by_the_first_line_of_their_captions(project: Project) -> None:
+    """In the order of the line; one is right if the very word stands in it, not a part of a longer one."""
+
+    def draw(state: object) -> Picture:
+        picture = TOY.draw(state)
+        (panel,) = picture.panels
+        words = {"main": "all right", "second": "right", "third": "wrong"}
+        panels = [
+            replace(
+                panel,
+                name=name,
+                label=f"The {name} panel",
+                caption=f"<{name}>\nfurther words",
+                marks=(*panel.marks, Label((0.0, 0.0), word, "truth")),
+            )
+            for name, word in words.items()
+        ]
+        return replace(picture, panels=tuple(panels))
+
+    project.widgets["toy"] = replace(TOY, draw=draw)
+    project.cache = cache_without_drawings(project.cache, project.root / "cache")
+    _, answers, _ = question(project, "::predict[Which?]{demo press=go panels=third,second,main says=right}")
+    assert answers == [("&lt;third&gt;", "no"), ("&lt;second&gt;", "yes"), ("&lt;main&gt;", "no")]
 
 
 def test_a_ghost_is_of_a_source(project: Project) -> None:
@@ -102,6 +133,7 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
         ("::predict[¦Q | a | b]{demo press=go within=0.5}", "answers after a | need expect="),
         ("::predict[Q]{demo press=go within=¦near}", "within: expected a positive distance in u, got 'near'"),
         ("::predict[Q]{demo press=go within=¦-1}", "within: expected a positive distance in u, got '-1'"),
+        ("::predict[Q]{demo press=go within=¦0}", "within: expected a positive distance in u, got '0'"),
         ("¦::predict[Q]{demo press=go panels=man says=right}", "unknown panel 'man'; did you mean 'main'?"),
         ("::predict[Q]{¦demon press=go within=1}", "unknown figure 'demon' in this chapter; did you mean 'demo'?"),
         ("¦::predict[]{demo press=go within=1}", "::predict has no text"),

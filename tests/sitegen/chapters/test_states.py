@@ -61,6 +61,16 @@ def test_a_link_opens_a_figure_of_its_own_page(desk: Project) -> None:
     assert 'href="#fig-demo">' in desk.page("second.html")
 
 
+def test_of_figures_of_one_name_a_page_s_own_is_opened(desk: Project) -> None:
+    """With the differences from its own opening state, not from that of the other page's."""
+    desk.write("content/00-start.md", FIRST + FIGURE.replace("0.5", "0.25"))
+    desk.write("content/01-second.md", f"---\ntitle: T\nslug: second\nsummary: S\n---\n{FIGURE}\n"
+               "See :ref[fig:demo]{noise=0.25}.\n")  # fmt: skip
+    desk.build()
+    to, text = link(desk.page("second.html"))
+    assert (to, text["controls"]) == ("#fig-demo", {"noise": 0.25})
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
     value, words = WRONG[name]

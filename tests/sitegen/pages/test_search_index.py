@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from sitegen.pages.search_index import search_data, sections
+import pytest
+
+from sitegen.pages import search_index
+from sitegen.pages.search_index import Section, search_data, sections
 
 PAGE = """<!doctype html><html><body><header><h2 id="no">Not in main</h2></header><main id="main"><article>
 <h1>The <em>title</em> &amp; more</h1><p>First<br>words.</p>
@@ -36,6 +39,22 @@ def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> N
     entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
     assert "<" not in script
+
+
+def test_a_page_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By all builds that share a cache, until its text or its name changes."""
+    reads: list[str] = []
+
+    def noted(name: str, html: str) -> list[Section]:
+        reads.append(name)
+        return sections(name, html)
+
+    monkeypatch.setattr(search_index, "sections", noted)
+    first = search_data({"p.html": PAGE}, tmp_path)
+    assert search_data({"p.html": PAGE}, tmp_path) == first
+    search_data({"p.html": PAGE, "q.html": PAGE}, tmp_path)
+    search_data({"p.html": PAGE + " "}, tmp_path)
+    assert reads == ["p.html", "q.html", "p.html"]
 
 
 def test_what_is_hidden_is_not_found() -> None:
