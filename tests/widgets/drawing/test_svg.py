@@ -239,6 +239,11 @@ def test_flat_ellipses_are_drawn() -> None:
     assert {value for point in second for value in point} == {500}
 
 
+def test_an_ellipse_may_be_filled_and_dashed() -> None:
+    marks = Ellipses([5, 5], np.eye(2), "target", filled=True), Ellipses([5, 5], np.eye(2), "truth", dashed=True)
+    assert re.findall('class="(.*?)"', body(*marks)) == ["line target filled", "line truth dashed"]
+
+
 # Heat
 
 

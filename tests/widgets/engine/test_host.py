@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import json
 import re
 from dataclasses import replace
@@ -328,6 +329,13 @@ def test_levels_differ_and_the_finest_is_the_default() -> None:
     assert len({frame["panels"][0]["svg"] for frame in frames}) == FINEST + 1
     assert Host().render("f", SCORE) == frames[-1]
     assert json.loads(Host().frame(json.dumps({"figure": "f", "record": SCORE, "detail": 1}))) == frames[1]
+
+
+def test_every_figure_with_levels_draws_the_finest_by_itself() -> None:
+    """`draw` without a level is what the build draws and the page ends with."""
+    widgets = [widget for widget in WIDGETS.values() if widget.details > 1]
+    levels = [list(inspect.signature(widget.draw).parameters.values())[1] for widget in widgets]
+    assert [level.default for level in levels] == [widget.details - 1 for widget in widgets]
 
 
 @pytest.mark.parametrize("detail", [-1, FINEST + 1, 0.0, "0", True])

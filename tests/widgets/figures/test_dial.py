@@ -260,18 +260,23 @@ def test_the_map_tells_ends_before_full_rings() -> None:
         values = {readout.name: readout.value for readout in ladder_map.draw(state, detail).readouts}
         assert (values["arrive"] != "…", values["valleys_soft"] != "…") == (arrive, rings)
         assert ladder_map.known(state) == detail
+    assert detail == ladder_map.WIDGET.details - 1
 
 
-def test_the_maps_description_tells_every_rungs_end_once_it_is_known() -> None:
+def test_the_maps_description_tells_its_valleys_and_ends_once_they_are_known() -> None:
     start = ladder_map.start(ladder_map.Controls(60.0), 40)
     assert "ends are off" not in ladder_map.draw(start).description
+    assert "ring of rung 1" not in ladder_map.draw(start, 0).description
     state = ladder_map.act(start, Action("press", "roll"))
     frame = ladder_map.draw(state)
+    assert (ladder_map.draw(start).disabled, frame.disabled) == (set(), {"roll"})
     ends = [
         f"rung {rung.number} ({rung.phrase}) {number(course.rotation, 1)}°"
         for rung, course in zip(RUNGS.values(), state.courses, strict=True)
     ]
-    assert frame.description.endswith(f" {frame.note} The ends are off by: {', '.join(ends)}.")
+    one, three = (r.value for r in frame.readouts if r.name in ("valleys_pairs", "valleys_nearest"))
+    rings = f"The ring of rung 1 has {one} valley, that of rung 3 has {three}."
+    assert frame.description.endswith(f" {rings} {frame.note} The ends are off by: {', '.join(ends)}.")
 
 
 def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:
