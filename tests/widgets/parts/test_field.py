@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.picture import Array, Heat, Label, View
+from widgets.drawing.picture import Array, Heat, Label, Path, View
 from widgets.parts.field import PAD, STRIDE, Field, scale_marks
 
 WINDOW = (-1.0, 2.0, 0.0, 3.0)
@@ -90,11 +90,16 @@ def test_a_side_that_does_not_divide_is_refused() -> None:
 
 
 def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
-    """The bar is in the padding at the right, as high as the window, and its numbers include both ends."""
+    """The bar is in the padding at the right, as high as the window and in a frame, and its numbers, at their heights
+    beside it, include both ends."""
     view = View(*WINDOW, width=400.0, pad=PAD)
-    bar, _, *labels = scale_marks(view, (0.0, 0.4), "score")
+    bar, frame, *labels = scale_marks(view, (0.0, 0.4), "score")
     assert isinstance(bar, Heat)
     left, right, low, high = bar.window
+    assert isinstance(frame, Path)
+    assert {tuple(corner) for corner in np.asarray(frame.xy)} == {(x, y) for x in (left, right) for y in (low, high)}
+    places = [label.xy for label in labels if isinstance(label, Label)]
+    np.testing.assert_allclose(places, [(right, y) for y in (0.0, 0.75, 1.5, 2.25, 3.0, 3.0)])
     assert view.x1 < left < right
     assert (low, high) == (0.0, 3.0)
     assert view.px([[right, low]])[0, 0] < 400

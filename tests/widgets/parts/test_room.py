@@ -9,9 +9,21 @@ from hypothesis import strategies as st
 
 from solvers import Pose
 from solvers.scenes.rooms import ROOM_SETTINGS, room
-from widgets.drawing.picture import Path, Segments
+from widgets.drawing.picture import Path, Points, Segments
 from widgets.drawing.svg import panel_svg
-from widgets.parts.room import BRINGS, error_chart, pair_lines, problem, single, source, still
+from widgets.parts.room import (
+    BRINGS,
+    STARTS,
+    error_chart,
+    pair_lines,
+    problem,
+    single,
+    source,
+    start_choice,
+    start_offset,
+    start_turn,
+    still,
+)
 
 
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
@@ -62,3 +74,29 @@ def test_the_two_errors_are_told_apart_without_colour() -> None:
     marks = error_chart([12.0, 3.0, 1.0], [2.0, 1.0, 0.5], 40).marks
     lines = {mark.role: mark.dashed for mark in marks if isinstance(mark, Path) and mark.role in ("ink", "accent")}
     assert lines == {"ink": False, "accent": True}
+
+
+def test_points_that_are_not_used_are_faint() -> None:
+    """With all used, as if nothing was said of them."""
+    scene, pose = room("striped"), Pose.from_angle(0.3, (1.0, -2.0))
+    used = np.arange(len(scene.source)) % 3 > 0
+    for given_used, faint in ((used, ~used), (np.ones_like(used), None), (None, None)):
+        (points,) = (mark for mark in source(scene, pose, given_used).marks if isinstance(mark, Points))
+        np.testing.assert_array_equal(points.xy, pose.apply(scene.source))
+        assert (points.weight is None) is (faint is None)
+        if faint is not None:
+            np.testing.assert_array_equal(np.asarray(points.weight) < 1.0, faint)
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_a_start_sets_the_turn_and_the_offset_and_is_left_by_a_drag(name: str) -> None:
+    """A figure that opens at a start has its two numbers, which its sliders accept as those of every other start."""
+    start, turn, offset = start_choice(name), start_turn(name), start_offset(name)
+    spec = start.metadata["spec"]
+    assert (start.default, set(spec.options), spec.places) == (name, set(STARTS), True)
+    assert spec.sets[name] == {"turn": turn.default, "offset": offset.default}
+    for brought in spec.sets.values():
+        for control, value in (("turn", turn), ("offset", offset)):
+            slider = value.metadata["spec"]
+            assert slider.low <= brought[control] <= slider.high
+    assert (turn.metadata["spec"].low, turn.metadata["spec"].high) == (-180.0, 180.0)
