@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -164,6 +165,22 @@ def test_a_store_gives_what_was_put_under_the_key_alone(tmp_path: Path) -> None:
     assert entries.find("a") is entries.find("a"), "what has not changed is read once"
 
 
+def test_what_is_rejected_or_damaged_is_made_again(tmp_path: Path) -> None:
+    """Be it shorter, longer, empty or of the same length, and whatever was last read of it."""
+    entries = Store(tmp_path, "gzip")
+    entries.put("a", b"first")
+    assert entries.get("a", lambda: b"second", lambda data: data == b"first") == b"first"
+    assert entries.get("a", lambda: b"second", lambda data: data != b"first") == b"second"
+    path, moment = entries.path("a"), time.time_ns()
+    entire = path.read_bytes()
+    for k, data in enumerate((entire[:-1], entire + b"x", b"", entire[:-1] + b"x", b"x" + entire[1:])):
+        path.write_bytes(data)
+        os.utime(path, ns=(moment + k * 10**9,) * 2)  # a file system's clock may not tell two writes apart
+        assert entries.find("a") is None
+        assert entries.get("a", lambda: b"second") == b"second"
+        assert entries.find("a") == b"second"
+
+
 def test_a_file_where_a_folder_belongs_gives_way(tmp_path: Path) -> None:
     (tmp_path / "gzip").write_bytes(b"in the way")
     assert Store(tmp_path, "gzip").get("a", lambda: b"made") == b"made"
@@ -213,6 +230,7 @@ def test_a_full_disk_is_told_in_one_line(tmp_path: Path, monkeypatch: pytest.Mon
 
 ALIKE = """
 import sys
+import time
 from pathlib import Path
 from sitegen.cache.store import Store
 store = Store(Path(sys.argv[1]), "frames")

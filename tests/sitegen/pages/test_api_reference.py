@@ -85,6 +85,55 @@ def test_a_docstring_becomes_html() -> None:
         assert piece in html, piece
 
 
+BOX = '''
+class Box:
+    """A box.
+
+    Attributes
+    ----------
+    side : float
+        Its length.
+
+    Notes
+    -----
+    Of `wood`.
+    """
+
+def cut(width: float | None = None, *sides) -> float:
+    """Cut.
+
+    Parameters
+    ----------
+    width : float, optional
+        In u.
+    *sides
+        More.
+
+    Returns
+    -------
+    float
+        The rest.
+    """
+'''
+
+
+def test_attributes_notes_and_what_has_no_name_become_html() -> None:
+    """A default of None is no number to show, and a value that is returned without a name has its type."""
+    module = griffe.visit("sample", filepath=Path("sample.py"), code=BOX, docstring_parser="numpy")
+    assert rendered(module["Box"]) == (
+        "<p>A box.</p>\n"
+        '<h4>Attributes</h4>\n<dl class="fields"><dt><code>side</code> <span>float</span></dt>'
+        "<dd><p>Its length.</p></dd></dl>\n"
+        "<h4>Notes</h4>\n<p>Of <code>wood</code>.</p>"
+    )
+    assert rendered(module["cut"]) == (
+        "<p>Cut.</p>\n"
+        '<h4>Parameters</h4>\n<dl class="fields"><dt><code>width</code> <span>float, optional</span></dt>'
+        "<dd><p>In u.</p></dd><dt><code>*sides</code></dt><dd><p>More.</p></dd></dl>\n"
+        '<h4>Returns</h4>\n<dl class="fields"><dt><code>float</code></dt><dd><p>The rest.</p></dd></dl>'
+    )
+
+
 def test_nothing_of_a_docstring_becomes_markup() -> None:
     """Only text in backticks is code; letters below the line are subscripts."""
     assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
