@@ -86,5 +86,14 @@ def test_a_phrase_that_sounds_translated_is_told(
     assert all(line.partition(" ==> ")[2] for line in lines)
 
 
+def test_each_phrase_has_its_own_advice(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "README.md").write_text("Equal but for rounding.\nIt comes home.\n", "utf-8")
+    assert style(tmp_path) == 1
+    assert capfd.readouterr().out.splitlines() == [
+        "README.md:1: but for rounding ==> up to rounding",
+        "README.md:2: comes home ==> succeeds",
+    ]
+
+
 def test_this_project_has_none_of_them(capfd: pytest.CaptureFixture[str]) -> None:
     assert style(ROOT) == 0, capfd.readouterr().out

@@ -99,7 +99,7 @@ class Box:
     Of `wood`.
     """
 
-def cut(width: float | None = None, *sides) -> float:
+def cut(width: float | None = None, *sides: float) -> float:
     """Cut.
 
     Parameters
@@ -139,6 +139,7 @@ def test_nothing_of_a_docstring_becomes_markup() -> None:
     assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
     assert said("`Σ wᵢ < aₓ`") == "<code>Σ w<sub>i</sub> &lt; a<sub>x</sub></code>"
     assert said("as in [2]_") == "as in [2]"
+    assert prose("") == ""
     assert prose("- one\n  more\n- `two`") == "<ul><li>one more</li><li><code>two</code></li></ul>"
 
 

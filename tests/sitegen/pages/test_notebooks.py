@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import nbformat
@@ -15,7 +18,8 @@ from nbclient import NotebookClient
 from sitegen.markup.inline import BLOCK, INLINE
 from sitegen.pages.notebooks import written
 from tests.sitegen.check_site import check_site
-from tests.sitegen.conftest import Project
+from tests.sitegen.conftest import START, TOY, Project, cache_without_drawings
+from widgets.drawing.picture import Picture, Readout
 
 ROOT = Path(__file__).resolve().parents[3]
 LARGEST = 400_000  # bytes
@@ -56,6 +60,10 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     assert "> <sup>1</sup> The note, with (" in text
     figure = "[Figure 1.1](https://example.org/ladder/second.html#fig-demo)"
     assert f"- To try on the page, in {figure}: Press **go** twice." in text
+    assert text.endswith(
+        "- Ada One (2001). [First things](https://doi.org/10.1000/one).\n"
+        "- Ben Two, Cy van der Three, Di Four (2002). [More & <more>?](https://example.org/two)"
+    )
     assert not OURS.search(text)
     assert not re.search(r"\]\((?!https://)", text)
     before = (project.site / "notebooks" / "second.ipynb").read_bytes()
@@ -63,6 +71,7 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     assert (project.site / "notebooks" / "second.ipynb").read_bytes() == before
     for name, old, new in (  # it is cached by its inputs, and none is forgotten
         ("content/references.yaml", "First things", "Other things"),
+        ("content/references.yaml", "year: 2001\n", "year: 2001\n  venue: Proc. A.\n"),
         ("content/site.yaml", "mathbb", "mathbf"),
         ("content/site.yaml", "A. Tester", "B. Tester"),
         ("content/01-second.md", "A first paragraph", "A paragraph"),
@@ -72,8 +81,36 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
         after = (project.site / "notebooks" / "second.ipynb").read_bytes()
         assert after != before, new
         before = after
+    assert "(https://doi.org/10.1000/one). Proc. A.\n" in text_of(read(project.site / "notebooks" / "second.ipynb"))
     assert [str(p) for p in check_site(project.site, project.cache) if "notebook" in p.message] == []
     assert "notebooks/second.ipynb" in project.page("second.html")
+
+
+def test_a_figure_is_its_pictures_its_readouts_and_its_python(project: Project) -> None:
+    """The first picture has the figure's description, others their panels' labels; degrees follow their number closely,
+    and what has no value yet is left out. A plot has its picture and its words; code of the chapter is a cell."""
+
+    def draw(state: Any) -> Picture:
+        picture = TOY.draw(state)
+        (panel,) = picture.panels
+        second = replace(panel, name="second", label="The <other> one", caption="Below it")
+        readouts = (*picture.readouts, Readout("turn", "Turn", "−25", "°"), Readout("left", "Left", "–"))
+        return replace(picture, panels=(panel, second), readouts=readouts)
+
+    project.widgets["toy"] = replace(TOY, draw=draw, python=lambda state: "print(1)\n")
+    project.cache = cache_without_drawings(project.cache, project.root / "cache")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.chapter("\n::figure[F.]{toy id=demo}\n\n```python\nx = 1\n```\n\n::plot[Dots.]{toy-plot id=dots}\n")
+    project.build()
+    book = read(project.site / "notebooks" / "second.ipynb")
+    text = text_of(book)
+    assert "\n\nPresses: 0; Noise: 0.10 u; Turn: −25°.\n" in f"{text}\n"
+    pictures = [(html.unescape(words), base64.b64decode(data).decode()) for words, data in IMAGE.findall(text)]
+    assert [words for words, _ in pictures[:2]] == ["</script> 0 presses of clean with seed 40.", "The <other> one"]
+    assert ["Below it" in svg for _, svg in pictures] == [False, True, False]
+    assert "**[Figure 1.2](https://example.org/ladder/second.html#fig-dots).** Dots.\n\n<img " in text
+    script, own = [cell.source for cell in book.cells if cell.cell_type == "code"][1:]
+    assert (script.splitlines()[-1], own) == ("print(1)", "x = 1")
 
 
 def test_a_caption_follows_its_leading_sentence(project: Project) -> None:
