@@ -48,7 +48,8 @@ def test_styles_are_classes_with_a_rule_each(cache: Path) -> None:
     """Of equal styles one, beside the classes that an element has by itself; none for what a class of Temml's says."""
     matrix = Formula(r"\begin{pmatrix} a \\ b \end{pmatrix}", True)
     lines = Formula(r"\begin{aligned} a &= b \end{aligned}", True)
-    mathematics = rendered(cache, matrix, lines, Formula(r"\hat x", False))
+    tagged = Formula(r"\tag{3} x", True)
+    mathematics = rendered(cache, matrix, lines, tagged, Formula(r"\hat x", False))
     whole = "".join(mathematics.mathml.values())
     assert ' style=' not in whole
     assert 'class="tml-display"' in mathematics.mathml[matrix]
@@ -59,6 +60,7 @@ def test_styles_are_classes_with_a_rule_each(cache: Path) -> None:
     assert "display" not in mathematics.css
     (cell,) = set(re.findall(r'<mtd class="(m\w{6})"', mathematics.mathml[matrix]))
     assert f'<mtd class="{cell} tml-right">' in mathematics.mathml[lines]
+    assert re.search('<mtable class="m[^ ]{6}" displaystyle="true">', mathematics.mathml[tagged])
 
 
 def test_a_formula_is_put_to_temml_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
