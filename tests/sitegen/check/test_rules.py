@@ -11,7 +11,7 @@ import pytest
 from sitegen.assets.hosting import source_of
 from sitegen.check import rules
 from sitegen.check.html import inside, read_pages
-from sitegen.check.sizes import gzip_size, page_weight, runtime_weight
+from sitegen.check.sizes import Weight, gzip_size, heaviest, page_weight, runtime_weight
 from tests.sitegen.check_site import check_site
 
 HEAD = (
@@ -204,6 +204,12 @@ def test_a_sheet_weighs_once_however_often_it_is_imported(site: Path) -> None:
     (site / "assets/c.css").write_text("@import 'b.css';", "utf-8")
     sheets = {name for name in page_weight(read_pages(site)["two.html"]).parts if name.endswith(".css")}
     assert sheets == {"assets/a.css", "assets/b.css", "assets/c.css"}
+
+
+def test_the_heaviest_is_the_one_with_the_largest_total() -> None:
+    """Not the one with the most files, or with the largest file."""
+    weights = [Weight("a", {"a": 5, "b": 1}), Weight("b", {"a": 4, "b": 4}), Weight("c", {"a": 2, "b": 2, "c": 2})]
+    assert heaviest(weights).page == heaviest(reversed(weights)).page == "b"
 
 
 def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
