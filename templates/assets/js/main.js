@@ -5,7 +5,7 @@
 import { sound } from "./base/checked_record.js";
 import { apart, find, on } from "./base/dom.js";
 import { limits } from "./base/limits.js";
-import * as record from "./base/record.js";
+import { decode, key, press } from "./base/record.js";
 import { runDeck } from "./deck/deck.js";
 import { addAnnouncer } from "./figure/announcer.js";
 import { addButtons } from "./figure/buttons.js";
@@ -185,7 +185,7 @@ globalThis.Ladder = Object.freeze({
   figures,
   runtime,
   limits,
-  record,
+  record: { decode, key, press },
   sound,
   drawing,
   onStage,
