@@ -71,13 +71,20 @@ export function apart(action) {
   }
 }
 
+/** @type {WeakMap<Element, string>} */
+const written = new WeakMap();
+
 /**
- * Sets text only if it differs, so that nothing is laid out or announced for no reason.
+ * Sets text only if it differs, so that nothing is laid out or announced for no reason. Words that the browser has
+ * translated since they were written stay translated.
  * @param {Element | null | undefined} element
  * @param {string} value
  */
 export function text(element, value) {
-  if (element && element.textContent !== value) element.textContent = value;
+  if (!element) return;
+  const stays = written.get(element) === value && element.childNodes.length === 1;
+  written.set(element, value);
+  if (!stays && element.textContent !== value) element.textContent = value;
 }
 
 /**

@@ -140,14 +140,19 @@ function broken(node) {
 }
 
 /**
+ * The texts in a node; a browser's translation wraps each in elements of its own.
+ * @type {(node: Node) => Text[]}
+ */
+const texts = (node) => (node instanceof Text ? [node] : [...node.childNodes].flatMap(texts));
+
+/**
  * A panel's caption as SVG text. `scale`: of its slide.
  * @type {(span: Element, origin: Origin, scale: number) => SVGElement[]}
  */
 function captionText(span, origin, scale) {
   const { fontSize, fontFamily, fontWeight, color } = getComputedStyle(span);
   const type = { "font-size": scale * parseFloat(fontSize), "font-family": fontFamily, "font-weight": fontWeight };
-  const nodes = [...span.childNodes].filter((node) => node instanceof Text);
-  return nodes.flatMap(broken).map(({ words, rect }) => {
+  return texts(span).flatMap(broken).map(({ words, rect }) => {
     const [x, y] = [rect.left - origin.left, rect.bottom - origin.top - 0.26 * rect.height];
     return element("text", { x: x.toFixed(2), y: y.toFixed(2), ...type, fill: plainColour(color)[0] }, words.join(" "));
   });
