@@ -62,7 +62,7 @@ const PARTS = [
   addOwnClouds,
   addPins,
   addLinkButton,
-  ({ root }) => addPictureButtons(root),
+  ({ root, endMotion }) => addPictureButtons(root, endMotion),
   addWarmUp,
   ({ root }) => loadTape(root),
 ];

@@ -160,3 +160,18 @@ def test_a_picture_from_a_slide_has_the_captions_that_are_seen(reader: Callable[
         sizes.append(float(texts[0].attrib["font-size"]))
         page.keyboard.press("n")
     assert sizes[1] == pytest.approx(0.72 * sizes[0])
+
+
+def test_a_picture_taken_in_motion_is_that_of_the_numbers(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """They are those of the motion's end, and so is the picture."""
+    page = reader(reduced_motion="no-preference").open("icp.html")
+    nearest = Figure(page, "fig-nearest").live().settled()
+    nearest.root.locator(".figure-more summary").click()
+    page.evaluate("Ladder.limits.motion = 1e9")
+    nearest.button("step").click()
+    expect(nearest.root.locator("svg.moving")).to_have_count(1)
+    button = nearest.root.locator('[data-picture="svg"]')
+    first = save(page, button, tmp_path).read_text("utf-8")
+    nearest.settled()
+    assert save(page, button, tmp_path).read_text("utf-8") == first
+    assert "<g transform" not in first

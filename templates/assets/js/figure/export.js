@@ -266,8 +266,9 @@ async function bitmap(svg, { width, height }) {
 /**
  * Adds the buttons that save a figure's picture to the details under its caption.
  * @param {HTMLElement} root
+ * @param {() => void} [endMotion]  in the picture
  */
-export function addPictureButtons(root) {
+export function addPictureButtons(root, endMotion) {
   const details = root.querySelector(".figure-more");
   if (!details) return;
   /** @param {string} format */
@@ -280,6 +281,7 @@ export function addPictureButtons(root) {
     const format = around(event, "[data-picture]")?.dataset.picture;
     if (!format) return;
     text(status, "");
+    endMotion?.();
     const current = picture(root);
     const svg = await alone(current);
     if (format === "svg") return save(fileName(root.id, ".svg"), svg, "image/svg+xml");

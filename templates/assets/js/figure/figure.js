@@ -294,6 +294,12 @@ export class Figure {
     this.#moving = null;
   }
 
+  /** Ends a motion early: the picture is then that of the numbers beside it. */
+  endMotion = () => {
+    this.#endMotion();
+    this.tell();
+  };
+
   /** Notifies everything that depends on the figure's state. */
   tell() {
     this.root.dataset.state = this.state;
