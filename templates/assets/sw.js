@@ -172,7 +172,7 @@ async function newest(request) {
  * @param {Request} request
  */
 async function fixed(request) {
-  if (request.cache === "reload") await drop(request.url);
+  if (request.cache === "reload") await drop(request.url).catch(() => {}); // storage fails: the network answers
   return (await storedResponse(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);
 }
 

@@ -46,7 +46,10 @@ function worker(files, served, stores = new Map()) {
   const given = { self, caches, fetch, crypto: webcrypto, Response, URL, btoa, Uint8Array, Promise, setTimeout };
   vm.runInNewContext(code, given);
   const install = () => new Promise((resolve, reject) => heard.install({ waitUntil: (done) => done.then(resolve, reject) }));
-  return { install, asked, stores };
+  /** The worker's answer to a page's request. */
+  const answer = (name, cache = "default") =>
+    new Promise((respondWith) => heard.fetch({ request: { method: "GET", url: SCOPE + name, cache }, respondWith }));
+  return { install, answer, caches, asked, stores };
 }
 
 const FILES = { "index.html": "<p>one</p>", "assets/site.0123456789.css": "p {}" };
@@ -89,4 +92,12 @@ test("what is damaged in the version before is fetched anew", async () => {
   await install();
   assert.deepEqual(asked.sort(), Object.keys(FILES).sort());
   assert.equal(await stores.get("ladder-offline:/ladder/:site:v").get(SCOPE + css).text(), FILES[css]);
+});
+
+test("where storage fails the network answers, also a request past all caches", async () => {
+  const { answer, caches } = worker(FILES, FILES);
+  for (const method of Object.keys(caches)) caches[method] = () => Promise.reject(new Error("storage fails"));
+  for (const [name, text] of Object.entries(FILES)) {
+    for (const cache of ["default", "reload"]) assert.equal(await (await answer(name, cache)).text(), text, cache);
+  }
 });
