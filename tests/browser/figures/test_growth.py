@@ -22,7 +22,7 @@ ENTRIES = """async ([name, kind, what, count]) => {
   }
   return await Ladder.runtime.heap();
 }"""
-WARM, PRESSES = 60, 300
+WARM, PRESSES = 60, 150
 
 
 @pytest.mark.parametrize(
@@ -41,19 +41,23 @@ def test_a_thousand_actions_leave_the_worker_s_heap_alone(
 
 def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reader]) -> None:
     """Step and Reset, with pictures swapped each time: about as many nodes and listeners as before, and a heap of
-    nearly constant size."""
+    nearly constant size. What leaks does so in both rounds; what is loaded once, at any time, grows it in one."""
     page = reader(reduced_motion="reduce").open("icp.html")
     figure = Figure(page, "fig-nearest").live()
     meter = page.context.new_cdp_session(page)
     meter.send("Performance.enable")
     press(figure, WARM)
     before = metrics(meter)
-    press(figure, PRESSES)
+    grown = []
+    for _ in range(2):
+        start = metrics(meter)["JSHeapUsedSize"]
+        press(figure, PRESSES)
+        grown.append(metrics(meter)["JSHeapUsedSize"] - start)
     after = metrics(meter)
     assert before["Nodes"] > 100
     assert after["Nodes"] <= before["Nodes"] + 20, (before, after)
     assert after["JSEventListeners"] <= before["JSEventListeners"] + 5, (before, after)
-    assert after["JSHeapUsedSize"] < before["JSHeapUsedSize"] + 500_000, (before, after)
+    assert min(grown) < 250_000, (grown, before, after)
 
 
 def press(figure: Figure, count: int) -> None:
