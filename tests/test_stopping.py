@@ -171,24 +171,24 @@ def test_a_terminated_command_cleans_up_as_well(checkout: Path, words: list[str]
     assert [path.name for path in checkout.glob("cache/**/.*")] == []
 
 
-def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path) -> None:
-    """SIGHUP comes to all processes of the group."""
+@pytest.mark.parametrize("handler", [signal.SIG_DFL, signal.SIG_IGN], ids=["heard", "ignored"])
+def test_a_closed_terminal_ends_a_build_unless_nohup_forbids_it(checkout: Path, handler: signal.Handlers) -> None:
+    """SIGHUP comes to all processes of the group; a build inherits whether it is ignored, as `nohup` has it."""
     (checkout / "content" / "page.md").write_text("packing", "utf-8")
-    with closing(Started(checkout, "build")) as run:
-        wait_for(run, "packing")
-        os.killpg(run.process.pid, signal.SIGHUP)
-        assert run.end() == (129, "build.py: stopped by SIGHUP\n")
-    assert [path.name for path in checkout.glob(".site*")] == []
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    before = signal.signal(signal.SIGHUP, handler)  # whichever way these tests were started
     try:
         with closing(Started(checkout, "build")) as run:
             wait_for(run, "packing")
             os.killpg(run.process.pid, signal.SIGHUP)
-            time.sleep(0.3)
-            assert run.process.poll() is None
-            assert run.interrupt(1) == (130, "build.py: stopped by Ctrl-C\n")
+            if handler == signal.SIG_IGN:
+                time.sleep(0.3)
+                assert run.process.poll() is None
+                assert run.interrupt(1) == (130, "build.py: stopped by Ctrl-C\n")
+            else:
+                assert run.end() == (129, "build.py: stopped by SIGHUP\n")
     finally:
         signal.signal(signal.SIGHUP, before)
+    assert [path.name for path in checkout.glob(".site*")] == []
 
 
 def test_an_ignored_signal_takes_no_other_s_place() -> None:
