@@ -13,7 +13,7 @@ from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, R
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import Value, choice
 from widgets.parts.drive_map import SCANS, VIEW, echo_marks, echoes, inside, loops
-from widgets.parts.drive_table import table
+from widgets.parts.drive_table import SCRIPT, table
 from widgets.parts.robot import ARROW
 from widgets.parts.scale_bar import scale_bar
 
@@ -134,10 +134,7 @@ def python(state: State) -> str:
         f"from solvers.odometry import candidates, {'close, ' if poses == 'closed' else ''}missed, prepare, "
         "scan_to_scan, verified",
         "",
-        "drive = telecom_loop()",
-        "scans = prepare(drive)",
-        "chain = scan_to_scan(scans, drive.motion)",
-        "loops = verified(scans, chain.poses, *candidates(chain.poses))",
+        *SCRIPT,
         {
             "odometry": "poses = chained(drive.motion)",
             "matched": "poses = chain.poses",

@@ -12,7 +12,7 @@ from widgets.drawing.picture import Array, Label, Mark, Panel, Path, Picture, Re
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice
 from widgets.parts.drive_map import SCANS, VIEW, echo_marks, loops
-from widgets.parts.drive_table import WRONG, table
+from widgets.parts.drive_table import SCRIPT, WRONG, table
 from widgets.parts.scale_bar import scale_bar
 
 KERNEL_NAMES = {"none": "None", "huber": "Huber", "cauchy": "Cauchy"}
@@ -29,19 +29,19 @@ class Controls:
 
 @dataclass(frozen=True)
 class State:
-    """added: whether the wrong loop is among the edges."""
+    """has_wrong_loop: whether it is among the edges."""
 
     controls: Controls
-    added: bool = False
+    has_wrong_loop: bool = False
 
     @property
     def way(self) -> Pose:
         """The poses of all scans."""
-        return table().way("closed", self.controls.kernel, self.added)
+        return table().way("closed", self.controls.kernel, self.has_wrong_loop)
 
     @property
-    def without(self) -> Pose:
-        """Those poses without the wrong loop."""
+    def correct(self) -> Pose:
+        """The poses by the correct loops alone."""
         return table().way("closed", self.controls.kernel)
 
 
@@ -52,18 +52,18 @@ def start(controls: Controls, seed: int) -> State:
 
 def act(state: State, action: Action) -> State:
     """Make the wrong loop an edge."""
-    return replace(state, added=True)
+    return replace(state, has_wrong_loop=True)
 
 
 def marks(state: State) -> tuple[Mark, ...]:
     """The map, the path and its loops, where the path was without the wrong loop, and the two scans that it joins."""
     way = state.way
-    out: list[Mark] = [*echo_marks(SCANS, "closed", state.controls.kernel, state.added)]
-    if state.added:
-        out.append(Path(state.without.t, "ghost", dotted=True))
+    out: list[Mark] = [*echo_marks(SCANS, "closed", state.controls.kernel, state.has_wrong_loop)]
+    if state.has_wrong_loop:
+        out.append(Path(state.correct.t, "ghost", dotted=True))
     out += [loops(way, SCANS), Path(way.t, "source")]
     out += [Ring(way.t[scan], "outlier", radius) for scan, radius in zip(WRONG, RADII, strict=True)]
-    if state.added:
+    if state.has_wrong_loop:
         out.append(Segments(way.t[WRONG[0]], way.t[WRONG[1]], "outlier", dashed=True))
         out.append(Label(way.t[WRONG[0]], "wrong loop", "outlier", "middle", dy=ABOVE))
     else:
@@ -76,21 +76,21 @@ def marks(state: State) -> tuple[Mark, ...]:
 def draw(state: State) -> Picture:
     """The map, the readouts and the words."""
     shift, turn = table().missed(state.way, SCANS)
-    bend = float(np.linalg.norm(state.way.t - state.without.t, axis=1).max())
+    bend = float(np.linalg.norm(state.way.t - state.correct.t, axis=1).max())
     kept = table().kept[state.controls.kernel]
     readouts = (
         Readout("bent", "Largest shift by the wrong loop", number(bend, 2), "m"),
         Readout("apart", "Median error of correct loops", number(float(np.median(shift)), 3), "m"),
         Readout("worst", "Largest error of a correct loop", number(float(shift.max()), 3), "m"),
         Readout("turn", "Median heading error of correct loops", number(float(np.median(turn)), 2), "°"),
-        Readout("weight", "Weight left to the wrong loop", number(kept, 3) if state.added else "–"),
+        Readout("weight", "Weight left to the wrong loop", number(kept, 3) if state.has_wrong_loop else "–"),
     )
     return Picture(
         (Panel("main", "The closed map, seen from above, in metres", VIEW, marks(state)),),
         readouts,
         _description(state, shift, bend),
-        note=f"The wrong loop moves a pose by {number(bend, 2)} m." if state.added else "",
-        disabled=frozenset({"add"} if state.added else ()),
+        note=f"The wrong loop moves poses by up to {number(bend, 2)} m." if state.has_wrong_loop else "",
+        disabled=frozenset({"add"} if state.has_wrong_loop else ()),
     )
 
 
@@ -102,34 +102,31 @@ def _description(state: State, shift: Array, bend: float) -> str:
         f" assembled by a graph of matched scans and {len(shift)} correct loops, with {kernel} on the loops."
         " A line joins the two scans of each loop."
     ]
-    if state.added:
+    if state.has_wrong_loop:
         words.append(
-            f"A wrong loop is among the edges. It moves a pose by {number(bend, 2)} m. A large ring marks its scan"
+            f"A wrong loop is among the edges. It moves poses by up to {number(bend, 2)} m. A large ring marks its scan"
             f" {later}, a small one its scan {earlier}; a dotted line shows the path without it."
         )
     else:
-        words.append(f"Rings mark scans {later} and {earlier}, which a wrong loop will join.")
+        words.append(f"Rings mark scans {later} and {earlier}, which the wrong loop would join.")
     return " ".join(words)
 
 
 def python(state: State) -> str:
     """A script that computes the same numbers from the scans with the solvers package alone."""
-    kernel, added = state.controls.kernel, state.added
+    kernel, wrong = state.controls.kernel, state.has_wrong_loop
     lines = [
         "import numpy as np",
-        *(["from solvers import Pose"] if added else []),
+        *(["from solvers import Pose"] if wrong else []),
         "from solvers.drives import telecom_loop",
-        f"from solvers.odometry import candidates, close, {'edges_of, ' if added else ''}missed, prepare, "
+        f"from solvers.odometry import candidates, close, {'edges_of, ' if wrong else ''}missed, prepare, "
         "scan_to_scan, verified",
-        *(["from solvers.posegraph import Edges, optimise"] if added else []),
+        *(["from solvers.posegraph import Edges, optimise"] if wrong else []),
         "",
-        "drive = telecom_loop()",
-        "scans = prepare(drive)",
-        "chain = scan_to_scan(scans, drive.motion)",
-        "loops = verified(scans, chain.poses, *candidates(chain.poses))",
-        f'poses = without = close(chain, loops, kernel="{kernel}").poses',
+        *SCRIPT,
+        f'poses = correct = close(chain, loops, kernel="{kernel}").poses',
     ]
-    if added:
+    if wrong:
         lines += [
             "edges, robust = edges_of(chain, loops)",
             "R = np.concatenate([edges.relative.R, np.eye(2)[None]])",
@@ -144,12 +141,12 @@ def python(state: State) -> str:
     lines += [
         "shift, turn = missed(poses, loops)",
         "",
-        'print("bent", np.linalg.norm(poses.t - without.t, axis=1).max())',
+        'print("bent", np.linalg.norm(poses.t - correct.t, axis=1).max())',
         'print("apart", np.median(shift[loops.believed]))',
         'print("worst", shift[loops.believed].max())',
         'print("turn", np.degrees(np.median(turn[loops.believed])))',
     ]
-    if added:
+    if wrong:
         lines.append('print("weight", found.weights[-1])')
     return "\n".join(lines) + "\n"
 

@@ -22,6 +22,14 @@ KERNELS = ("none", "huber", "cauchy")
 WRONG = (150, 20)
 """The wrong loop: it claims that scan 150 has the pose of scan 20, with the information of a typical loop."""
 
+SCRIPT = (
+    "drive = telecom_loop()",
+    "scans = prepare(drive)",
+    "chain = scan_to_scan(scans, drive.motion)",
+    "loops = verified(scans, chain.poses, *candidates(chain.poses))",
+)
+"""The lines of a reader's script that match the drive and find its loops, as was done for the table."""
+
 Array = NDArray[np.float64]
 
 
