@@ -238,6 +238,24 @@ def test_copied_text_has_its_formulas_in_one_line(
     assert tab.evaluate(AROUND) == before
 
 
+def test_what_is_said_to_screen_readers_is_not_copied(reader: Callable[..., Reader]) -> None:
+    """A figure's status line is copied once, though it is also announced."""
+    visitor = reader(permissions=["clipboard-read", "clipboard-write"])
+    tab = visitor.open("kabsch.html")
+    figure = Figure(tab, "fig-solve").live()
+    figure.button("solve").click()
+    figure.settled()
+    voice, status = figure.root.locator(".figure-voice"), figure.root.locator(".figure-status")
+    expect(voice).not_to_be_empty()
+    said = status.inner_text()
+    assert said
+    assert said in voice.inner_text()
+    tab.evaluate(SELECT, ["#fig-solve .figure-lead", "#fig-solve figcaption"])
+    tab.keyboard.press("Control+c")
+    copied = tab.evaluate("navigator.clipboard.readText()")
+    assert copied.count(said) == 1, copied
+
+
 def test_translators_leave_formulas_and_code_alone(reader: Callable[..., Reader]) -> None:
     """Also the Python of a figure that has been used; the words around them are for translators."""
     page = reader().open("kabsch.html")
