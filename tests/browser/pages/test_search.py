@@ -10,6 +10,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, expect
 
 from tests.browser.conftest import Reader
+from tests.browser.server import SiteServer, published_anew
 
 
 @pytest.mark.parametrize("width", [1280, 390])
@@ -134,3 +135,27 @@ def test_a_selection_that_ends_outside_leaves_the_search_open(reader: Callable[.
     expect(field).to_be_visible()
     page.mouse.click(5, 5)
     expect(field).to_be_hidden()
+
+
+def test_a_page_older_than_the_site_offers_a_reload_for_its_search(
+    reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
+) -> None:
+    """Without a new build it says only that the search failed, and a later query tries again."""
+    visitor = reader()
+    visitor.expect("404", "Refused to execute")
+    page = visitor.open("kabsch.html")
+    server.forbid(r"/assets/search\.")
+    page.keyboard.press("/")
+    field = page.get_by_role("combobox", name="Search all pages")
+    told, reload = page.locator(".search-told"), page.locator(".search").get_by_role("button", name="Reload")
+    field.fill("levenberg")
+    expect(told).to_have_text("The search could not be loaded.")
+    server.root = published_anew(site, tmp_path)
+    field.fill("levenberg m")
+    expect(told).to_have_text("This site has been updated. Reload")
+    server.forbid(None)
+    with page.expect_navigation():
+        reload.click()
+    page.keyboard.press("/")
+    field.fill("levenberg")
+    expect(page.locator(".search").get_by_role("option").first).to_contain_text("Levenberg–Marquardt")

@@ -1,25 +1,15 @@
-// A page that is open while a new version of the site is published asks for files that are gone. If Python, or a part
-// that it needs later, could not be loaded, the page checks whether that is why: then only a reload helps.
+// If Python, or a part that it needs later, could not be loaded, figures offer a reload where the site has been updated
+// since the page was opened.
 /** @import { Figure } from "./figure.js" */
 
 import { fragmentOf } from "../base/address.js";
 import * as records from "../base/record.js";
+import { updated } from "../base/updated.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
-/**
- * Whether a page would load other files later, judged by file names with content hashes. Attributes added by browser
- * extensions are ignored.
- * @param {Document} page
- */
-const differs = ({ body }) =>
-  Object.entries(body.dataset).some(([name, value]) => value !== document.body.dataset[name]);
-
 async function look() {
-  const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
-  if (!answer.ok) return;
-  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
-  published.anew = differs(page);
+  published.anew = await updated();
   for (const figure of figures.values()) figure.tell();
 }
 

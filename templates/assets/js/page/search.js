@@ -3,6 +3,7 @@
 /** @import { Found, Index } from "../base/types.js" */
 
 import { around, loadScript, make, on, text } from "../base/dom.js";
+import { updated } from "../base/updated.js";
 
 const MOST = 20;
 const CLOSEST = 8; // sections that have some of the words only
@@ -163,6 +164,12 @@ function dialog() {
     text(status, !words ? "" : results.length ? summary : "Nothing found");
   }
 
+  function offerReload() {
+    const reload = make("button", { type: "button", class: "button" }, "Reload");
+    on(reload, "click", () => location.reload());
+    status.replaceChildren("This site has been updated. ", reload);
+  }
+
   async function ask() {
     const words = field.value.trim();
     const mine = ++request;
@@ -173,7 +180,9 @@ function dialog() {
       if (results.length || !words) show(results, words, true);
       else show(library.search(words, ANY).slice(0, CLOSEST), words, false);
     } catch {
-      if (mine === request) text(status, "The search could not be loaded.");
+      if (mine !== request) return;
+      text(status, "The search could not be loaded.");
+      if ((await updated().catch(() => false)) && mine === request) offerReload();
     }
   }
 
