@@ -61,7 +61,7 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
     ("fast-robust-icp", "fast robust", "by-nearest", "-.",
      "A robust weight that narrows, and extrapolated steps. Point to point only."),
     ("kiss-threshold-icp", "KISS", "by-nearest", "-.",
-     "Its threshold is the error of the start; KISS-ICP uses a history of motions."),
+     "Its threshold comes from the start’s error; KISS-ICP uses a history of motions."),
     ("cpd-rigid", "CPD", "by-weights", "-.",
      "A mixture on the moving cloud with 12 % clutter. The width is estimated."),
     ("filterreg", "FilterReg", "by-weights", "-.",
@@ -71,7 +71,7 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
     ("ndt-d2d", "D2D-NDT", "by-cells", "-.",
      "Gaussians of both clouds’ cells. The points themselves are not used."),
     ("branch-and-bound", "search", "by-nearest", "-.",
-     "All poses in boxes, with a proof for the capped distances. It ignores the start."),
+     "All poses in boxes, with a proof for the capped distances. The start is one candidate."),
     ("correlative", "grid", "by-cells", "-",
      "The best of a grid of poses, which includes the true heading. It ignores the start."),
 )  # fmt: skip
