@@ -359,3 +359,11 @@ def test_a_method_without_a_length_says_so() -> None:
         value = readouts(Host().render("f", preset(WIDGET, "default", {"method": method}).plain()))["length"]
         assert (value == "none: it finds its own") == (not own.length)
         assert value.startswith(own.length or "none")
+
+
+def test_the_kiss_threshold_is_three_times_the_length_in_use() -> None:
+    """From no motion, where nothing but that first σ is known."""
+    controls = preset(WIDGET, "default", {"method": "kiss-threshold-icp"}).controls
+    run = WIDGET.act(WIDGET.start(controls, SEED, {}), STEP).run  # type: ignore[call-arg]
+    assert OWN[run.method].length == "first σ"
+    assert run.batch.state().reach[0] == pytest.approx(3.0 * run.length)

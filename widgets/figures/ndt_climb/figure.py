@@ -55,7 +55,7 @@ class Controls:
     noise: float = slider(0.03, "Noise σ", 0.0, 0.3, 0.01, "u", "Scales the same draw on both clouds", "pose")
     max_shift: float = slider(0.5, "Longest shift", 0.05, 1.5, 0.05, "u", "The step cap of the translation", "pose")
     max_turn: float = slider(0.2, "Longest turn", 0.02, 0.6, 0.02, "rad", "The step cap of the rotation", "pose")
-    four: bool = toggle(True, "Four grids", "Each moved by half a cell", "pose")
+    four: bool = toggle(True, "Four grids", "Three moved by half a cell", "pose")
 
 
 @dataclass(frozen=True, eq=False)

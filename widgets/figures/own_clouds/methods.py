@@ -68,7 +68,7 @@ OWN: Mapping[str, Own] = MappingProxyType({
     "icp": Own("ICP", "gate", OPEN, "trim", _gated),
     "trimmed-icp": Own("Trimmed ICP", "", OPEN, "trim by count", lambda _, share, __: {"keep": 1.0 - share}),
     "capped-icp": Own("Capped ICP", "cap", 8.0, "", lambda length, *_: {"cap": length}),
-    "kiss-threshold-icp": Own("KISS threshold", "first threshold", 10.0, "",
+    "kiss-threshold-icp": Own("KISS threshold", "first σ", 10.0, "",
                               lambda length, *_: {"initial": length, "least": length / 20}),
     "fast-robust-icp": Own("Fast and robust ICP", "", OPEN, "", _none),
     "point-to-plane": Own("Point to plane", "gate", OPEN, "trim", _gated),
