@@ -156,7 +156,7 @@ class Result:
         """The fraction of source rows, or of the `pairs` given, with a partner, (...).
 
         With a gate or a bound that decides which rows have a partner, it says how much of the
-        source supports the answer. Without one, a nearest-neighbour method gives every row a
+        source supports the answer. Without one, and without a trim, `icp` gives every row a
         partner, and the fraction is 1 however wrong the pose; `trimmed-icp` always keeps its
         share. `solvers.verify.evidence(...).share` counts what lies near, whatever the method.
         None if `correspondences` is.

@@ -12,10 +12,10 @@ Williams and Lau approximate it in a few sweeps:
     P(a_i = j) ≈ ψ_ij ν_{j→i} / (ψ₀ + Σ_k ψ_ik ν_{k→i}).
 
 If the pairs of positive score form no loop, they are exact once the sweeps have crossed
-the tree; with loops they are approximate: at 2 × 2 the error reaches 0.1 (checked by
-enumeration in the tests). The sweeps converge from any start to one fixed point (the
-paper's theorem). The marginals are the weights of a rigid fit, at a width σ that
-shrinks.
+the tree; with loops they are approximate: at 2 × 2 and the default ψ₀ the error reaches
+0.1, and more with a smaller ψ₀ (checked by enumeration in the tests). The sweeps
+converge from any start to one fixed point (the paper's theorem). The marginals are the
+weights of a rigid fit, at a width σ that shrinks.
 
 This borrows the association step of a tracker but is not a tracker: it has no motion
 model, no existence, and no clutter model beyond a weight of one. Independently sampled

@@ -19,6 +19,7 @@ from sitegen.markup.inline import BLOCK, INLINE
 from sitegen.markup.parser import CONTAINERS
 from sitegen.problems import Problems
 from solvers.cli import benchmark, drive, methods, register
+from solvers.uncertainty_study import coverage
 from tests.sitegen.conftest import START, Project
 from widgets.engine.registry import WIDGETS
 
@@ -170,6 +171,15 @@ def test_every_family_of_methods_stands_among_the_rooms() -> None:
     text = (ROOT / "content/docs/architecture.md").read_text("utf-8")
     (families,) = re.findall(r"^\| methods \| one room per family: ([a-z, ]+);", text, re.MULTILINE)
     assert set(families.split(", ")) == {path.parent.name for path in (ROOT / "solvers/methods").glob("*/__init__.py")}
+
+
+def test_the_counts_of_regions_in_the_docs_on_the_package_are_those_of_the_study() -> None:
+    """Another processor may decide a few draws otherwise."""
+    text = (ROOT / "content/docs/package.md").read_text("utf-8")
+    pattern = r"not at 0\.01 u \((\d+) of (\d+)\s+regions held the truth, of `hessian`'s (\d+)\)"
+    ((censi, count, hessian),) = re.findall(pattern, text)
+    lines = coverage("room", ways=("censi", "hessian"), count=int(count), noise=0.01)
+    assert [line.covered for line in lines] == pytest.approx([int(censi), int(hessian)], abs=3)
 
 
 def test_the_table_of_directives_names_every_one() -> None:

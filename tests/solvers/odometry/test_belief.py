@@ -65,6 +65,7 @@ def test_noise_does_not_hold_a_match_along_the_walls(chain, noise):
     if chain is scan_to_scan:
         without_margin = chain(prepare(open_ended), open_ended.motion, MatchOptions(margin=0.0))
         assert without_margin.believed[1:].any()
+        assert without_margin.believed[1:].all() == (noise == 0.03)
     assert np.abs(closed_result.poses.t - 0.2 * np.arange(24.0)[:, None] * [1.0, 0.0]).max() < 0.1
 
 
