@@ -19,7 +19,7 @@ waves in the plane the shortest is typically ℓ/7 long, of the Gaussian kernel'
 Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. The
 cost is linear in the points: sums run over blocks. Sine and cosine are computed here, both at
 once, by their series for half the angle, up to a quarter of a turn, and one doubling:
-numpy's own took eight times as long, and differ from one machine to another in the last bit.
+numpy's own take longer, and differ from one machine to another in the last bit.
 
 Sources: Rahimi & Recht 2007, Random features for large-scale kernel machines (the
 features, and in fig. 1 the Cauchy kernel; the Laplace kernel there is a product over

@@ -8,11 +8,12 @@ With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
   expectation step of a mixture with components b_j and observations a_i,
   `P_ij = K_ij / (Σ_k K_ik + c)`.
 
-Exponents are cut off at −500: numbers below 1e-217 are slow to compute with and
-negligible beside those of near points. No temporary holds more than `BLOCK` numbers, or
-one row if that is longer; the whole matrix never exists. Distances are sums of squared
-differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error grows with the square of the clouds'
-extent over σ: so the blocks affect the answers only through the order of the sums.
+Exponents are cut off at −500: numbers below 1e-217 are negligible beside those of near
+points, and those below 1e-308, which floats hold with fewer digits, slow to compute
+with. No temporary holds more than `BLOCK` numbers, or one row if that is longer; the
+whole matrix never exists. Distances are sums of squared differences, not
+`‖a‖² + ‖b‖² − 2 a·b`, whose error grows with the square of the clouds' extent over σ:
+so the blocks affect the answers only through the order of the sums.
 """
 
 from __future__ import annotations
