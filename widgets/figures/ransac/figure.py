@@ -48,7 +48,7 @@ class Controls:
         "0.99",
         "Confidence p",
         {"0.5": "50 %", "0.9": "90 %", "0.99": "99 %", "0.999": "99.9 %"},
-        "Chance of a trial with two right pairs",
+        "That some trial has two right pairs",
         keeps="log",
     )
 
