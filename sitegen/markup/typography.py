@@ -4,22 +4,34 @@ translated, whole options, names that may wrap."""
 from __future__ import annotations
 
 import re
+from html import unescape
 
 from markupsafe import Markup, escape
 
 # Skips code in backticks and text in quotes.
 _APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z])|(?<=s)'(?![\w'])")
 _OPTION = re.compile(r"(?<![\w-])--\w[\w-]*")
-# An inline formula with the punctuation that touches it.
+# A formula with the punctuation that touches it.
 _BESIDE = re.compile(r"([(\[“‘]*)(<math\b.*?</math>)([,.;:!?)\]’”]*)", re.DOTALL)
+_TAG = re.compile(r"<[^>]*>")
+LONG = 12  # characters of an inline formula that may be wider than a phone's column with large text
 _SYMBOLS = re.compile(r"<(?:math|code)\b")
 
 
 def unbroken_formulas(html: str) -> str:
     """The HTML with no line breaks between a formula and the punctuation that touches it. Browsers may break there,
-    since they treat a formula as an object rather than a letter.
+    since they treat a formula as an object rather than a letter. A long one is marked: it has no break either, and
+    scrolls where it is wider than its column.
     """
-    return _BESIDE.sub(lambda at: f'<span class="held">{at[0]}</span>' if at[1] or at[3] else at[0], html)
+
+    def hold(at: re.Match[str]) -> str:
+        if ' display="block"' in at[2]:
+            return at[0]
+        if len(unescape(_TAG.sub("", at[2]))) >= LONG:
+            return f'<span class="held long">{at[0]}</span>'
+        return f'<span class="held">{at[0]}</span>' if at[1] or at[3] else at[0]
+
+    return _BESIDE.sub(hold, html)
 
 
 def untranslated(html: str) -> str:

@@ -32,6 +32,19 @@ BEYOND = """() => {
   }).map(e => `${e.tagName}.${e.getAttribute('class') ?? ''} ${e.textContent.trim().slice(0, 30)}`);
   return document.documentElement.scrollWidth > width ? ['the page scrolls sideways', ...found] : found;
 }"""
+# Spaces a page's text as WCAG 1.4.12 has it, by a style sheet that a strict policy lets in.
+SPACED = """() => {
+  const sheet = new CSSStyleSheet();
+  sheet.replaceSync(`
+    * { line-height: 1.5 !important; letter-spacing: 0.12em !important; word-spacing: 0.16em !important }
+    p { margin-bottom: 2em !important }`);
+  document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
+}"""
+# Boxes that scroll sideways and that the keyboard would not reach where the browser makes no tab stop of them itself.
+UNREACHED = """() => [...document.querySelectorAll('body *')].filter(e => e.scrollWidth > e.clientWidth + 1
+    && ['auto', 'scroll'].includes(getComputedStyle(e).overflowX) && e.checkVisibility()
+    && e.tabIndex < 0 && !e.closest('button') && !e.querySelector('a, button, input, [tabindex]'))
+  .map(e => `not reached by keyboard: ${e.className} ${e.textContent.slice(0, 30)}`)"""
 SIDEWAYS = """() => document.documentElement.scrollWidth > innerWidth ? ['the page scrolls sideways'] : []"""
 SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
   if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return false;

@@ -41,6 +41,7 @@ import { loadTape, receiveTape } from "./runtime/tape.js";
 
 const page = document.documentElement;
 const FIGURES = "figure.figure:has(> script.figure-record)";
+const FORMULAS = ".formula, .held.long";
 
 /**
  * A figure's parts, in the order in which they receive its events.
@@ -113,17 +114,22 @@ function climb(ladder) {
 }
 
 /**
- * An equation wider than its column scrolls, from the keyboard too: it is focusable for as long as it is too wide.
- * @param {Iterable<Element>} formulas
+ * A formula wider than its column scrolls, from the keyboard too: its box is focusable for as long as it is too wide.
+ * A reader's own letter spacing widens what is in the box, not the box.
+ * @param {Iterable<Element>} boxes
  */
-function reach(formulas) {
+function reach(boxes) {
   const fit = new ResizeObserver((entries) => {
     for (const { target } of entries) {
-      if (target.scrollWidth > target.clientWidth) target.setAttribute("tabindex", "0");
-      else target.removeAttribute("tabindex");
+      const box = target.closest(FORMULAS) ?? target;
+      if (box.scrollWidth > box.clientWidth) box.setAttribute("tabindex", "0");
+      else box.removeAttribute("tabindex");
     }
   });
-  for (const formula of formulas) fit.observe(formula);
+  for (const box of boxes) {
+    fit.observe(box);
+    for (const formula of box.children) fit.observe(formula);
+  }
 }
 
 /**
@@ -196,7 +202,7 @@ globalThis.Ladder = Object.freeze({
 setUpAll("figure.plot", addPictureButtons);
 setUpAll(".ladder", climb);
 setUpAll(".contents details", unfold);
-apart(() => reach(document.querySelectorAll(".formula")));
+apart(() => reach(document.querySelectorAll(FORMULAS)));
 setUpAll("button.theme", addThemeButton);
 setUpAll("button.search-open", addSearch);
 setUpAll(".stored", addForgetButton);

@@ -26,7 +26,9 @@ from tests.browser.layout import (
     SIDEWAYS,
     SMALL,
     SMALL_TEXT,
+    SPACED,
     TORN,
+    UNREACHED,
     UNUSED_FONTS,
     count_figures,
     low,
@@ -90,6 +92,7 @@ STRAYS = """() => [...document.querySelectorAll('math')].flatMap(formula => {
 WIDTHS = (1280, 390)
 NARROWEST = 320
 PERCENTS = (100, 130)
+SMALLEST = (320, 640)  # px, the screen of a small old phone
 
 
 @pytest.fixture(scope="module")
@@ -164,11 +167,17 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
     def room(page: Page, _path: str) -> Iterator[str]:
         page.evaluate(DETAILS)
         yield from remaining(page, SMALL)
-        page.set_viewport_size({"width": 320, "height": 640})
+        page.set_viewport_size({"width": SMALLEST[0], "height": SMALLEST[1]})
         yield from (f"at 320 px: {fault}" for fault in remaining(page, BEYOND))
         page.set_viewport_size({"width": 640, "height": 900})
         page.evaluate("() => { document.documentElement.style.fontSize = '200%'; }")
         yield from (f"with large text: {fault}" for fault in remaining(page, BEYOND))
+
+    def spaced(page: Page, _path: str) -> Iterator[str]:
+        page.set_viewport_size({"width": SMALLEST[0], "height": SMALLEST[1]})
+        page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+        page.evaluate(SPACED)
+        yield from remaining(page, BEYOND, UNREACHED)
 
     checks = {
         "moves": moves,
@@ -176,6 +185,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         **{f"{percent} %": lambda page, path, percent=percent: leads(page, path, percent) for percent in PERCENTS},
         "in sight": in_sight,
         "room": room,
+        "spaced": spaced,
     }
     return visit(checks, width=390, height=844, has_touch=True)
 
@@ -217,6 +227,12 @@ def test_room_and_touch_on_every_page(phone: Found) -> None:
     """At 390 px every target is at least 44 px; at 320 px, which is 400 % of 1280, and with text at twice its size,
     nothing extends beyond the screen, with the details open."""
     assert phone["room"] == []
+
+
+def test_room_for_spaced_text(phone: Found) -> None:
+    """At 320 px, with more space between letters, words and lines, a formula that is too wide scrolls in its own box,
+    by keyboard too."""
+    assert phone["spaced"] == []
 
 
 def test_the_browser_complains_of_no_page(bare: Found, phone: Found) -> None:
