@@ -144,8 +144,8 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         yield from remaining(page, SIDEWAYS, SMALL_TEXT, CUT)
         yield from page.evaluate(STRAYS)
 
-    def leads(page: Page, path: str, percent: int) -> Iterator[str]:
-        count, wrong = low(page, ("panel", "button", "first"), 390, 844, percent)
+    def leads(page: Page, path: str, percent: int, size: tuple[int, int] = (390, 844)) -> Iterator[str]:
+        count, wrong = low(page, ("panel", "button", "first"), *size, percent)
         yield from wrong if not path.startswith("docs-") else []
         if count != count_figures(site, path):
             yield f"{count} of {count_figures(site, path)} figures"
@@ -185,6 +185,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         **{f"{percent} %": lambda page, path, percent=percent: leads(page, path, percent) for percent in PERCENTS},
         "in sight": in_sight,
         "room": room,
+        "small": lambda page, path: leads(page, path, 100, SMALLEST),
         "spaced": spaced,
     }
     return visit(checks, width=390, height=844, has_touch=True)
@@ -215,6 +216,11 @@ def test_nothing_overflows_or_moves(phone: Found) -> None:
 def test_what_leads_fits_a_phone(phone: Found, percent: int) -> None:
     """The sentence, picture, button and first control of every figure fit on one screen."""
     assert phone[f"{percent} %"] == []
+
+
+def test_what_leads_fits_the_smallest_phone(phone: Found) -> None:
+    """So do they on a screen of 320 × 640."""
+    assert phone["small"] == []
 
 
 def test_a_phone_keeps_the_picture_in_sight(phone: Found) -> None:
