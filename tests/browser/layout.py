@@ -55,12 +55,27 @@ SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
   return parseFloat(getComputedStyle(e).fontSize) * scale < 10.95;
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ': ' + e.textContent.slice(0, 30)).slice(0, 8)"""
 
-# Texts in a drawing that its edge cuts off; a line of text is some px taller and wider than its letters.
+# Texts in a drawing that its edge cuts off, or the margin beyond it that is drawn too; a line of text is some px taller
+# and wider than its letters.
 CUT = """() => [...document.querySelectorAll('svg.panel text, .plot-svg text')].filter(e => {
-  const whole = e.closest('svg').getBoundingClientRect(), r = e.getBoundingClientRect();
+  const svg = e.closest('svg'), whole = svg.getBoundingClientRect(), r = e.getBoundingClientRect();
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
-  return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
+  const spare = 4 + (parseFloat(getComputedStyle(svg).overflowClipMargin) || 0);
+  return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > spare;
 }).map(e => `${e.closest('figure').id} cuts off: ${e.textContent}`)"""
+# Texts of a drawing whose letters meet: those of a line lie within 0.36 em of its middle.
+MEETING = """() => [...document.querySelectorAll('svg.panel, .plot-svg')].flatMap(svg => {
+  if (!svg.checkVisibility()) return [];
+  const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  const boxes = [...svg.querySelectorAll('text')].filter(e => e.checkVisibility()).map(e => {
+    const r = e.getBoundingClientRect(), half = 0.36 * scale * parseFloat(getComputedStyle(e).fontSize);
+    return {e, left: r.left, right: r.right, top: (r.top + r.bottom) / 2 - half, bottom: (r.top + r.bottom) / 2 + half};
+  });
+  const meet = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
+  return boxes.flatMap((a, i) => boxes.slice(0, i).filter(b => meet(a, b))
+    .map(b => `${svg.closest('figure').id}: ${a.e.textContent} meets ${b.e.textContent}`));
+})"""
 # Claim marks that begin a line, apart from what they mark.
 TORN = """() => [...document.querySelectorAll('.claim-mark')].filter(e => e.checkVisibility()).filter(e => {
   const before = document.createRange();

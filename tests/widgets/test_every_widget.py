@@ -78,7 +78,7 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
     assert len(set(names)) == len(names), f"{case}: give each Panel a name of its own, not {names}"
     for panel in frame["panels"]:
         svg = panel["svg"]
-        assert svg.startswith('<svg class="panel" viewBox="0 0 ')
+        assert re.match('<svg class="panel(?: padded)?" viewBox="0 0 ', svg)
         assert "<path" in svg, f"{case}: the panel {panel['name']} shows no mark; draw something in every state"
         assert all(i.startswith(f"fig-x-{panel['name']}-") for i in re.findall(r' id="([^"]*)"', svg))
         wrong = re.search(

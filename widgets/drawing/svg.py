@@ -91,8 +91,9 @@ def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] 
     w, h = _whole(width), _whole(height)
     body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
     grid = _grid(panel.view) if panel.grid else ""
+    padded = " padded" if any(panel.view.pad) else ""
     return (
-        f'<svg class="panel" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
+        f'<svg class="panel{padded}" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
         f'focusable="false">{grid}{body}</svg>'
     )
 

@@ -29,7 +29,7 @@ from widgets.figures.which_method.trial import OF, STARTS, Run, clouds_of, run
 ROW, TOP = 36.0, 30.0  # px
 VIEW = View(0.0, 640.0, 0.0, ROW * len(RUNGS) + TOP, width=640.0)
 LANES, RADIUS, RAILS = (18.0, 47.0, 76.0), 12.0, (102.0, 132.0)
-NUMBERS_AT, NAMES_AT, WORDS_AT, COUNT_AT = 166.0, 176.0, 312.0, 628.0
+NUMBERS_AT, NAMES_AT, WORDS_AT, COUNT_AT = 166.0, 176.0, 322.0, 628.0
 ROLES: dict[Verdict, Role] = {"take": "accent", "can": "ink", "not": "ghost", "idle": "ghost"}
 DETAILS = len(RUNGS)  # nothing; the path's runs; then one more rung each, of those that are run alone
 
