@@ -153,7 +153,8 @@ def _description(state: State) -> str:
         f"Nine small pictures of one room: {len(scene.target)} target points and {len(scene.source)} source points,"
         f" {SETTINGS[c.setting].lower()}, noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers,"
         f" {number(c.overlap, 0)} % of the room seen by the target."
-        f" All nine start from {turned(state.start)}, a grey outline; a green one is where the source belongs."
+        f" All nine start from {turned(state.start)}, a dotted grey outline; a broad green one is where the source"
+        " belongs."
     ]
     if state.steps == 0:
         words.append("None has taken a step.")
