@@ -1,4 +1,4 @@
-"""Read a file of points: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array.
+"""Read a file of points: CSV, XYZ, PTS, PLY or PCD → an (n, 2) or (n, 3) array.
 
 The module takes bytes and opens no file. It recognises the format by how the data begin,
 not by the file's name: PLY and PCD say what they are, everything else is lines of numbers.
@@ -66,7 +66,7 @@ def read(data: bytes) -> CloudText:
     Parameters
     ----------
     data : bytes
-        CSV, XYZ, PLY or PCD, at most 24 MB and a million points.
+        CSV, XYZ, PTS, PLY or PCD, at most 24 MB and a million points.
 
     Returns
     -------

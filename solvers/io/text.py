@@ -66,16 +66,20 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     """Read points from CSV, XYZ and the like: (n, 2) or (n, 3), how the columns are
     separated, and notices.
 
-    Comments and blank lines are skipped. A first line that is not all numbers names the
-    columns, and so does a comment right before the numbers with as many fields: the columns
-    named x, y and z, with a unit (x_m, x [m]) or without, are taken, otherwise the first two
-    or three. If tabs separate columns, spaces do as well; separators at a line's end are
-    ignored. Raises ValueError with the line's number, also if x and y are there and an axis
-    is named twice.
+    Comments and blank lines are skipped, and so is a first line that only counts the lines
+    after it, as in PTS files. A first line that is not all numbers names the columns, and so
+    does a comment right before the numbers with as many fields: the columns named x, y and z,
+    with a unit (x_m, x [m]) or without, or at the end of a path (field.x) if no other is,
+    are taken, otherwise the first two or three. If tabs separate columns, spaces do as well;
+    separators at a line's end are ignored. Raises ValueError with the line's number, also if
+    x and y are there and an axis is named twice.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
         raise ValueError("line 1: no line with numbers was found; expected x and y, or x, y and z, on every line")
+    opening = rows[0]
+    if lines[opening].strip() == str(len(rows) - 1) != "0":
+        rows = rows[1:]
     head = rows[0] + 1
     first = _bare(lines[rows[0]]).rstrip()  # a tab at the end separates nothing
     unquoted = "".join(_by_quotes(first)[::2])
@@ -89,13 +93,13 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
     if comma is not None:
         raise ValueError(f"line {rows[0] + 1}: {told(comma)} is not a number; {_hint(comma)}")
-    if all(is_number(field) for field in fields):
+    numeric = [is_number(field) for field in fields]
+    names = _comment_before(lines, opening, separator)  # in CloudCompare's files the count stands between
+    named = len(names) == len(fields) and not any(map(is_number, names))
+    if all(numeric) or (any(numeric) and named and _axes(names, len(fields))):  # a column of text may be left out
         width = len(fields)
-        names = _comment_before(lines, rows[0], separator)
-        if len(names) == width:
-            _refuse_twice(names, rows[0] - 1)
-        columns = _axes(names, width) or list(range(min(3, width)))
-    elif any(is_number(field) for field in fields):
+        columns = _columns(names, opening - 1, notices) if named else list(range(min(3, width)))
+    elif any(numeric):
         wrong = next(field for field in fields if not is_number(field))
         hint = _hint(wrong, "expected numbers, or names alone")
         raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; {hint}")
@@ -192,9 +196,16 @@ def _refuse_twice(names: Sequence[str], row: int) -> None:
 
 
 def _letters(names: Sequence[str]) -> list[str]:
-    """The axis that each name stands for: x, y or z, or ""."""
-    matches = [AXIS.fullmatch(name) for name in names]
-    return [match[1].lower() if match else "" for match in matches]
+    """The axis that each name stands for: x, y or z, or "". Names that are paths, such as ROS's field.x, stand for what
+    they end with, unless x and y are there without one.
+    """
+    letters = [_letter(name) for name in names]
+    return letters if {"x", "y"} <= {*letters} else [_letter(re.split("[./]", name)[-1]) for name in names]
+
+
+def _letter(name: str) -> str:
+    match = AXIS.fullmatch(name)
+    return match[1].lower() if match else ""
 
 
 def _comment_before(lines: Sequence[str], row: int, separator: str | None) -> list[str]:

@@ -176,6 +176,28 @@ def test_columns_are_taken_by_name():
     assert read(b"seconds,x_m,y_m,phi_rad\n0,1,2,3\n").points.tolist() == [[1, 2]]
     assert read(b"time\tx [m]\tY(m)\n0\t1\t2\n").points.tolist() == [[1, 2]]
     assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
+    # A comment's names are told of too: NumPy's header "time px py" would make a cloud in space of a plane one.
+    assert "x and y in line 2: the first 3 were taken" in read(b"# made by me\n# time px py\n0 1 2\n").notices[0]
+    assert read(b"# 0 0\n1 2\n").notices == (), "numbers commented out are no names"
+
+
+def test_names_that_are_paths_stand_for_their_last_part():
+    """As ROS writes the fields of a message; beside a plain x and y they stand for nothing."""
+    recorded = read(b"%time,field.header.frame_id,field.point.x,field.point.y\n17,laser,1,2\n18,laser,3,4\n")
+    assert recorded.points.tolist() == [[1, 2], [3, 4]]
+    assert read(b"%time,field.x,field.y\n17,1,2\n").points.tolist() == [[1, 2]]
+    assert read(b"t,/odom/position/x,/odom/position/y\n17,1,2\n").points.tolist() == [[1, 2]]
+    assert read(b"normal.x,normal.y,x,y\n0,1,2,3\n").points.tolist() == [[2, 3]]
+    with pytest.raises(ValueError, match=r"^line 1: two columns are named x: 'position.x' and 'orientation.x'"):
+        read(b"position.x,position.y,orientation.x\n1,2,3\n")
+
+
+def test_a_first_line_may_count_the_others():
+    """PTS files begin so, and CloudCompare's text has the count below the names. Any other number is one column."""
+    assert read(b"2\n1 2 3 -900 7 7 7\n4 5 6 -900 7 7 7\n").points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert read(b"//Z,X,Y,R\n2\n3,1,2,0\n6,4,5,0\n").points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    with pytest.raises(ValueError, match=r"^line 1: '3' is one column"):
+        read(b"3\n1 2 3\n4 5 6\n")
 
 
 @pytest.mark.parametrize(
