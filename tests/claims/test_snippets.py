@@ -27,3 +27,12 @@ def test_a_chapters_code_runs(code, capsys):
     """A code block of a chapter runs by itself, as a reader would run it, and prints something."""
     exec(compile(code, "chapter", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out
+
+
+@pytest.mark.native
+def test_the_documented_method_of_ones_own_gives_the_shift(capsys):
+    """The docs' example of a new method is registered with, and its answer is right."""
+    page = (ROOT / "content/docs/package.md").read_text("utf-8")
+    (code,) = BLOCK.findall(page.partition("## A new method")[2])
+    exec(compile(code, "package", "exec"), {"__name__": "__main__"})
+    assert "Result(centred: finished, steps=1, pose=Pose(angle=0°, t=(1, 3), scale=1))" in capsys.readouterr().out

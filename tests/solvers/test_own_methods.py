@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import pickle
-import re
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from solvers.stepper import Method, NoOptions, Problem
 from solvers.uncertainty import from_matrix, from_starts, monte_carlo
 from solvers.verify import halves
 
-ROOT = Path(__file__).resolve().parents[2]
 SCENE, START = room("clean"), room_start(20.0, 0.8)
 
 
@@ -103,11 +100,3 @@ def test_what_is_no_method_is_refused() -> None:
             register(SCENE.source, SCENE.target, wrong)  # type: ignore[call-overload]
     with pytest.raises(ValueError, match=r"^method: 'cpd-similarity' finds a scale"):
         monte_carlo(SCENE.source, SCENE.target, METHODS["cpd-similarity"])
-
-
-def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    page = (ROOT / "content/docs/package.md").read_text("utf-8")
-    match = re.search(r"## A new method.*?```python\n(.*?)```", page, re.DOTALL)
-    assert match
-    exec(match[1], {"__name__": "__main__"})
-    assert "Result(centred: finished, steps=1, pose=Pose(angle=0°, t=(1, 3), scale=1))" in capsys.readouterr().out

@@ -98,7 +98,8 @@ def test_the_source_distribution_can_be_built_and_tested_and_carries_no_site(arc
 
 
 def test_its_tests_need_nothing_of_the_generator(archives: tuple[Path, Path], tmp_path: Path) -> None:
-    """They import the package, its test requirements and each other; none uses the site's fixture `why`."""
+    """They import the package, its test requirements and each other; none uses the site's fixture `why` or reads a
+    file that is not there."""
     tests = unpacked(archives[0], tmp_path) / "tests"
     paths = sorted(tests.rglob("*.py"))
     assert len(paths) > 40
@@ -110,6 +111,9 @@ def test_its_tests_need_nothing_of_the_generator(archives: tuple[Path, Path], tm
             for name in names:
                 file = tests.parent / f"{name.replace('.', '/')}.py"
                 assert name.partition(".")[0] in tops or file.is_file(), f"{path.name} imports {name}"
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and len(node.value) < 100:
+                there = (tests.parent / node.value).exists() or not (ROOT / node.value).is_file()
+                assert there, f"{path.name} names {node.value}"
             if isinstance(node, ast.FunctionDef):
                 assert "why" not in [argument.arg for argument in node.args.args], f"{path.name}: {node.name}"
 
