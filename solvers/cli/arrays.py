@@ -58,7 +58,9 @@ def _broken(error: Exception) -> ValueError:
 
 
 def _array(data: bytes, what: str) -> AnyArray:
-    """Rows of two or three numbers. The header is checked against the size of the data before an array is made."""
+    """Rows of two or three numbers, or records with fields x and y, and z if there is one. The header is checked
+    against the size of the data before an array is made.
+    """
     file = io.BytesIO(data)
     try:
         version = np.lib.format.read_magic(file)
@@ -72,23 +74,31 @@ def _array(data: bytes, what: str) -> AnyArray:
             shape, fortran, kind = header(file)
     except Exception:  # a header is a Python literal: from a damaged one NumPy raises almost anything
         raise ValueError("a broken NumPy array: its header cannot be read") from None
-    if kind.kind not in "fiu":
-        raise ValueError(f"a NumPy array of {kind}; expected numbers")
+    axes = [axis for axis in "xyz" if axis in (kind.names or ())]
+    if axes[:2] == ["x", "y"]:
+        columns = [kind[axis].kind for axis in axes]
+    else:
+        axes, columns = [], [kind.kind]
+    if kind.hasobject or not all(column in "fiu" for column in columns):
+        raise ValueError(f"a NumPy array of {kind}; expected numbers, or records with numbers x and y")
     size = len(data) - file.tell()
-    if len(shape) != 2 or shape[1] not in (2, 3):
+    if not axes and (len(shape) != 2 or shape[1] not in (2, 3)):
         raise ValueError(f"{what} of shape {shape}; expected (n, 2) or (n, 3)")
     if math.prod(shape) * kind.itemsize != size:
         raise ValueError(f"a broken NumPy array: the header says {shape}, the data are {size} bytes")
-    return np.frombuffer(data, kind, offset=file.tell()).reshape(shape, order="F" if fortran else "C")
+    count = math.prod(shape) if axes else shape[0]
+    if count > clouds.MOST_POINTS:
+        raise ValueError(f"{count} points are more than the limit of {clouds.MOST_POINTS}")
+    values = np.frombuffer(data, kind, offset=file.tell())
+    if axes:  # a scan's rows one after the other
+        return np.stack([values[axis] for axis in axes], axis=1, dtype=np.float64, casting="unsafe")
+    return values.reshape(shape, order="F" if fortran else "C")
 
 
 def _cloud(data: bytes, what: str) -> CloudText:
     """The finite rows, with a notice about the others."""
-    values = _array(data, what)
-    if len(values) > clouds.MOST_POINTS:
-        raise ValueError(f"{len(values)} points are more than the limit of {clouds.MOST_POINTS}")
     with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond float64 are left out below
-        points = values.astype(np.float64)
+        points = _array(data, what).astype(np.float64)
     points, notices, gaps = clouds.finite_rows(points)
     if not len(points):
         raise ValueError(f"{what} contains no points")

@@ -219,6 +219,18 @@ def test_numpy_s_files_give_their_rows(values):
         np.testing.assert_array_equal(arrays.read(data).points, values)
 
 
+@pytest.mark.parametrize("shape", [(4,), (2, 2)])
+def test_records_give_their_x_y_and_z(shape):
+    """As ROS's point clouds become arrays, also such that keep the laser's rows; what else they hold is left out."""
+    records = np.zeros(shape, dtype=[("y", "<f4"), ("x", "<f8"), ("ring", "<u2"), ("z", "<f4"), ("name", "S3")])
+    for axis, first in (("x", 0.0), ("y", 10.0), ("z", 20.0)):
+        records[axis] = first + np.arange(4.0).reshape(shape)
+    expected = np.arange(4.0)[:, None] + [0.0, 10.0, 20.0]
+    np.testing.assert_array_equal(arrays.read(npy(records)).points, expected)
+    planar = records[["x", "y"]].astype([("x", ">f8"), ("y", ">f8")])
+    np.testing.assert_array_equal(arrays.read(npz(points=planar)).points, expected[:, :2])
+
+
 def test_rows_that_are_not_finite_are_left_out_and_told():
     result = arrays.read(npy(np.array([[0.0, 1.0], [np.nan, 2.0], [3.0, 4.0]])))
     assert result.points.tolist() == [[0.0, 1.0], [3.0, 4.0]]
@@ -265,6 +277,10 @@ def pack(compression: int) -> bytes:
         (npy(np.zeros((2, 2)))[:-3], "the header says"),
         (array_bytes("<f8", "(1000000000, 2)"), "the header says"),
         (array_bytes("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),
+        (npy(np.zeros(3, dtype=[("x", "<f4"), ("z", "<f4")])), "expected numbers, or records with numbers x and y"),
+        (npy(np.zeros(3, dtype=[("x", "<f4", (2,)), ("y", "<f4")])), "records with numbers x and y"),
+        (npy(np.zeros(3, dtype=[("x", "<f4"), ("y", "<f4")]))[:-4], "the header says"),
+        (npy(np.zeros(0, dtype=[("x", "<f4"), ("y", "<f4")])), "contains no points"),
         (b"\x93NUMPY\x01\x00\x05\x00nope\n", "a broken NumPy array"),
         (b"\x93NUMPY", "a broken NumPy array"),
         (b"\x93NUMPY\x03\x00", r"format version \(3, 0\); expected \(1, 0\) or \(2, 0\)"),
