@@ -117,7 +117,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
                              f" expected {name}, found {told(column)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
     table[:1, 1:4] = 0.0  # it has no scan before it: what is written there does not count
-    table[:, 4:][~(table[:, 4:] < np.inf)] = 0.0  # NaN too
+    table[:, 4:][~np.isfinite(table[:, 4:])] = 0.0
     for at, row in zip(rows[1:], table, strict=True):
         if not np.isfinite(row).all() or np.abs(row[1:]).max() > 1e9 or abs(row[0]) > 1e12:  # seconds may be since 1970
             raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9 (the seconds: 1e12)")

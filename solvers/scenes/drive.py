@@ -45,7 +45,8 @@ class Drive:
         coordinates at a scan to those at the scan before, in metres. The first scan has
         none before it: its motion is not used and becomes the identity.
     ranges : array_like of shape (n, k)
-        Metres along each beam; 0, infinite or NaN where no echo came back.
+        Metres along each beam; 0, infinite or NaN where no echo came back. ROS writes
+        −inf for what is too near to be measured (REP 117).
     bearings : array_like of shape (k,)
         The beams' angles in the laser's coordinates, radians from −2π to 2π,
         anticlockwise from ahead.
@@ -90,9 +91,10 @@ class Drive:
         ranges = copied(self.ranges, "ranges")
         if ranges.ndim != 2 or not ranges.size:
             raise ValueError(f"ranges: expected shape (n, k), one row per scan, got {ranges.shape}")
-        if (ranges < 0.0).any():
+        negative = ranges[(ranges < 0.0) & (ranges > -np.inf)]
+        if negative.size:
             hint = "; 0, inf or nan stands for no echo"
-            raise ValueError(f"ranges: must not be negative, but the smallest is {np.nanmin(ranges):.6g}{hint}")
+            raise ValueError(f"ranges: must not be negative, but the smallest is {negative.min():.6g}{hint}")
         moderate(ranges[np.isfinite(ranges)], "ranges")
         n, k = ranges.shape
         seconds = validate.row(self.seconds, "seconds", n, "scan")

@@ -78,9 +78,9 @@ def test_a_scan_s_points_lie_at_their_ranges_from_the_laser() -> None:
     assert len(drive.points(10, 5.0)) == (echoes <= 5.0).sum()
 
 
-@pytest.mark.parametrize("missing", [0.0, np.inf, np.nan])
+@pytest.mark.parametrize("missing", [0.0, np.inf, np.nan, -np.inf])
 def test_a_beam_without_an_echo_is_no_point_at_the_laser(missing: float) -> None:
-    """Many lasers report 0 if nothing came back, and so do the files that are read."""
+    """Many lasers report 0 if nothing came back, and so do the files that are read; ROS's −inf is too near."""
     ranges = [[2.0, missing, 1.0], [2.0, missing, 1.0]]
     drive = Drive([0.0, 1.0], Pose.identity(batch=(2,)), ranges, [-0.1, 0.0, 0.1], Pose.identity(), [0.0, 0.01, 0.02])
     assert drive.heard(0).tolist() == [True, False, True]
@@ -219,7 +219,7 @@ def test_a_drive_begins_at_the_identity() -> None:
         ("ranges", [1.0, 2.0, 3.0], r": expected shape \(n, k\), one row per scan, got \(3,\)"),
         ("ranges", np.zeros((0, 3)), r": expected shape \(n, k\), one row per scan, got \(0, 3\)"),
         ("ranges", [[1.0, 2.0, -3.0]] * 2, ": must not be negative, but the smallest is -3; 0, inf or nan stands"),
-        ("ranges", [[1.0, np.nan, -np.inf]] * 2, ": must not be negative, but the smallest is -inf"),
+        ("ranges", [[-np.inf, np.nan, -2.0]] * 2, ": must not be negative, but the smallest is -2; "),
         ("ranges", [[1.0, 2.0, 1e200]] * 2, ": beyond 1e.150 squares overflow"),
         ("ranges", [[1.0, 2.0], [1.0]], ": rows of unequal length"),
         ("bearings", [-0.5, 0.5], r": expected shape \(3,\), one per beam, got \(2,\)"),
