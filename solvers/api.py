@@ -23,6 +23,8 @@ from solvers.core.stepper import Callback, begin, run
 OTHER_NAMES = {"gate": "max_distance", "cap": "max_distance"}
 """The field's usual name of each option; accepted if the method has that option."""
 _GATES = ("gate", "cap", "inlier")
+_ROUNDED = 1e-2
+"""How far from 1 the scale of a rotation can be whose matrix was rounded to two digits."""
 _MEANT = {
     **dict.fromkeys(("init", "initial"), ("start",)),
     **dict.fromkeys(("iterations", "max_iteration", "max_iterations"), ("max_steps",)),
@@ -222,7 +224,9 @@ def _problem(
     w = validate.weights(weights, p.shape[-2], text=f"; a kernel is chosen by weight={weights!r}" if kernel else "")
     pose = validate.pose(start, d)
     if not method.scaled:
-        advice = f"scale the source first: method {method.name!r} finds rigid motions and starts at scale 1"
+        rounded = (np.abs(np.asarray(pose.scale) - 1.0) < _ROUNDED).all()
+        hint = ", or if its matrix was rounded, pass Pose(p.R, p.t) of p = Pose.from_matrix(matrix)" if rounded else ""
+        advice = f"scale the source first{hint}: method {method.name!r} finds rigid motions and starts at scale 1"
         pose = validate.unscaled(pose, "start", advice)
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape

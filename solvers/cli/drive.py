@@ -73,7 +73,8 @@ def parser() -> argparse.ArgumentParser:
     cli.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
     cli.add_argument(
         "--out", type=Path, action="append", default=[], metavar="FILE",
-        help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; repeatable"
+        help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv, its seconds since the first scan;"
+        " repeatable"
     )  # fmt: skip
     cli.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     return cli

@@ -17,7 +17,8 @@ def scene():
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d):
-    """A start rounded to float32 or to seven digits counts as rigid; one really scaled is refused with its scale."""
+    """A start rounded to float32 or to seven digits counts as rigid; one really scaled is refused with its scale, and
+    for one rounded to fewer the message says what to pass."""
     points, start = rng.standard_normal((30, d)), random_pose(rng, d)
     for matrix in (start.matrix.astype(np.float32), np.round(start.matrix, 7)):
         result = register(points, start.apply(points), start=matrix)
@@ -27,6 +28,12 @@ def test_a_start_whose_matrix_was_rounded_is_a_rigid_motion(rng, random_pose, d)
             assert Edges([0], [1], Pose.from_matrix(matrix[None]), np.eye(3)).relative.scale == [1.0]
     with pytest.raises(ValueError, match=r"^start.scale: scale the source first.* at scale 1, not 1.00001$"):
         register(points, points, start=Pose(start.R, start.t, 1.00001))
+    if d == 2:
+        matrix = np.round(Pose.from_angle(0.3, start.t).matrix, 2)
+        with pytest.raises(ValueError, match=r"first, or if its matrix was rounded, pass Pose\(p.R, p.t\) of p = "):
+            register(points, points, start=matrix)
+        p = Pose.from_matrix(matrix)
+        assert register(points, points, start=Pose(p.R, p.t)).pose.scale == 1.0
 
 
 def test_a_result_is_true_where_its_status_is(scene):
