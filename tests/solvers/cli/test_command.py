@@ -254,7 +254,11 @@ def test_ctrl_c_is_one_line_and_exit_code_130(files, capsys, monkeypatch):
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr("solvers.cli.register.register", interrupted)
-    answer = call(capsys, files / "a.csv", files / "b.xyz")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job inherits "ignored"
+    try:
+        answer = call(capsys, files / "a.csv", files / "b.xyz")
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert answer == (130, "", "python -m solvers: stopped by Ctrl-C\n")
 
 
