@@ -29,8 +29,12 @@ __version__ = "0.1.0"
 __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
 
 if TYPE_CHECKING:
-    # Types of the modules, and of `register` and `METHODS` for each method's name.
+    # Types of the modules, and of `register` and `METHODS` for each method's name. To Pyright, which editors run, what
+    # is not in `__all__` is not exported.
+    import solvers._functions as _typed
     from solvers._functions import *  # noqa: F403
+
+    __all__ += _typed.__all__
 else:
     from solvers.api import register
     from solvers.core.registry import METHODS

@@ -75,6 +75,19 @@ from solvers.options import (
     TrimmedOptions,
 )
 
+__all__: list[str] = [
+    "METHODS", "association_bp", "benchmark", "bird_scene", "branch_and_bound", "capped_icp", "cloud_text",
+    "collinear", "consensus", "correlative", "cpd_rigid", "cpd_similarity", "d2d_ndt", "downsample", "drives",
+    "fast_robust_icp", "features", "filterreg", "flow", "flow_from_source", "g2o", "generalized_icp", "gicp",
+    "gmmreg", "gnc", "graduated_nonconvexity", "hall", "hypothesis_mixture", "icp", "kabsch",
+    "kiss_threshold_icp", "landscape", "match_scenes", "methods", "metrics", "mmd", "mug_scene", "ndt",
+    "ndt_d2d", "ndt_map", "ndt_score", "ndt_translation", "odometry", "options", "p2d_ndt", "point_to_plane",
+    "point_to_point", "posegraph", "race", "ransac", "ransac_congruent", "ransac_unpaired", "register",
+    "robust", "scans", "scenes", "similarity", "soft_annealed", "soft_shares", "stepper", "thinning", "tricp",
+    "trimmed_icp", "umeyama", "uncertainty", "uncertainty_study", "verify", "walk_scenes", "walkthrough",
+    "wall_scenes",
+]
+
 _O = TypeVar("_O")
 
 def kabsch(

@@ -48,6 +48,10 @@ from solvers.options import (
 {options}
 )
 
+__all__: list[str] = [
+{names}
+]
+
 _O = TypeVar("_O")
 '''
 LISTED = '''class _Listed(Method[Any], Generic[_O]):
@@ -70,7 +74,9 @@ def stub() -> str:
     """The text of the stub file."""
     classes = sorted({METHODS[name].options.__name__ for name in METHODS})
     modules = [f"from solvers import {name} as {name}" for name, file in solvers._MODULES.items() if name == file]
-    parts = [HEAD.format(modules="\n".join(modules), options="\n".join(f"    {name}," for name in classes))]
+    names = sorted(["METHODS", "register", *solvers._MODULES, *per_method.NAMES, *per_method.ALSO])
+    head = {"modules": modules, "options": [f"    {name}," for name in classes], "names": _wrapped(names)}
+    parts = [HEAD.format(**{key: "\n".join(lines) for key, lines in head.items()})]
     for function, name in per_method.NAMES.items():
         parts += [_signature(function, _parameters(name)), ""]
     parts += [f"{alias} = {function}" for alias, function in per_method.ALSO.items()]
@@ -121,6 +127,11 @@ def _with_star(parameters: Sequence[inspect.Parameter]) -> Iterator[str]:
         words = CHOICES.get(parameter.name) if parameter.annotation == "str" else None
         kind = f"Literal[{_literal(words)}]" if words else parameter.annotation
         yield f"{parameter.name}: {kind}{'' if parameter.default is inspect.Parameter.empty else ' = ...'}"
+
+
+def _wrapped(names: Sequence[str]) -> list[str]:
+    text = ", ".join(f'"{name}"' for name in names) + ","
+    return textwrap.wrap(text, 112, initial_indent="    ", subsequent_indent="    ")
 
 
 def _signature(name: str, parameters: Sequence[str]) -> str:

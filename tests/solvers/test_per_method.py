@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -27,6 +29,23 @@ def test_the_types_are_those_of_the_functions() -> None:
     from tests.solvers.stub import STUB, stub
 
     assert STUB.read_text("utf-8") == stub()
+
+
+@pytest.mark.native
+def test_what_editors_see_is_exported() -> None:
+    """To Pyright, a typed package exports what is in `__all__`: of `solvers` that is the stub's too, which has all."""
+    from tests.solvers.stub import STUB
+
+    values = [node for node in ast.parse(STUB.read_text("utf-8")).body if isinstance(node, ast.AnnAssign)]
+    (names,) = (node.value for node in values if ast.unparse(node.target) == "__all__")
+    assert names is not None
+    exported = {*solvers.__all__, *ast.literal_eval(names)}
+    assert {*solvers._MODULES, *per_method.NAMES, *per_method.ALSO, "METHODS", "register"} <= exported
+    front = ast.parse(Path(solvers.__file__).read_text("utf-8"))
+    (types,) = (node for node in front.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    assert [ast.unparse(node) for node in types.body] == [
+        "import solvers._functions as _typed", "from solvers._functions import *", "__all__ += _typed.__all__",
+    ]  # fmt: skip
 
 
 def test_every_method_is_named_for_editors() -> None:
