@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
 from tests.browser.server import SiteServer, published_anew
+
+ONE = "a local minimum need not be near the truth"  # words that a single section has
 
 
 @pytest.mark.parametrize("width", [1280, 390])
@@ -37,7 +41,7 @@ def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width
     field.press("Escape")
     expect(field).to_be_hidden()
     page.keyboard.press("Control+k")
-    field.fill("a local minimum need not be near the truth")
+    field.fill(ONE)
     href = options.first.get_attribute("href") or ""
     field.press("Enter")
     page.wait_for_url(f"**/{href}")
@@ -159,3 +163,111 @@ def test_a_page_older_than_the_site_offers_a_reload_for_its_search(
     page.keyboard.press("/")
     field.fill("levenberg")
     expect(page.locator(".search").get_by_role("option").first).to_contain_text("Levenberg–Marquardt")
+
+
+def opened(page: Page) -> tuple[Locator, Locator, Locator]:
+    """The search, opened by its key: its field, its results and what is said of them."""
+    page.keyboard.press("/")
+    dialog = page.locator(".search")
+    return dialog.get_by_role("combobox"), dialog.get_by_role("option"), dialog.get_by_role("status")
+
+
+def test_arrows_go_round_the_results_and_keep_the_chosen_one_in_sight(reader: Callable[..., Reader]) -> None:
+    """Up from the first leads to the last, and down from there to the first."""
+    page = reader(height=500).open("kabsch.html")
+    field, options, _ = opened(page)
+    field.fill("the")
+    expect(options).to_have_count(20)
+    for key, chosen in (("ArrowUp", options.last), ("ArrowUp", options.nth(18)), ("ArrowDown", options.last),
+                        ("ArrowDown", options.first)):  # fmt: skip
+        field.press(key)
+        expect(chosen).to_have_attribute("aria-selected", "true")
+        expect(chosen).to_be_in_viewport()
+        expect(page.locator('[role="option"][aria-selected="true"]')).to_have_count(1)
+        assert field.get_attribute("aria-activedescendant") == chosen.get_attribute("id")
+
+
+def test_what_is_said_of_the_results_is_how_many_there_are(reader: Callable[..., Reader]) -> None:
+    """None, one, more than are shown; without a word nothing is said. A screen reader hears of a list only if there is
+    one."""
+    page = reader().open("kabsch.html")
+    field, options, told = opened(page)
+    many = re.compile("^[0-9]+ places; showing the first 20$")
+    for words, said, count in (("the", many, 20), ("qqqq", "Nothing found", 0), (ONE, "1 place", 1), ("", "", 0)):
+        field.fill(words)
+        expect(told).to_have_text(said)
+        expect(options).to_have_count(count)
+        expect(field).to_have_attribute("aria-expanded", str(count > 0).lower())
+        expect(page.locator("#search-found")).to_be_visible(visible=count > 0)
+        assert (field.get_attribute("aria-activedescendant") is None) is (count == 0)
+
+
+def test_a_result_shows_the_words_where_they_stand(reader: Callable[..., Reader]) -> None:
+    """A line or two around the first of them, marked; dots stand for what was cut off. No heading stands twice."""
+    page = reader().open("kabsch.html")
+    field, options, told = opened(page)
+    field.fill("breadth")
+    expect(told).to_contain_text("place")
+    texts = options.locator(".found-text")
+    assert texts.count()
+    for text in texts.all():
+        words = text.inner_text()
+        assert len(words) < 220
+        assert "breadth" in [mark.lower() for mark in text.locator("mark").all_inner_texts()], words
+    assert any(words.startswith("… ") and words.endswith(" …") for words in texts.all_inner_texts())
+    for option in options.all():
+        assert option.locator(".found-page").inner_text() != option.locator(".found-title").inner_text()
+
+
+def test_a_section_of_the_same_page_is_gone_to_and_the_search_is_over(reader: Callable[..., Reader]) -> None:
+    page = reader().open("index.html")
+    field, options, _ = opened(page)
+    field.fill("forty minutes")
+    expect(options.first).to_have_attribute("href", "index.html#forty-minutes")
+    field.press("Enter")
+    expect(field).to_be_hidden()
+    expect(page.locator("#forty-minutes")).to_be_in_viewport()
+
+
+def test_the_search_is_closed_by_its_button_and_opens_with_the_last_words_selected(
+    reader: Callable[..., Reader],
+) -> None:
+    """New words replace them. A Mac's key opens it too, and it may be pressed again."""
+    page = reader().open("kabsch.html")
+    field, options, _ = opened(page)
+    field.fill("levenberg")
+    expect(options.first).to_be_visible()
+    page.get_by_role("button", name="Close search").click()
+    expect(field).to_be_hidden()
+    for _ in range(2):
+        page.keyboard.press("Meta+k")
+        expect(field).to_be_focused()
+    page.keyboard.type("gate")
+    expect(field).to_have_value("gate")
+
+
+def test_a_slash_that_is_written_opens_nothing(reader: Callable[..., Reader]) -> None:
+    """In a text field it is a letter; on a slider, which takes no letters, it opens the search."""
+    page = reader().open("kabsch.html")
+    Figure(page, "fig-solve").control("noise").focus()
+    field, _, _ = opened(page)
+    expect(field).to_be_focused()
+    page.keyboard.type("point/plane")
+    expect(field).to_have_value("point/plane")
+
+
+@pytest.mark.parametrize("file", ["minisearch", "search"])
+def test_a_search_that_did_not_load_says_so_and_loads_with_the_next_letter(
+    reader: Callable[..., Reader], server: SiteServer, file: str
+) -> None:
+    visitor = reader()
+    visitor.expect("Failed to load", "MIME type")
+    page = visitor.open("kabsch.html")
+    server.forbid(rf"/assets/{file}\.")
+    field, options, told = opened(page)
+    field.fill("levenber")
+    expect(told).to_have_text("The search could not be loaded.")
+    server.forbid(None)
+    field.fill("levenberg")
+    expect(options.first).to_contain_text("Levenberg–Marquardt")
+    expect(told).to_contain_text("place")
