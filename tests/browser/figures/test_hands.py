@@ -108,20 +108,6 @@ def test_a_pointer_that_is_held_down_points_at_nothing(cells: Figure) -> None:
     cells.page.mouse.up()
 
 
-def test_enter_on_a_slider_leaves_the_page(solve: Figure) -> None:
-    """A form would be sent, and the page loaded anew with what was set in its address."""
-    solve.page.evaluate("window.same = true")
-    slider = solve.control("noise")
-    slider.focus()
-    for key in ("ArrowRight", "Enter"):
-        solve.page.keyboard.press(key)
-    value = slider.input_value()
-    solve.page.evaluate(FRAMES)
-    assert solve.page.evaluate("window.same")
-    assert "?" not in solve.page.url
-    assert str(solve.settled().record()["controls"]["noise"]) == value
-
-
 HIDE = """hidden => {
   Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
   document.dispatchEvent(new Event("visibilitychange"));
