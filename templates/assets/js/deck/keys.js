@@ -97,5 +97,4 @@ export function addSwipes(root, steps) {
     if (Math.abs(across) < SWIPE || Math.abs(across) < 2 * Math.abs(down)) return;
     steps[across < 0 ? "after" : "before"]({ focus: true });
   });
-  on(root, "pointercancel", () => (from = null));
 }

@@ -93,7 +93,6 @@ export function addDrags(figure, overlay, handles) {
   function cancel(drag) {
     letGo(drag);
     figure.ask(drag.before);
-    if (!figure.busy) handles.update();
   }
 
   on(overlay.layer, "mousedown", (event) => {
