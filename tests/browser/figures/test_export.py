@@ -175,3 +175,38 @@ def test_a_picture_taken_in_motion_is_that_of_the_numbers(reader: Callable[..., 
     nearest.settled()
     assert save(page, button, tmp_path).read_text("utf-8") == first
     assert "<g transform" not in first
+
+
+# Of each drawing that is seen: its panel, and how wide its lines and how long their dashes are on the screen, px.
+SEEN = """root => [...root.querySelectorAll('.figure-panel > svg')].filter(svg => svg.checkVisibility()).map(svg => {
+  const unit = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  const styles = [...svg.querySelectorAll('path')].map(path => getComputedStyle(path));
+  return styles.filter(({ stroke }) => stroke !== 'none').map(({ strokeWidth, strokeDasharray, vectorEffect }) => {
+    const lengths = [strokeWidth, ...(strokeDasharray === 'none' ? [] : strokeDasharray.split(','))];
+    return lengths.map(length => (vectorEffect === 'non-scaling-stroke' ? 1 : unit) * parseFloat(length));
+  });
+})"""
+
+
+def test_a_picture_has_every_drawing_that_is_seen_with_its_lines(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """The charts too, and what is behind More once that is open; lines and dashes are as wide and long as on screen."""
+    page = reader(color_scheme="light", reduced_motion="reduce").open("icp.html")
+    nearest = Figure(page, "fig-nearest").seen()
+    nearest.root.locator(".figure-more summary").click()
+    counts = []
+    for _ in range(2):
+        seen = nearest.root.evaluate(SEEN)
+        path = save(page, nearest.root.locator('[data-picture="svg"]'), tmp_path)
+        drawings = ElementTree.fromstring(path.read_text("utf-8")).findall(f"{SVG}svg")
+        counts.append(len(drawings))
+        assert len(drawings) == len(seen)
+        for drawing, lines in zip(drawings, seen, strict=True):
+            scale = float(drawing.attrib["width"]) / float(drawing.attrib["viewBox"].split()[2])
+            stroked = [path for path in drawing.iter(f"{SVG}path") if path.get("stroke", "none") != "none"]
+            assert len(stroked) == len(lines)
+            for taken, line in zip(stroked, lines, strict=True):
+                lengths = [taken.attrib["stroke-width"], *taken.get("stroke-dasharray", "").split()]
+                numbers = [scale * float(length.rstrip(",")) for length in lengths]
+                assert numbers == pytest.approx(line, abs=0.03)
+        nearest.root.locator("details.figure-rest > summary").click()
+    assert counts[1] > counts[0] > 0

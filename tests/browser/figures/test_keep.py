@@ -285,3 +285,33 @@ def test_a_term_shows_what_it_means(reader: Callable[..., Reader]) -> None:
     link.click()
     expect(page.locator(f"#{name}")).to_be_in_viewport()
     expect(page.locator(f"#{name} dd")).to_contain_text(text)
+
+
+def test_the_run_that_is_removed_is_the_one_beside_the_button(reader: Callable[..., Reader]) -> None:
+    """The others keep their order, and the focus goes to the button that took its place; after the last to Pin. In the
+    file, a minus is one that a spreadsheet reads."""
+    page = reader(reduced_motion="reduce").open("icp.html")
+    nearest = Figure(page, "fig-nearest").live()
+    rows, pin = nearest.root.locator(".runs tbody tr"), nearest.reached("[data-pin]")
+    turns = ["-60", "-30", "45", "60"]
+    for turn in turns:
+        nearest.set("turn", turn)
+        nearest.settled()
+        pin.click()
+    expect(rows).to_have_count(4)
+    remove = nearest.root.locator(".runs").get_by_role("button", name=re.compile("^Remove run"))
+    for index, focused in ((1, 1), (2, 1)):
+        remove.nth(index).click()
+        del turns[index]
+        expect(rows).to_have_count(len(turns))
+        expect(remove.nth(focused)).to_be_focused()
+        with page.expect_download() as coming:
+            nearest.root.get_by_role("button", name="Save as CSV").click()
+        runs = list(csv.DictReader(coming.value.path().read_text("utf-8").splitlines()))
+        label = nearest.control("turn").evaluate("e => e.labels[0].querySelector('.control-label').textContent.trim()")
+        (column,) = [name for name in runs[0] if name.startswith(label)]
+        assert [float(run[column]) for run in runs] == [float(turn) for turn in turns]
+    for _ in range(2):
+        remove.first.click()
+    expect(pin).to_be_focused()
+    expect(rows).to_have_count(0)
