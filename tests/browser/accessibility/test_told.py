@@ -55,14 +55,19 @@ def test_what_a_key_points_at_is_told_and_what_the_mouse_points_at_is_not(reader
 
 
 def test_the_same_words_are_heard_a_second_time(reader: Callable[..., Reader]) -> None:
+    """A screen reader speaks of a text only if it differs from the last."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").live().settled()
     page.evaluate(LISTEN)
     page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: { writeText: async () => {} } })")
+    texts = []
     for _ in range(2):
         solve.reached("[data-link]").click()
         until_announced(page, "Link copied.")
         announcements(page)
+        texts.append(solve.root.locator(".figure-voice").evaluate("e => e.textContent"))
+    assert [text.strip() for text in texts] == ["Link copied."] * 2
+    assert texts[0] != texts[1]
 
 
 def test_a_line_that_did_not_load_interrupts(reader: Callable[..., Reader]) -> None:
