@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import sys
 from collections.abc import Sequence
 from os import PathLike
@@ -91,8 +92,19 @@ def _description(values: object, a: AnyArray, text: str) -> str:
         return f"dtype {a.dtype}, an array of sequences; list(…) makes a list of clouds of it"
     if a.dtype.kind in "USO":
         is_sequence = a.ndim and isinstance(values, list | tuple | np.ndarray)
-        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if is_sequence else type(values).__name__
+        if is_sequence:
+            return f"dtype {a.dtype}; .astype(float) makes numbers of them"
+        return f"{type(values).__name__}{_where(a)}"
     return f"dtype {a.dtype}; .astype(float) makes numbers of it" if a.dtype.kind == "b" else f"dtype {a.dtype}"
+
+
+def _where(a: AnyArray) -> str:
+    """Where the first entry of a table is that is no number, such as a data frame's."""
+    entries = np.ndenumerate(a) if a.ndim == 2 else ()
+    for (row, column), entry in entries:
+        if not isinstance(entry, int | float | np.number):
+            return f", where row {row}, column {column} is {reprlib.repr(entry)}"
+    return ""
 
 
 def finite(a: FloatArray, name: str, hint: str = "") -> FloatArray:

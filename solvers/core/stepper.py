@@ -159,8 +159,8 @@ def advance(batch: Batch[S]) -> Batch[S]:
     ------
     TypeError
         If the method's step has changed the dtype or the trailing shape of a field of
-        its state, or does not give one pose, objective, status and reason per problem,
-        and one entry of every other array: a bug in the method.
+        its state, or does not give a state with one pose, objective, status and reason
+        per problem, and one entry of every other array: a bug in the method.
 
     Examples
     --------
@@ -266,7 +266,10 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
 
 def _sized(method: Method[S], state: S, count: int) -> S:
     """Return a method's state if it is one of `count` problems, else raise TypeError."""
-    shapes = (("pose", state.pose.batch), *((name, np.shape(getattr(state, name))) for name in _EACH))
+    if not isinstance(pose := getattr(state, "pose", None), Pose):
+        found = f"one whose pose is of type {type(pose).__name__}" if hasattr(state, "pose") else type(state).__name__
+        raise TypeError(f"method {method.name!r}: expected a state with a Pose, got {found}")
+    shapes = (("pose", pose.batch), *((name, np.shape(getattr(state, name))) for name in _EACH))
     for name, shape in shapes:
         if shape != (count,):
             raise TypeError(f"method {method.name!r}: {name}: expected shape ({count},), one per problem, got {shape}")

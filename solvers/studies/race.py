@@ -25,8 +25,9 @@ from solvers.core.poses import stacked
 from solvers.core.registry import ALIASES, METHODS, method_of
 from solvers.core.stepper import Batch, begin
 from solvers.scenes.rooms import Scene, room, room_start
+from solvers.studies.seeds import seeds
 
-SEEDS = tuple(40 + 13 * k for k in range(25))
+SEEDS = seeds(25)
 """The seeds of the benchmark."""
 MAX_STEPS = 70
 """The most steps of a contestant."""

@@ -32,6 +32,30 @@ def test_an_object_that_gives_no_array_is_refused_by_name(kind):
         register(np.eye(2), Tensor(), "icp")
 
 
+class Table:
+    """A table that is an array of objects to numpy, like a data frame with a column of text."""
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.rows, dtype=object)
+
+
+@pytest.mark.parametrize(
+    ("rows", "where"),
+    [
+        ([[1.0, 2], [np.float32(3), "wall"]], ", where row 1, column 1 is 'wall'"),
+        ([[None, 1], [2, 3]], ", where row 0, column 0 is None"),
+        ([[1, 2], [3, 4]], ""),
+        ([1.0, "wall"], ""),
+    ],
+)
+def test_a_table_is_told_where_it_has_no_number(rows, where):
+    with pytest.raises(ValueError, match=f"^source: expected real numbers, got Table{where}$"):
+        register(Table(rows), np.eye(2), "icp")
+
+
 @pytest.mark.parametrize("name", ["numpy.ma", "logging"])
 def test_a_module_that_another_thread_is_importing_is_not_used(name, monkeypatch):
     """It is listed before its content is there; numpy.ma comes with scipy, at a process's first large cloud."""

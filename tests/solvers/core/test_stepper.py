@@ -203,6 +203,7 @@ def test_only_what_still_runs_is_marked():
         ({"status": np.zeros(3, dtype=np.int8)}, r"method 'halving': status: .* got \(3,\)"),
         ({"nothing": np.zeros((3, 2))}, r"method 'halving': nothing: expected shape \(2, \.\.\.\), .* got \(3, 2\)"),
         ({"nothing": np.zeros(())}, r"method 'halving': nothing: .* got \(\)"),
+        ({"pose": np.eye(3)}, "method 'halving': expected a state with a Pose, got one whose pose is of type ndarray$"),
     ],
 )
 def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, message):
@@ -212,3 +213,12 @@ def test_a_method_that_does_not_answer_for_each_problem_is_told_of_what(change, 
     batch = begin(replace(HALVING, step=lambda state: replace(HALVING.step(state), **change)), problems(1.0, 2.0))
     with pytest.raises(TypeError, match=message):
         advance(batch)
+
+
+@pytest.mark.parametrize("answer", [None, np.eye(3)])
+def test_a_method_that_answers_with_no_state_is_told_so(answer):
+    message = f"method 'halving': expected a state with a Pose, got {type(answer).__name__}$"
+    with pytest.raises(TypeError, match=message):
+        begin(replace(HALVING, start=lambda problem, options: answer), problems(1.0))
+    with pytest.raises(TypeError, match=message):
+        advance(begin(replace(HALVING, step=lambda state: answer), problems(1.0)))

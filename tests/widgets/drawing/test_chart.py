@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.drawing.chart import Axis, Series, chart, steps_axis, ticks
-from widgets.drawing.picture import Label, Panel, Path, Points
+from widgets.drawing.picture import Label, Panel, Path, Points, View
 from widgets.drawing.svg import panel_svg
 
 
@@ -190,3 +190,9 @@ def test_an_axis_of_steps_is_as_long_as_the_run_needs() -> None:
         assert length == span
         assert axis.ends == (0.0, 1.0)
         assert [float(text) == place * span for place, text in axis.ticks] == [True] * 5
+
+
+def test_a_panel_with_numbers_at_its_edges_says_so() -> None:
+    """The style sheet lets them extend a little beyond the drawing; the marks of a map without axes end at its edge."""
+    text = panel_svg(Panel("main", "x", View(0, 4, 0, 3, width=320, pad=(46.0, 0.0, 0.0, 0.0)), ()), "f")
+    assert text.startswith('<svg class="panel padded" viewBox=')

@@ -138,12 +138,6 @@ def test_panel_is_one_labelled_image() -> None:
     assert ' aria-label="x &lt; &quot;y&quot; &amp; z" ' in text
 
 
-def test_a_panel_with_numbers_at_its_edges_says_so() -> None:
-    """The style sheet lets them extend a little beyond the drawing; the marks of a map without axes end at its edge."""
-    text = panel_svg(Panel("main", "x", View(0, 4, 0, 3, width=320, pad=(46.0, 0.0, 0.0, 0.0)), ()), "f")
-    assert text.startswith('<svg class="panel padded" viewBox=')
-
-
 def test_a_ring_s_reach_is_in_world_units() -> None:
     """On a panel twice as wide it doubles; a radius in px does not."""
     wide = View(0.0, 10.0, 0.0, 10.0, width=200.0)
