@@ -99,7 +99,7 @@ def _description(values: object, a: AnyArray, text: str) -> str:
 
 
 def _where(a: AnyArray) -> str:
-    """Where the first entry of a table is that is not a number, such as a data frame's."""
+    """The place of a table's first entry that is not a number, such as a data frame's text; empty if there is none."""
     entries = np.ndenumerate(a) if a.ndim == 2 else ()
     for (row, column), entry in entries:
         if not isinstance(entry, int | float | np.number):
