@@ -4,12 +4,12 @@
 
 import { fragmentOf } from "../base/address.js";
 import * as records from "../base/record.js";
-import { updated } from "../base/updated.js";
+import { hasNewVersion } from "../base/version.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
 async function look() {
-  published.anew = await updated();
+  published.anew = await hasNewVersion();
   for (const figure of figures.values()) figure.tell();
 }
 

@@ -3,7 +3,7 @@
 /** @import { Found, Index } from "../base/types.js" */
 
 import { around, loadScript, make, on, text } from "../base/dom.js";
-import { updated } from "../base/updated.js";
+import { hasNewVersion } from "../base/version.js";
 
 const MOST = 20;
 const CLOSEST = 8; // sections that have some of the words only
@@ -182,7 +182,7 @@ function dialog() {
     } catch {
       if (mine !== request) return;
       text(status, "The search could not be loaded.");
-      if ((await updated().catch(() => false)) && mine === request) offerReload();
+      if ((await hasNewVersion().catch(() => false)) && mine === request) offerReload();
     }
   }
 

@@ -10,7 +10,7 @@ const differs = ({ body }) =>
   Object.entries(body.dataset).some(([name, value]) => value !== document.body.dataset[name]);
 
 /** Whether the server has another version of this page. Rejects if it does not say, as without a network. */
-export async function updated() {
+export async function hasNewVersion() {
   const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
   if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
   return differs(new DOMParser().parseFromString(await answer.text(), "text/html"));
