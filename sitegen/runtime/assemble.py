@@ -22,15 +22,17 @@ from sitegen.cache.store import Store
 from sitegen.external.fetch import gather
 from sitegen.external.node import run_node
 from sitegen.progress import Progress, quiet
+from sitegen.runtime.compile_in_pyodide import change
 from sitegen.runtime.later import START, holds, pack_of
-from sitegen.runtime.patches import ADDED, CHANGED, DATACLASSES, REPLACED, SITE_PACKAGES, STDLIB
+from sitegen.runtime.patches import ADDED, CHANGED, DATACLASSES, ENGINE, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.runtime.wheel import Archive, build_wheel
 
 HERE = Path(__file__).parent
 RUNNER = HERE / "pyodide_node.mjs"
 COMPILER = HERE / "compile_in_pyodide.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
-CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
+SCRIPT = "pyodide.asm.mjs"
+CORE = ("pyodide.mjs", SCRIPT, "pyodide.asm.wasm")
 ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns need sources, and none are here
 LISTED = "later.json"  # the later files, for the worker: name, size, sha256 and the modules in each
 PYC_HEADER = 16  # bytes before the code in a .pyc
@@ -111,6 +113,7 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
     lock = lock_text(originals["pyodide/pyodide-lock.json"], {numpy_path.name: numpy_zip, wheel.name: ours[START]})
 
     core = {name: originals[f"pyodide/{name}"].read_bytes() for name in CORE}
+    core[SCRIPT] = change(SCRIPT, core[SCRIPT].decode(), ENGINE).encode()
     contents = {f"core-{fingerprint(core.items())[:10]}/{name}": data for name, data in core.items()}
     for name, data in {"python_stdlib": stdlib_zip, "numpy": numpy_zip, **ours}.items():
         contents[f"{short_hash(data)}/{name}.pack"] = gzipped(data, cache)

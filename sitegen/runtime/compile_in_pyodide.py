@@ -16,6 +16,7 @@ import marshal
 import pkgutil
 import sys
 import zipfile
+from collections.abc import Iterable
 from types import CodeType
 
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -76,7 +77,7 @@ def on_one_line(code: CodeType) -> CodeType:
     return code.replace(co_linetable=table, co_consts=constants)
 
 
-def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:
+def change(name: str, text: str, lines: Iterable[tuple[str, str]], end: str = "") -> str:
     """The text with the first of each pair in `lines` replaced by the second, and `end` appended."""
     for line, instead in lines:
         if text.count(line) != 1:

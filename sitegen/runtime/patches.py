@@ -1,4 +1,4 @@
-"""Patches to the page's Python and numpy that remove what costs time at every start but is never used by a page.
+"""Patches to the page's engine, Python and numpy that remove what costs time at every start but no page ever uses.
 
 Python's own list of import times (PYTHONPROFILEIMPORTTIME) and the cold start (sitegen/bench/starts.py) show what an
 entry saves. Only the page's runtime is patched: the solvers' tests run on a complete one, and the exercise
@@ -129,3 +129,30 @@ if os.path.isdir("{SITE_PACKAGES}"):
 
 # Modules that are imported if present but never used: asyncio's TLS, numpy's bridge to C.
 LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})
+
+# Lines of pyodide.asm.mjs, replaced like those above. Its dynamic linker compiles a library from its bytes, and Python
+# waits; here it takes one that worker.mjs has compiled. It enters all 8,600 symbols of the engine in the table by which
+# libraries link, of which the engine and numpy ask for a few hundred, and looks through the whole table for unresolved
+# ones whenever a library is loaded. Here a symbol is entered when it is asked for, and looked at once.
+ENGINE = (
+    (
+        "function loadLibData(){",
+        'function loadLibData(){var library=Module["libraries"]?.[libName];'
+        "if(library)return flags.loadAsync?Promise.resolve(library):library;",
+    ),
+    ("var GOTHandler={", "var linked=Object.create(null),unresolved=[];var GOTHandler={"),
+    (
+        'rtn=GOT[symName]=new WebAssembly.Global({value:"i32",mutable:true},-1)}',
+        'rtn=GOT[symName]=new WebAssembly.Global({value:"i32",mutable:true},-1);unresolved.push([symName,rtn]);'
+        "if(symName in linked)updateGOT({[symName]:linked[symName]})}",
+    ),
+    (
+        "updateGOT(origExports);",
+        "linked=origExports;"
+        "for(var symName in GOT)if(symName in linked)updateGOT({[symName]:linked[symName]});",
+    ),
+    (
+        "var reportUndefinedSymbols=()=>{for(var[symName,entry]of Object.entries(GOT)){",
+        "var reportUndefinedSymbols=()=>{for(var[symName,entry]of unresolved.splice(0)){",
+    ),
+)

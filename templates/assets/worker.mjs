@@ -242,10 +242,13 @@ async function start(message) {
   const later = shared(json("later.json"));
   const stdlib = load(stdlibFile);
   const archives = wheels.map(load);
-  // An engine caches a compiled module while it is referenced: dlopen then finds these ready.
-  const compiled = archives.map((archive) =>
-    shared(archive.then((zip) => Promise.all(members(zip).filter(([name]) => name.endsWith(".so")).map(([, so]) => WebAssembly.compile(so))))),
-  );
+  // Libraries are compiled while Python starts; the dynamic linker takes them instead of the bytes.
+  const compiled = archives.map(async (archive) => {
+    const libraries = members(await archive).filter(([name]) => name.endsWith(".so"));
+    return Promise.all(libraries.map(async ([name, bytes]) => /** @type {const} */ ([name, await WebAssembly.compile(bytes)])));
+  });
+  compiled.forEach(shared);
+  let folder = ""; // of packages
 
   // Answers Pyodide's own requests from these downloads.
   const handed = new Map([
@@ -271,7 +274,8 @@ async function start(message) {
       stdout: (/** @type {string} */ line) => console.log(line),
       stderr: (/** @type {string} */ line) => console.warn(line),
       fsInit: async (/** @type {FileSystem} */ FS, /** @type {{ sitePackages: string }} */ { sitePackages }) => {
-        for (const archive of archives) install(FS, sitePackages, await awaited(archive));
+        folder = sitePackages;
+        for (const archive of archives) install(FS, folder, await awaited(archive));
         post({ type: "stage", stage: "python" });
       },
     });
@@ -285,6 +289,8 @@ async function start(message) {
 
   rooms = expecting(pyodide, await later, address);
   post({ type: "stage", stage: "numpy" });
+  const libraries = (await Promise.all(compiled)).flat();
+  pyodide._module.libraries = Object.fromEntries(libraries.map(([name, library]) => [`${folder}/${name}`, library]));
   pyodide.runPython("import numpy.random, numpy.linalg");
   post({ type: "stage", stage: "widgets" });
   for (const name of modules) pyodide.pyimport(name).destroy();
@@ -293,7 +299,6 @@ async function start(message) {
     const taking = pyodide.runPython("lambda give: lambda request, data: give(request, data.to_bytes())");
     answers = { frame: host.frame, job: host.job, give: taking(host.give), forget: host.forget };
   }
-  await Promise.allSettled(compiled);
   await intact;
   post({ type: "ready", milliseconds: performance.now() - began });
 }

@@ -26,7 +26,7 @@ interface Pyodide {
   runPython(code: string): any;
   pyimport(name: string): { destroy(): void };
   FS: FileSystem;
-  _module: { HEAPU8: Uint8Array };
+  _module: { HEAPU8: Uint8Array; libraries?: Record<string, WebAssembly.Module> };
 }
 
 /** Python's later files: which one an answer failed for want of, and how to load it. */

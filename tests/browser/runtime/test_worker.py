@@ -181,6 +181,37 @@ def test_a_pack_that_does_not_come_fails_its_figure_alone_and_is_asked_for_again
     assert "figure-kabsch.pack could not be loaded: the server answered 404" in messages[-1]["message"]
 
 
+# Adds to the message that all is ready: how many bytes were compiled while Python waited, how many functions the engine
+# has, how many of them the table by which libraries link, and the names of those that lead elsewhere from there.
+LINKED = """
+const tell = self.postMessage.bind(self), instantiate = WebAssembly.instantiate;
+let bytes = 0, functions = [];
+const construct = (Module, [given]) => ((bytes += given.length), new Module(given));
+WebAssembly.Module = new Proxy(WebAssembly.Module, { construct });
+WebAssembly.instantiate = async (...given) => {
+  const instance = await instantiate.apply(WebAssembly, given);
+  const exported = Object.entries(instance.exports).filter(([, what]) => typeof what === "function");
+  if (exported.length > functions.length) functions = exported; // the engine's are the most
+  return instance;
+};
+const links = ({ GOT, wasmTable }) => {
+  const linked = functions.filter(([name]) => name in GOT);
+  const astray = linked.filter(([name, own]) => wasmTable.get(GOT[name].value) !== own);
+  return { bytes, functions: functions.length, linked: linked.length, astray: astray.map(([name]) => name) };
+};
+self.postMessage = (message) => tell(message.type === "ready" ? { ...message, ...links(python._module) } : message);
+"""
+
+
+def test_libraries_are_compiled_beforehand_and_link_to_the_functions_they_ask_for(served: Served) -> None:
+    served.before(LINKED)
+    ready = served.talk()[-1]
+    assert ready["astray"] == []
+    assert 0 < ready["linked"] < ready["functions"] / 10, "not all of the engine"
+    (numpy,) = [file for file in served.info.files if file.name.endswith("/numpy.pack")]
+    assert 0 < ready["bytes"] < numpy.size / 50, "no library; the linker's wrappers have 35 bytes each"
+
+
 @pytest.mark.parametrize(
     "ending",
     [
