@@ -14,6 +14,9 @@ ROUNDING = 1e-12
 SHEARED = 2e-6
 """How far R Rᵀ may be from the identity, and the scale of a rigid motion from 1, to be accepted: numbers written with
 six digits pass, and so does float32."""
+ROUNDED = 0.05
+"""Up to this, R Rᵀ may differ from the identity because its numbers were written with few digits, down to two."""
+NEAREST = "; if R was rounded, U @ Vt of U, _, Vt = np.linalg.svd(R) is the nearest rotation"
 
 
 def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -75,9 +78,9 @@ def rotation(R: FloatArray) -> FloatArray:
     finite(R, "R")
     off = _sheared(R)
     if (off > SHEARED).any():
-        raise ValueError(
-            f"R: expected a rotation, but R Rᵀ differs from I by {off.max():.2g}; Pose.from_matrix takes a scale out"
-        )
+        # In the plane rounding only scales a rotation; in space it shears it too, which `from_matrix` refuses as well.
+        advice = NEAREST if R.shape[-1] > 2 and off.max() < ROUNDED else "; Pose.from_matrix takes a scale out"
+        raise ValueError(f"R: expected a rotation, but R Rᵀ differs from I by {off.max():.2g}{advice}")
     if np.any(np.linalg.det(R) < 0.0):
         raise ValueError("R: expected a rotation, but one is a reflection")
     return R if (off <= ROUNDING).all() else _frozen(_straightened(R, off), R.shape)
@@ -127,5 +130,6 @@ def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     R = A / unit[..., None, None]
     off = _sheared(R)
     if (off > SHEARED).any():
-        raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off.max():.2g}")
+        flaw = f"R Rᵀ differs from I by {off.max():.2g}{NEAREST if off.max() < ROUNDED else ''}"
+        raise ValueError(f"matrix: expected a rotation times a scale, but {flaw}")
     return _straightened(R, off) if (off > ROUNDING).any() else R, M[..., :d, d], scale

@@ -2,11 +2,13 @@
 
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
 
 from solvers import Pose
+from solvers.core import validate
 from solvers.drives import telecom_loop
 from solvers.posegraph import Edges
 from solvers.scenes import room
@@ -135,8 +137,22 @@ def test_a_pose_comes_back_from_its_matrix(d, scaled, rng, random_pose):
     ],
 )
 def test_a_matrix_that_is_no_similarity_is_refused(matrix, message):
-    with pytest.raises(ValueError, match=f"matrix: .*{message}"):
+    with pytest.raises(ValueError, match=f"matrix: .*{message}") as refusal:
         Pose.from_matrix(matrix)
+    assert "rounded" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("digits", [2, 4])
+def test_what_to_pass_for_a_rotation_in_space_that_was_rounded_is_told(digits, rng, random_pose):
+    pose = random_pose(rng, 3)
+    matrix = pose.matrix.round(digits)
+    R = matrix[:3, :3]
+    advice = re.escape("; if R was rounded, U @ Vt of U, _, Vt = np.linalg.svd(R) is the nearest rotation") + "$"
+    for refused in (lambda: Pose(R, pose.t), lambda: Pose.from_matrix(matrix), lambda: validate.start(matrix)):
+        with pytest.raises(ValueError, match=advice):
+            refused()
+    U, _, Vt = np.linalg.svd(R)
+    assert np.abs(Pose(U @ Vt, pose.t).R - pose.R).max() < 10.0**-digits
 
 
 @pytest.mark.filterwarnings("error")
