@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
     )
     cli.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
-        " lines; - is standard input, 'telecom-loop' the drive included in the package"
+        " or ROBOTLASER1 lines; - is standard input, 'telecom-loop' the drive included in the package"
     )  # fmt: skip
     cli.add_argument("--to", choices=("scan", "map"), default="scan", help="what each scan is matched to (scan)")
     cli.add_argument("--gate", type=float, default=0.5, help="largest pair distance, metres (0.5)")
@@ -66,7 +66,7 @@ def parser() -> argparse.ArgumentParser:
     cli.add_argument("--no-loops", action="store_true", help="do not close loops")
     cli.add_argument(
         "--view", type=float, help="angle from the first beam to the last, degrees (180; of a CARMEN log with 180 or"
-        " 360 beams 179 or 179.5, from 90 to the right)"
+        " 360 beams 179 or 179.5, from 90 to the right; ROBOTLASER1 lines say it themselves)"
     )  # fmt: skip
     cli.add_argument("--turns", type=whole, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
     cli.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
