@@ -244,7 +244,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
         f" {number(c.noise)} u and {number(c.strays, 0)} % outliers, for translations up to {number(REACH, 1)}"
-        f" u along each axis. The highest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
+        f" u along each axis. The highest point is at ({number(p)}, {number(q)}) u; the truth, a large ring, is at the"
         f" centre and scores {number(stats.truth, 3)} a point. A climb by translations alone from"
         f" ({number(x)}, {number(y)}) u, where the score is {number(stats.begin, 3)}, {course}."
     )
@@ -296,7 +296,7 @@ WIDGET = Widget(
         *UNDONE,
     ),
     legend=(
-        Key("truth", "truth", "ring"),
+        Key("truth", "truth, the large ring", "ring"),
         Key("source", "start", "ring"),
         Key("source", "climb, and the scan where it ended", "dot"),
         Key("outlier", "rejected try", "cross"),

@@ -315,7 +315,7 @@ def _description(state: State, stats: _Numbers) -> str:
         f"{objective} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
         f" strong colours are low. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
-        f" at the truth, a green ring at the centre, is {number(stats.truth, 4)}."
+        f" at the truth, the ring at the centre, is {number(stats.truth, 4)}."
     ]
     if stats.minima is not None:
         words.append(f"The map has {amount(stats.minima, 'local minimum', 'local minima')}.")

@@ -173,7 +173,7 @@ def _objective_chart(run: Run) -> Panel:
     x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, objective))
     decades = tuple((i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1")))
     nats = tuple(((v - low) / (top - low), number(v, 1)) for v in ticks(low, top, about=5))
-    label = f"{'MMD²' if log else '−log likelihood per point'}; green: truth"
+    label = f"{'MMD²' if log else 'mean −log likelihood'}; no dots: truth"
     panel = chart(
         "objective",
         "The objective over the steps",
