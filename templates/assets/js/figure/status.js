@@ -6,10 +6,10 @@
 import { around, find, make, on, text } from "../base/dom.js";
 import { megabytes } from "../base/format.js";
 import { limits } from "../base/limits.js";
-import { published } from "./published.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 import { frugal } from "../runtime/start.js";
+import { update } from "./update.js";
 
 const LONGEST = 280; // characters: text from an address or a file may have any length
 /** @type {Record<string, string>} */
@@ -42,13 +42,13 @@ function replaying({ replayed, of, reads: file }) {
 function statusOf(figure, late) {
   if (figure.error) {
     if (runtime.state === "file") return { words: `${figure.error} ${FROM_DISK}`, ways: [], heard: true };
-    if (!published.anew) return { words: figure.error, ways: ["Reset"], heard: true };
+    if (!update.available) return { words: figure.error, ways: ["Reset"], heard: true };
     return { words: `${figure.error} This site has been updated.`, ways: ["Reset", "Reload"], heard: true };
   }
   const waits = figure.waiting;
   const failed = runtime.state === "failed";
   if ((failed && (waits || figure.visible)) || figure.lack) {
-    if (published.anew) {
+    if (update.available) {
       const kept = waits ? " Only this figure’s state is kept." : ""; // the address holds one state
       return { words: `This site has been updated.${kept}`, ways: ["Reload"], heard: waits };
     }
@@ -78,7 +78,7 @@ const ways = {
     figure.leave();
     figure.say("Cancelled. The figure is as it was.");
   },
-  Reload: (figure) => published.reload(figure),
+  Reload: (figure) => update.reload(figure),
 };
 
 /** @param {Figure} figure */

@@ -9,12 +9,12 @@ import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
 async function look() {
-  published.anew = await hasNewVersion();
+  update.available = await hasNewVersion();
   for (const figure of figures.values()) figure.tell();
 }
 
-export const published = {
-  anew: false,
+export const update = {
+  available: false,
   /**
    * Loads the new version of the page; the address carries the state that the reader is waiting for.
    * @param {Figure} figure
