@@ -23,6 +23,18 @@ def test_an_address_inside_opens_it(reader: Callable[..., Reader]) -> None:
     expect(second.locator(f"#{names[-1]}")).to_be_in_viewport()
 
 
+def test_a_long_word_in_large_text_fits_a_phone(reader: Callable[..., Reader]) -> None:
+    page = reader(390, 844).open("space.html")
+    page.evaluate("""() => {
+      document.documentElement.style.fontSize = '200%';
+      for (const fold of document.querySelectorAll('.try-this')) fold.open = true;
+    }""")
+    buttons = page.get_by_role("button", name="circumference").all()
+    boxes = [box for button in buttons if (box := button.bounding_box())]
+    assert boxes
+    assert max(box["x"] + box["width"] for box in boxes) <= 390
+
+
 def test_paper_has_it_open(reader: Callable[..., Reader]) -> None:
     page = reader().open("surfaces.html")
     inside = page.locator(".try-this > p").first
