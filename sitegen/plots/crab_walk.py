@@ -88,7 +88,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
         axes.set(xlim=(6.1, 8.16), ylim=(-0.12, 2.15))
     x, y = result.corners[0][0][2]
     align, aside = ("right", 6) if narrow else ("center", 0)  # narrow: the label "start" goes to the left of its wall
-    label(rooms[0], x, y, "start", "source", dx=aside, dy=9, ha=align)
+    label(rooms[0], x, y, "start", "source", dx=-aside, dy=9, ha=align)
     label(rooms[0], 8.0, 2.0, "end wall", "target", dx=2 * aside, dy=9, ha=align)
 
     steps = np.arange(STEPS + 1)

@@ -149,7 +149,10 @@ class Ring:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """Text at xy (2,) world, shifted by (dx, dy) px (dy downwards)."""
+    """Text at xy (2,) world, shifted by (dx, dy) px (dy downwards).
+
+    fixed: it keeps its width where a reader's own style sheet spaces letters; for text with others close beside it.
+    """
 
     xy: ArrayLike
     text: str
@@ -157,6 +160,7 @@ class Label:
     anchor: Anchor = "start"
     dx: float = 0.0
     dy: float = 0.0
+    fixed: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from widgets.drawing.hatching import hatched
+from widgets.drawing.letters import em_width
 from widgets.drawing.picture import (
     Array,
     Arrow,
@@ -317,7 +318,9 @@ def _ring(mark: Ring, view: View, prefix: str) -> str:
 
 def _label(mark: Label, view: View, prefix: str) -> str:
     x, y = _spot(view, mark.xy, mark.dx, mark.dy)
-    return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{written(mark.text, quote=False)}</text>'
+    width = f' textLength="{em_width(mark.text):.2f}em" lengthAdjust="spacingAndGlyphs"' if mark.fixed else ""
+    text = written(mark.text, quote=False)
+    return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}"{width}>{text}</text>'
 
 
 def group_svg(mark: Group, view: View, prefix: str, draw: Callable[[Mark, View, str], str] = mark_svg) -> str:

@@ -100,3 +100,20 @@ def _hex(colour: str) -> str:
     """A computed rgb(…) as #rrggbb."""
     red, green, blue = re.findall(r"\d+", colour)[:3]
     return f"#{int(red):02x}{int(green):02x}{int(blue):02x}"
+
+
+def test_a_label_of_fixed_width_has_the_width_of_its_letters(reader: Callable[..., Reader]) -> None:
+    """Where nobody spaces letters it looks like the others; the panel's typeface is the one whose widths are known."""
+    page = reader().open("index.html")
+    Figure(page, "fig-which").seen()
+    ratios = page.evaluate("""() => document.fonts.ready.then(() => [...document.querySelectorAll('text[textLength]')]
+      .filter(each => each.checkVisibility()).map(each => {
+        const free = each.cloneNode(true);
+        free.removeAttribute('textLength');
+        each.after(free);
+        const ratio = free.getComputedTextLength() / each.getComputedTextLength();
+        free.remove();
+        return ratio;
+      }))""")
+    assert len(ratios) > 10
+    assert ratios == pytest.approx([1.0] * len(ratios), abs=0.03)

@@ -17,7 +17,7 @@ from solvers.core.stepper import advance
 from solvers.studies import race as racing
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, Line, line
 from solvers.studies.race import SEEDS, race_problem
-from widgets.drawing.chart import ABOVE, axes, axis_names
+from widgets.drawing.chart import ABOVE, axes
 from widgets.drawing.picture import Label, Mark, Panel, Path, Points, Segments, View
 from widgets.engine.jobs import Column, Job, Progress, Result, Row
 from widgets.engine.script import called, named
@@ -133,8 +133,9 @@ def strips(
     )
     marks += [Label([x, -9.0], f"{10.0**x:g}", "guide", "middle", dy=15) for x in exponents]
     label = f"{what} error of every seed, {unit.strip()}"
-    marks += axis_names(view, "", f"{what} error, {unit.strip()}")  # more would not fit beside the key
-    marks.append(Label([high, 0.0], f"bar: median; dashed: {close:g}{unit}", "guide", "end", dy=-ABOVE))
+    title = Label([low, 0.0], f"{what} error, {unit.strip()}", "guide", dy=-ABOVE, fixed=True)
+    key = Label([high, 0.0], f"bar: median; dashed: {close:g}{unit}", "guide", "end", dy=-ABOVE, fixed=True)
+    marks += [title, key]  # more would not fit on the line
     marks.append(Segments([np.log10(close), 0.0], [np.log10(close), -9.0], "truth", dashed=True))
     for k, (entry, error) in enumerate(zip(entries, errors, strict=True)):
         middle = -0.5 - k

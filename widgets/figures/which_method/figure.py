@@ -105,8 +105,8 @@ def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
             Path(bar, role, thick=verdict == "take", dashed=role == "ghost"),
             *_sign(verdict, y),
             Label((NUMBERS_AT, y), RUNGS[name].number, role, "end", dy=5),
-            Label((NAMES_AT, y), RUNGS[name].says, role, dy=5),
-            Label((WORDS_AT, y), words, role, dy=5),
+            Label((NAMES_AT, y), RUNGS[name].says, role, dy=5, fixed=True),
+            Label((WORDS_AT, y), words, role, dy=5, fixed=True),
         ]
         if name in counts:
             marks.append(Label((COUNT_AT, y), str(counts[name]), role, "end", dy=5))
