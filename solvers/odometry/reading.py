@@ -178,7 +178,7 @@ def _count(fields: list[str], at: int, least: int, items: str, k: int) -> int:
     """The number of `items` in a field of line `k`."""
     text = fields[at] if len(fields) > at else ""
     if len(text) > 6 or not text.isdecimal() or not least <= int(text) <= 100_000:  # int() refuses 5,000 digits
-        raise ValueError(f"line {k + 1}: field {at + 1} after {fields[0]} is the number of {items}, {least} or more;"
+        raise ValueError(f"line {k + 1}: field {at + 1} of {fields[0]} is the number of {items}, {least} or more;"
                          f" found {told(text)}")  # fmt: skip
     return int(text)
 
