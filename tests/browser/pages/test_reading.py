@@ -238,6 +238,26 @@ def test_copied_text_has_its_formulas_in_one_line(
     assert tab.evaluate(AROUND) == before
 
 
+@pytest.mark.parametrize(
+    ("page", "parts"),
+    [
+        ("kabsch.html", ["H=UΛV^⊤", "tr(RH)=tr(MΛ)=∑_km_{kk}λ_k", "p̃_i=p_i−p̄", "det M=−1", "σ/√{∑_i‖p̃_i‖^2}", "σ/√n"]),
+        ("mmd.html", ["μ_X(ω)=1/m∑_je^{iω^⊤x_j}"]),
+        ("uncertainty.html", ["T=exp(ξ) T̂.", "through exp, the"]),
+    ],
+)
+def test_a_whole_page_is_copied_with_its_formulas_as_one_writes_them(
+    reader: Callable[..., Reader], page: str, parts: list[str]
+) -> None:
+    """Fractions, roots, accents, and names like det: a bracket may follow those at once, a letter does not."""
+    visitor = reader(permissions=["clipboard-read", "clipboard-write"])
+    tab = visitor.open(page)
+    tab.keyboard.press("Control+a")
+    tab.keyboard.press("Control+c")
+    copied = tab.evaluate("navigator.clipboard.readText()")
+    assert [part for part in parts if part not in copied] == []
+
+
 def test_what_is_said_to_screen_readers_is_not_copied(reader: Callable[..., Reader]) -> None:
     """A figure's status line is copied once, though it is also announced."""
     visitor = reader(permissions=["clipboard-read", "clipboard-write"])

@@ -22,8 +22,15 @@ function line(node) {
   if (name === "msqrt") return `√${group(parts.join(""))}`;
   if (name === "msup" || name === "mover") return base + (ACCENTS[first] ?? `^${group(first)}`);
   if (/^m(sub|under)/.test(name)) return `${base}_${group(first)}${second ? `^${group(second)}` : ""}`;
-  return parts.join("") || (name === "mspace" ? " " : words.replace("\u2061", " "));
+  if (name === "mspace") return node.hasAttribute("width") ? " " : ""; // without one, after an upright capital, it is empty
+  return parts.join("") || words;
 }
+
+/**
+ * A name applied to what follows, as in log n, is set off from that unless a bracket does so.
+ * @param {Element} formula
+ */
+const written = (formula) => line(formula).replace(/\u2061(?=[(}]|$)/g, "").replaceAll("\u2061", " ");
 
 /** For as long as the browser takes the text, each formula in it stands there as a line. */
 function copied() {
@@ -38,7 +45,7 @@ function copied() {
     selection.addRange(range);
   };
   for (const formula of formulas) {
-    const words = make("span", {}, line(formula));
+    const words = make("span", {}, written(formula));
     if (formula.contains(range.startContainer)) range.setStartBefore(formula);
     formula.before(words);
     formula.style.display = "none";
