@@ -40,16 +40,9 @@ def spelling(root: Path) -> int:
 
 def anglicised() -> str:
     """codespell's British dictionary, reversed: American spellings and their British corrections."""
-    british: dict[str, list[str]] = {}
     text = files("codespell_lib").joinpath("data/dictionary_en-GB_to_en-US.txt").read_text("utf-8")
-    pairs = [line.split("->") for line in text.splitlines() if "->" in line]
-    for ours, theirs in pairs:
-        for word in filter(None, (variant.strip() for variant in theirs.split(","))):
-            british.setdefault(word, []).append(ours)
-    spellings = {ours for ours, _ in pairs}
-    return "".join(
-        f"{word}->{', '.join(ours)}{',' * (len(ours) > 1)}\n" for word, ours in british.items() if word not in spellings
-    )
+    pairs = dict(line.split("->") for line in text.splitlines())
+    return "".join(f"{theirs}->{ours}\n" for ours, theirs in pairs.items() if theirs not in pairs)
 
 
 def _codespell(root: Path, words: list[str], names: tuple[str, ...]) -> subprocess.Popen[str] | None:
