@@ -18,11 +18,19 @@ class Doorkeeper(StaticHandler):
 
     def do_GET(self) -> None:
         server = self.server
+        server.asked.append(self.path)
         if server.held and server.held.search(self.path):
             server.open.wait()
         if server.forbidden and server.forbidden.search(self.path):
             self.missing()
+        elif server.extensionless and self.path.endswith(".html"):
+            self.send_response(HTTPStatus.PERMANENT_REDIRECT)
+            self.send_header("Location", re.sub(r"(?<=/)index$", "", self.path.removesuffix(".html")))
+            self.send_header("Content-Length", "0")
+            self.end_headers()
         else:
+            if server.extensionless and "." not in self.path and not self.path.endswith("/"):
+                self.path += ".html"
             super().do_GET()
 
     def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
@@ -65,14 +73,17 @@ class SiteServer(StaticServer):
     """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404.
 
     A `spoilt` file arrives wrong: with another type, with a flipped bit, too short, cut off, empty, as some other page,
-    with the status 500, or not at all. A `bare` server sends none of the site's headers, like GitHub Pages.
+    with the status 500, or not at all. A `bare` server sends none of the site's headers, like GitHub Pages. An
+    `extensionless` one has each page at an address without .html and redirects from the other, like Cloudflare Pages.
+    `asked` are the paths of all requests.
     """
 
     def __init__(self, root: Path, handler: type[Doorkeeper] = Doorkeeper) -> None:
         self.held: re.Pattern[str] | None = None
         self.forbidden: re.Pattern[str] | None = None
         self.spoilt: dict[str, str] = {}  # a file's name → typed, flipped, short, cut, empty, page, broken or reset
-        self.bare = False
+        self.bare = self.extensionless = False
+        self.asked: list[str] = []
         self.open = threading.Event()
         super().__init__(root, ("127.0.0.1", 0), handler)
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()

@@ -134,11 +134,14 @@ def test_an_update_never_mixes_two_builds(
     old = visitor.open("references.html")
     until_cached(old)
 
+    offline.forget(visitor.context)
+    server.asked.clear()
     server.root = builds["B"]
     new = visitor.open("kabsch.html")
     assert built_by(new) == "B"
     Figure(new, "fig-solve").live()
     new.evaluate(WAITING)
+    assert not [path for path in server.asked if path.endswith("/numpy.pack")], "what stays the same is kept"
 
     # The old tab goes on with files that it has not loaded yet: a page of its build, its tape, its Python.
     assert built_by(old) == "A"
@@ -257,6 +260,54 @@ def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader
     tab.close()
     page.goto(f"{server.origin}/kabsch.html")
     answers(page)
+
+
+def test_a_host_in_trouble_is_replaced_by_what_is_stored(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """Here one that leaves .html out of its addresses. A page comes though its answer does not, or is an error, and
+    the page that was open all along goes on without the host."""
+    server.extensionless = True
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    visitor.expect(*GONE, "500")
+    first = visitor.open("surfaces")
+    until_cached(first)
+    offline.forget(visitor.context)
+    page = visitor.page()
+    server.hold("/kabsch")
+    page.goto(f"{server.origin}/kabsch")
+    expect(page.locator("h1")).to_be_visible()
+    server.release()
+    server.spoilt = {"icp.html": "broken"}
+    answer = page.goto(f"{server.origin}/icp")
+    assert answer is not None
+    assert answer.status == 200
+    server.stop()
+    for name in ("ransac", "ransac.html"):
+        page.goto(f"{server.origin}/{name}")
+        expect(page.locator("h1")).to_be_visible()
+    Figure(first, "fig-three").live()
+    offline.ask(first, "fig-three")
+
+
+def test_what_is_forgotten_while_it_is_being_stored_is_not_promised(
+    reader: Callable[..., Reader], server: SiteServer
+) -> None:
+    """Nor does another tab that asks for it at that moment begin anew."""
+    server.hold("/numpy.pack")
+    visitor = reader(reduced_motion="reduce", service_workers="allow")
+    page = visitor.open("about.html")
+    page.evaluate("navigator.serviceWorker.ready")
+    page.wait_for_function("async () => (await caches.keys()).some(name => name.includes(':runtime:'))")
+    page.evaluate("""() => {
+      const { port1, port2 } = new MessageChannel();
+      window.told = new Promise(done => { port1.onmessage = ({ data }) => done(data); });
+      navigator.serviceWorker.controller.postMessage({ keep: true }, [port2]);
+    }""")
+    page.get_by_role("button", name="Forget all of it").click()
+    expect(page.locator(".stored")).to_contain_text("Forgotten")
+    server.release()
+    assert page.evaluate("told") == {"kept": False}
+    assert page.evaluate("caches.keys()") == []
+    expect(page.locator(".site-kept")).to_be_empty()
 
 
 REFUSED = """for (const [home, kind] of [[Navigator.prototype, 'serviceWorker'],
