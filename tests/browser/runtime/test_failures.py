@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
+from sitegen.check.offline import forget
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure, await_attribute
+from tests.browser.figures.test_hands import HIDE
 from tests.browser.server import SiteServer, published_anew
 
 FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: true } });"
@@ -153,9 +155,13 @@ def test_a_wrong_file_is_named_and_does_not_stay(
     solve.becomes("live")
 
 
-def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """The figure says that Python has fallen silent; Retry starts another worker, which answers the request."""
+def test_a_worker_killed_at_its_start_or_at_work_is_replaced(
+    reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
+) -> None:
+    """The figure says that Python has fallen silent; Retry starts another worker, which answers the request. If the
+    site has been updated since, there is none, and the figure says so."""
     visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.expect("404")
     visitor.context.add_init_script("window.LADDER_PATIENCE = 1500")
     server.hold("/runtime/.*wasm")
     page = visitor.open("kabsch.html")
@@ -180,8 +186,33 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
     expect(solve.root.locator(".figure-status")).to_contain_text("Python has not answered")
     page.evaluate("Ladder.limits.frame = 60000")
     retry.click()
-    solve.changes("rms", moved)
+    solved = solve.changes("rms", moved)
     solve.becomes("live")
+    server.root = published_anew(site, tmp_path)
+    forget(visitor.context)
+    page.evaluate("Ladder.limits.frame = 1500; Ladder.runtime.kill();")
+    solve.drag("source", 50, 50)
+    retry.click()
+    expect(solve.root.locator(".status-words")).to_contain_text("This site has been updated.")
+    assert solve.readout("rms") == solved
+
+
+def test_time_that_a_page_sleeps_through_is_not_python_s(reader: Callable[..., Reader]) -> None:
+    """A lid is closed, or another tab is in front, while an answer is awaited: nothing has failed. Then the time limit
+    of an answer begins anew."""
+    visitor = reader(alone=True, reduced_motion="reduce")
+    visitor.context.clock.install()
+    page = visitor.open("kabsch.html")
+    solve = Figure(page, "fig-solve").live().settled()
+    page.evaluate("Ladder.runtime.kill()")
+    solve.drag("source", 50, 50)
+    page.clock.fast_forward("01:00:00")
+    page.evaluate(HIDE, True)
+    page.clock.run_for(60_000)
+    expect(page.locator("html")).to_have_attribute("data-runtime", "live")
+    page.evaluate(HIDE, False)
+    page.clock.run_for(60_000)
+    expect(page.locator("html")).to_have_attribute("data-runtime", "failed")
 
 
 def test_a_fault_beside_the_answers_is_told_at_once(reader: Callable[..., Reader]) -> None:

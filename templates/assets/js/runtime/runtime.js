@@ -84,6 +84,7 @@ function become(state, message = "") {
  */
 function begin(careful) {
   if (runtime.state !== "idle") return;
+  runtime.stopped = false;
   runtime.loaded = 0;
   runtime.stage = "";
   try {
@@ -127,7 +128,7 @@ function drop() {
 
 /** @param {string} message */
 function die(message) {
-  runtime.stopped ||= runtime.state === "live";
+  runtime.stopped = runtime.state === "live";
   become("failed", message);
   drop();
 }
@@ -159,7 +160,6 @@ const heard = {
   },
   ready() {
     clearTimeout(patience);
-    runtime.stopped = false;
     noteEngine();
     become("live");
     next();
