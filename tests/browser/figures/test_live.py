@@ -332,3 +332,20 @@ def test_all_eight_scans_turn_to_where_their_runs_end(reader: Callable[..., Read
         figure.set("turn", turn)
         until(page, "!Ladder.figures.get('fig-map').busy && Ladder.figures.get('fig-map').frame.detail === 2")
     assert page.evaluate("window.seen.size") == 0
+
+
+def test_the_figure_that_was_touched_is_answered_first(reader: Callable[..., Reader]) -> None:
+    """Whatever else on the page waits for Python."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    names = [figure.get_attribute("id") or "" for figure in page.locator("figure.figure").all()[:3]]
+    touched = Figure(page, names[-1]).live().settled()
+    touched.root.locator("figcaption").click(position={"x": 5, "y": 5})
+    order = page.evaluate(
+        """names => {
+          const { figures, runtime } = Ladder, order = [];
+          const ask = figure => runtime.frame({ figure, record: figures.get(figure).record });
+          return Promise.all(names.map(name => ask(name).then(() => order.push(name)))).then(() => order);
+        }""",
+        names,
+    )
+    assert order.index(touched.name) < order.index(names[1])

@@ -46,6 +46,15 @@ def test_a_tape_goes_before_the_runtime(reader: Callable[..., Reader], server: S
     assert seen == {"High"}
 
 
+def test_a_tape_is_there_before_its_figure_is_in_view(reader: Callable[..., Reader]) -> None:
+    page = reader().open("kabsch.html")
+    figure = page.locator("figure.figure[data-tape]").last
+    with page.expect_response(f"**/{figure.get_attribute('data-tape')}"):
+        figure.evaluate("""e => scrollTo({ behavior: "instant",
+          top: scrollY + e.getBoundingClientRect().top - innerHeight - 400 })""")
+    expect(figure).not_to_be_in_viewport()
+
+
 def test_a_scene_changes_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Recorded scenes appear at once, before a byte of the runtime has arrived."""
     server.hold("/runtime/")
