@@ -291,7 +291,7 @@ def test_a_host_in_trouble_is_replaced_by_what_is_stored(reader: Callable[..., R
 def test_what_is_forgotten_while_it_is_being_stored_is_not_promised(
     reader: Callable[..., Reader], server: SiteServer
 ) -> None:
-    """Nor does another tab that asks for it at that moment begin anew."""
+    """Neither here nor to another tab that asks for it at that moment."""
     server.hold("/numpy.pack")
     visitor = reader(reduced_motion="reduce", service_workers="allow")
     page = visitor.open("about.html")

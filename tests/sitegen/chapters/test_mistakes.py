@@ -68,6 +68,7 @@ TEXT = {
     "two colons and a slip": ("A ¦::tern[gate]{gate}.", ["unknown directive ::tern; did you mean 'term'?"]),
     "a word before": ("See¦:term[gate]{gate}.", [":term cannot directly follow a letter or digit"]),
     "no brackets in a line": ("A ¦:term{gate}.", ["expected :term[text]{…}"]),
+    "no brackets where a line starts": ("¦:term{gate} and no full stop", ["expected :term[text]{…}"]),
     "never closed in a line": ("A ¦::term[gate{gate}.", ["unknown directive ::term; inside a line, use one colon"]),
     "the end of no block": ("Text.\n\n¦:::", ["unmatched ':::': no block is open"]),
     "an indented directive": ("- a\n\nText\n\n\t¦::figure[C]{toy id=b6}\n\n:ref[fig:b6]", ["indented by a tab"]),
