@@ -170,7 +170,6 @@ def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
     of = {_module_name(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
     graph = grimp.build_graph(*ROOMS)
     for name, path in of.items():
-        graph.add_module(name)
         for module in (_imports_of(path) | _fixtures(name)) & (graph.modules | of.keys()):
             graph.add_import(importer=name, imported=module)
     for loader, modules in LOADS.items():
