@@ -115,9 +115,7 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
         values = yaml_schema.validated(document, FIELDS, problems, key)
         if not values["doi"] and not values["url"] and len(problems.found) == count:
             problems.warn(document.at(key), f"{key}: missing doi or url")
-        if len(problems.found) > count and (not values["authors"] or not values["year"]):
-            values |= {"authors": values["authors"] or ["?"], "year": values["year"] or 0}
-        values["authors"] = tuple(values["authors"])
+        values |= {"authors": tuple(values["authors"] or "?"), "year": values["year"] or 0}  # if faulty, which is told
         references.append(Reference(key=str(key), place=document.at(key), **values))
     return {reference.key: reference for reference in _with_letters(references)}
 

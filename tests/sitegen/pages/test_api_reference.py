@@ -60,6 +60,8 @@ def f(gate: float, trim: float = 0.5, **options) -> tuple[int, int]:
 
     Examples
     --------
+    A narrow gate:
+
     >>> f(1.0)
     2
     """
@@ -80,7 +82,7 @@ def test_a_docstring_becomes_html() -> None:
         '<h4>Returns</h4>\n<dl class="fields"><dt><code>few</code> <span>int</span></dt>',
         '<h4>Raises</h4>\n<dl class="fields"><dt><code>ValueError</code></dt><dd><p>If <code>gate</code>',
         '<a href="https://doi.org/10.1000/182">doi:10.1000/182</a></li></ol>',
-        "&gt;&gt;&gt; ",
+        '<h4>Examples</h4>\n<p>A narrow gate:</p>\n<pre class="code" tabindex="0"><code>&gt;&gt;&gt; f(',
     ):
         assert piece in html, piece
 
