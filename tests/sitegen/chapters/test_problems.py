@@ -339,11 +339,18 @@ def test_what_is_not_utf8_is_named_in_every_file(project: Project) -> None:
 
 def test_a_fault_in_the_references_is_told_at_its_place(project: Project) -> None:
     text = REFERENCES.replace("authors: [Ada One]", "authors: Ada One").replace("10.1000/one", "doi.org/10.1000/one")
+    text = text.replace("https://example.org/two", "www.example.org")
     project.write("content/references.yaml", text)
     assert project.problems() == [
         "content/references.yaml:2:3: authors: expected a list of names, got 'Ada One'",
         "content/references.yaml:5:3: doi: expected a DOI like 10.1109/34.88573, got 'doi.org/10.1000/one'",
+        "content/references.yaml:12:3: url: expected an http or https URL, got 'www.example.org'",
     ]
+
+
+def test_a_work_that_cannot_be_looked_up_is_warned_of(project: Project) -> None:
+    project.write("content/references.yaml", REFERENCES.replace("  doi: 10.1000/one\n", ""))
+    assert list(map(str, project.build().warnings)) == ["content/references.yaml:1:1: one2001: missing doi or url"]
 
 
 def test_a_strict_build_minds_warnings_and_tells_notes(project: Project) -> None:
