@@ -111,7 +111,7 @@ export function createGhost(figure, overlay) {
   /** @param {PointerEvent} event @returns {Held | null} */
   function begin(event) {
     const button = around(event, ".ghost-handle");
-    if (!button || compared) return null;
+    if (!button) return null;
     overlay.measure();
     const [x, y] = pointOf(event);
     const [a, b] = centre();
@@ -140,7 +140,7 @@ export function createGhost(figure, overlay) {
   function key(event) {
     const kind = around(event, ".ghost-handle")?.dataset.ghost;
     const arrow = ARROWS[event.key];
-    if (!kind || !arrow || compared || event.altKey || event.ctrlKey || event.metaKey) return;
+    if (!kind || !arrow || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const step = event.shiftKey ? 5 : 1;
     if (kind === "turn") turn = normalize(turn - 3 * step * (arrow[0] + arrow[1]));

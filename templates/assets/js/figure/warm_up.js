@@ -138,7 +138,7 @@ export function addWarmUp(figure) {
     clearTimeout(timer);
     if (underway || runtime.state !== "live" || !figure.visible || root.matches("[data-warm]")) return;
     if (isDrawn || figure.pending || figure.state === "live") {
-      timer = setTimeout(() => (busy() ? later() : void alone(go)), limits.pause);
+      timer = setTimeout(() => void alone(go), limits.pause);
     } else {
       isDrawn = true;
       void alone(() => unseen(figure.shown, 0)); // so that a first touch waits for no import
