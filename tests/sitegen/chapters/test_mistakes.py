@@ -97,6 +97,7 @@ TEXT = {
     ),
     "a reference without its kind": ("$$\nx\n$$ (inertia)\n\nBy :ref[¦inertia].", ["did you mean 'eq:inertia'?"]),
     "a figure that is none": ("::figure[C]{toy id=c0}\n\nBy :ref[¦fig:c00].", ["unknown figure 'c00'; did you mean"]),
+    "a kind of target": ("See :ref[¦figure:plain].", ["unknown chapter 'figure:plain'"]),
     "a chapter": ("See :ref[¦secnd].", ["unknown chapter 'secnd'; did you mean 'second'?"]),
     "a citation": ("As [@one2001; @¦tow2002] say.", ["unknown reference 'tow2002'; did you mean 'two2002'?"]),
     "a citation never closed": ("As ¦[@one2001 says.", ["unclosed citation: missing ']'"]),
