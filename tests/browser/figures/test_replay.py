@@ -123,6 +123,22 @@ def test_a_long_replay_can_be_cancelled(reader: Callable[..., Reader]) -> None:
     expect(cancel).to_have_count(0)
 
 
+def test_a_slow_device_is_waited_for_longer_each_time(reader: Callable[..., Reader]) -> None:
+    """An answer that takes longer than an answer may comes after Retry: the limit grows until the device keeps it."""
+    solve = open_link(reader)
+    status = solve.root.locator(".figure-status")
+    solve.page.evaluate("() => { Ladder.limits.pause = 1e9; Ladder.limits.frame = 250; }")  # ms; an action takes 500
+    solve.button("solve").click()
+    solve.becomes("failed")
+    expect(status).to_contain_text("Python has not answered")
+    for _ in range(3):
+        if solve.root.get_attribute("data-state") == "failed":
+            solve.root.get_by_role("button", name="Retry").click()
+            solve.page.wait_for_selector(f"#{solve.name}:is([data-state=live], [data-state=failed])", state="attached")
+    solve.becomes("live").settled()
+    assert solve.record()["log"] == [["press", "solve"]]
+
+
 ASKED = """
 const { postMessage } = Worker.prototype;
 window.asked = 0;

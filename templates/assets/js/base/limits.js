@@ -1,7 +1,7 @@
 // How long things may take, and performance marks for measuring how long they do.
 
 /** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` overrides `start` if it is set. */
-const patience = { start: 25000, frame: 10000, replay: 30000, reading: 60000, slow: 1000 };
+const patience = { start: 25000, frame: 20000, replay: 30000, reading: 60000, slow: 1000 };
 export const limits = { ...patience, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
 
 const MARKS = ["ladder:input", "ladder:swap", "ladder:finer"];

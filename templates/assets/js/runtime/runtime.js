@@ -22,6 +22,7 @@ import { addresses, files, launch, noteEngine, scriptName } from "./launch.js";
 const { on, emit } = emitter();
 const page = document.documentElement;
 const LATE = 2000; // ms; a timer later than this means that the page was suspended
+const LENIENCY = 3; // times as long a worker may take to answer as the one that was given up on before it
 
 const MOST_BROUGHT = 16;
 
@@ -36,6 +37,7 @@ let queue = []; // the others, oldest first
 let heaps = []; // pending requests for the heap's size
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let patience;
+let leniency = 1; // grows with each silence: not Python may have been dead but the device slow, and the next one as slow
 /**
  * The reader's files by Python's fingerprint, most recently used last; and the fingerprints that the worker has.
  * @type {Map<string, Brought>}
@@ -271,9 +273,13 @@ function keep(key, thing) {
 /** @param {Question} question */
 function listen(question) {
   const isLong = question.replay || question.type === "job"; // a piece of either may take seconds
-  const limit = question.type === "give" ? limits.reading : isLong ? limits.replay : limits.frame;
-  const seconds = Math.round(limit / 1000);
-  lasting(limit, () => listen(question), () => die(`Python has not answered for ${seconds} s`));
+  const usual = question.type === "give" ? limits.reading : isLong ? limits.replay : limits.frame;
+  const limit = leniency * usual;
+  const giveUp = () => {
+    leniency *= LENIENCY;
+    die(`Python has not answered for ${Math.round(limit / 1000)} s`);
+  };
+  lasting(limit, () => listen(question), giveUp);
 }
 
 /**
