@@ -271,3 +271,29 @@ def test_a_search_that_did_not_load_says_so_and_loads_with_the_next_letter(
     field.fill("levenberg")
     expect(options.first).to_contain_text("Levenberg–Marquardt")
     expect(told).to_contain_text("place")
+
+
+@pytest.mark.parametrize("file", ["minisearch", "search"])
+def test_a_page_of_the_network_is_not_taken_for_the_search(reader: Callable[..., Reader], file: str) -> None:
+    """A sign-in page comes with 200 for every address, and as a script it loads."""
+    visitor = reader(alone=True)
+    visitor.expect("Unexpected token", "Unexpected end of")
+    page = visitor.open("kabsch.html")
+    page.route(f"**/assets/{file}.*.js", lambda route: route.fulfill(content_type="text/html", body="<p>Sign in."))
+    field, options, told = opened(page)
+    field.fill("levenber")
+    expect(told).to_have_text("The search could not be loaded.")
+    page.unroute_all()
+    field.fill("levenberg")
+    expect(options.first).to_contain_text("Levenberg–Marquardt")
+
+
+def test_a_search_that_is_loading_says_so(reader: Callable[..., Reader], server: SiteServer) -> None:
+    page = reader().open("kabsch.html")
+    server.hold(r"/assets/search\.")
+    field, options, told = opened(page)
+    field.fill("levenberg")
+    expect(told).to_have_text("Loading.")
+    server.release()
+    expect(told).to_contain_text("place")
+    expect(options.first).to_contain_text("Levenberg–Marquardt")

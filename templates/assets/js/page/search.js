@@ -65,6 +65,7 @@ function loadIndex() {
     const { searchLibrary = "", searchData = "" } = document.body.dataset;
     sections = [];
     await Promise.all([loadScript(searchLibrary), loadScript(searchData)]);
+    if (!sections.length) throw new Error(`${searchData} holds no sections`); // a network's sign-in page, perhaps
     const library = new globalThis.MiniSearch(OPTIONS);
     library.addAll(sections);
     return library;
@@ -173,6 +174,7 @@ function dialog() {
   async function ask() {
     const words = field.value.trim();
     const mine = ++request;
+    if (words && !sections.length) text(status, "Loading.");
     try {
       const library = await loadIndex();
       if (mine !== request) return;
