@@ -147,3 +147,14 @@ def test_a_window_made_narrow_keeps_the_large_panel_and_its_name(reader: Callabl
     )
     figure.page.set_viewport_size({"width": 1280, "height": 1000})
     expect(thumbs).to_have_count(0)
+
+
+def test_quick_taps_enlarge_nothing(reader: Callable[..., Reader]) -> None:
+    """Whatever is pressed repeatedly refuses the double tap, which enlarges the page in Safari, and no other gesture;
+    handles refuse all."""
+    page = reader().open("race.html")
+    Figure(page, "fig-race").seen()
+    touch = """selector => [...new Set([...document.querySelectorAll(`.figure :is(${selector})`)]
+      .map(e => getComputedStyle(e).touchAction))]"""
+    assert page.evaluate(touch, "button:not(.handle, .crosshair), summary, label") == ["manipulation"]
+    assert page.evaluate(touch, ".handle") == ["none"]
