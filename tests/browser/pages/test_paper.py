@@ -155,3 +155,25 @@ def test_the_charts_of_a_benchmark_have_room_for_their_words(reader: Callable[..
         })"""
     )
     assert outside == []
+
+
+# How far the paper that is used reaches beyond the last line of text, px.
+BLANK = """() => {
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const range = document.createRange();
+  let bottom = 0;
+  while (texts.nextNode()) {
+    range.selectNodeContents(texts.currentNode);
+    if (texts.currentNode.parentElement.checkVisibility()) {
+      bottom = Math.max(bottom, range.getBoundingClientRect().bottom);
+    }
+  }
+  return document.documentElement.getBoundingClientRect().bottom - bottom;
+}"""
+
+
+@pytest.mark.parametrize("path", ["clouds.html", "four.html", "docs-commands.html", "references.html"])
+def test_no_blank_sheet_comes_last(reader: Callable[..., Reader], path: str) -> None:
+    """What follows the last line is no more than a margin, which needs no sheet of its own."""
+    page = print_page(reader().open(path))
+    assert page.evaluate(BLANK) < 40
