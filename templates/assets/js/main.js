@@ -31,6 +31,7 @@ import { addCards, describeCards } from "./page/cards.js";
 import { addCopying } from "./page/copying.js";
 import { keepPlace } from "./page/place.js";
 import { revealNamed } from "./page/reveal.js";
+import { clear, isSaved, still } from "./page/saved.js";
 import { addSearch, receiveSections } from "./page/search.js";
 import { addCopyButton, addForgetButton } from "./page/storage.js";
 import { addThemeButton } from "./page/theme.js";
@@ -166,13 +167,14 @@ function painted(callback) {
 /** Starts the figures and everything around them. Until now the parts far below had no layout (theme.js). */
 function enliven() {
   page.classList.remove("unpainted");
-  setUpAll(FIGURES, live);
+  setUpAll(FIGURES, isSaved ? still : live);
   apart(watch);
   setUpAll("main.deck", runDeck); // before the cards: Escape closes one first
   apart(addCards);
   apart(revealNamed);
   apart(followLinks);
   apart(keepPlace);
+  if (isSaved) return;
   apart(() => startWhenSeen(document.querySelectorAll(FIGURES)));
   apart(keepOffline);
 }
@@ -199,6 +201,7 @@ globalThis.Ladder = Object.freeze({
   describeCards,
 });
 
+if (isSaved) apart(clear);
 setUpAll("figure.plot", addPictureButtons);
 setUpAll(".ladder", climb);
 setUpAll(".contents details", unfold);

@@ -149,7 +149,10 @@ export const fileName = (id, ending) => `${pageName()}-${id}${ending}`;
 export function loadScript(src) {
   return new Promise((resolve, reject) => {
     const script = make("script", { src, fetchpriority: "high" });
-    on(script, "load", () => resolve());
+    on(script, "load", () => {
+      script.remove(); // in a saved page it would run again, and too early
+      resolve();
+    });
     on(script, "error", () => reject(new Error(`${src} did not load`)));
     document.head.append(script);
   });
