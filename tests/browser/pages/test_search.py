@@ -297,3 +297,20 @@ def test_a_search_that_is_loading_says_so(reader: Callable[..., Reader], server:
     server.release()
     expect(told).to_contain_text("place")
     expect(options.first).to_contain_text("Levenberg–Marquardt")
+
+
+def test_an_enter_that_is_held_opens_the_search_and_no_result(reader: Callable[..., Reader]) -> None:
+    """The last words' results are still there."""
+    page = reader().open("kabsch.html")
+    field, options, told = opened(page)
+    field.fill("levenberg")
+    expect(told).to_contain_text("place")
+    page.keyboard.press("Escape")
+    page.locator(".search-open").focus()
+    for _ in range(3):
+        page.keyboard.down("Enter")
+    page.keyboard.up("Enter")
+    expect(field).to_be_focused()
+    expect(options.first).to_be_visible()
+    page.keyboard.press("Enter")
+    expect(page).not_to_have_url(re.compile("kabsch"))

@@ -199,7 +199,7 @@ function dialog() {
       choose((chosen() + moves[event.key] + count) % count);
     } else if (event.key === "Enter") {
       event.preventDefault();
-      options()[chosen()]?.click();
+      if (!event.repeat) options()[chosen()]?.click(); // still held from the button that opened the search
     }
   }
 
