@@ -45,6 +45,9 @@ NUDGE = 1e-6  # breaks ties the same way natively and in wasm, whose results dif
 HALF = 0.5 + NUDGE
 WEIGHT_LEVELS = 6
 HEAT_LEVELS = 24
+# What is seen where no style sheet comes along, as in a browser's reading view: lines and numbers, not filled shapes.
+# The sheets undo it (.panel), so that it changes nothing on a page.
+BARE = 'fill="none" stroke="currentColor" stroke-width="8" stroke-linecap="round" font-size="110"'
 _K = 0.5522847498307936  # 4/3 (√2 − 1): control points of a quarter circle's cubic Bézier curve
 _QUARTER = np.array([(1, 0), (1, _K), (_K, 1)])
 CIRCLE = np.concatenate([_QUARTER, _QUARTER @ [[0, 1], [-1, 0]], -_QUARTER, _QUARTER @ [[0, -1], [1, 0]], [(1, 0)]])
@@ -95,7 +98,7 @@ def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] 
     padded = " padded" if any(panel.view.pad) else ""
     return (
         f'<svg class="panel{padded}" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
-        f'focusable="false">{grid}{body}</svg>'
+        f'focusable="false" {BARE}>{grid}{body}</svg>'
     )
 
 

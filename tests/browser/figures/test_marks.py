@@ -117,3 +117,26 @@ def test_a_label_of_fixed_width_has_the_width_of_its_letters(reader: Callable[..
       }))""")
     assert len(ratios) > 10
     assert ratios == pytest.approx([1.0] * len(ratios), abs=0.03)
+
+
+LOOKS = """() => [...document.querySelectorAll('svg.panel :is(path, text)')].map(mark => {
+  const { fill, stroke, fontSize } = getComputedStyle(mark);
+  return mark.localName === 'path' ? ['path', fill, stroke !== 'none'] : ['text', parseFloat(fontSize) > 100, true];
+})"""
+
+
+def test_a_drawing_without_its_sheet_is_lines_and_numbers(reader: Callable[..., Reader]) -> None:
+    """A reading view takes the drawing and leaves its style sheet: its lines are no black areas then, and its numbers
+    are large enough. Where the sheet is, it draws as if the drawing said nothing."""
+    visitor = reader(alone=True, java_script_enabled=False)
+    visitor.expect("ERR_FAILED")
+    page = visitor.page()
+    page.route("**/*.css", lambda route: route.abort())
+    page.goto(f"{visitor.origin}/icp.html")
+    looks = {tuple(look) for look in page.evaluate(LOOKS)}
+    assert looks == {("path", "none", True), ("text", True, True)}
+    page = visitor.open("icp.html")
+    inherits = """[...document.querySelectorAll('svg.panel')].every(drawing =>
+      ['fill', 'stroke', 'stroke-width', 'stroke-linecap', 'font-size'].every(name =>
+        getComputedStyle(drawing)[name] === getComputedStyle(drawing.parentNode)[name]))"""
+    assert page.evaluate(inherits)

@@ -353,7 +353,9 @@ class _Strict(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, Any]]) -> None:
         assert tag in {"svg", "g", "text"}
-        assert {name for name, _ in attrs} <= {"class", "viewbox", "role", "aria-label", "focusable", "id", "x", "y"}
+        bare = {"fill", "stroke", "stroke-width", "stroke-linecap", "font-size"} if tag == "svg" else set()
+        names = {"class", "viewbox", "role", "aria-label", "focusable", "id", "x", "y", *bare}
+        assert {name for name, _ in attrs} <= names
         self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, Any]]) -> None:
