@@ -130,11 +130,21 @@ if os.path.isdir("{SITE_PACKAGES}"):
 # Modules that are imported if present but never used: asyncio's TLS, numpy's bridge to C.
 LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})
 
-# Lines of pyodide.asm.mjs, replaced like those above. Its dynamic linker compiles a library from its bytes, and Python
-# waits; here it takes one that worker.mjs has compiled. It enters all 8,600 symbols of the engine in the table by which
-# libraries link, of which the engine and numpy ask for a few hundred, and looks through the whole table for unresolved
-# ones whenever a library is loaded. Here a symbol is entered when it is asked for, and looked at once.
+# Lines of pyodide.asm.mjs, replaced like those above.
+# - Its linker compiles a library from its bytes while Python waits; here it takes one that worker.mjs has compiled.
+# - It enters all 8,600 symbols of the engine in the table by which libraries link, of which the engine and numpy ask for
+#   a few hundred, and looks through the whole table for unresolved ones whenever a library is loaded. Here a symbol is
+#   entered when it is asked for, and looked at once.
+# - The function that is nearly the whole script is put in parentheses: browsers then compile it without parsing it first.
 ENGINE = (
+    (
+        "async function _createPyodideModule(moduleArg={}){",
+        "const _createPyodideModule=(async function(moduleArg={}){",
+    ),
+    (
+        ";return moduleRtn}export default _createPyodideModule;",
+        ";return moduleRtn});export default _createPyodideModule;",
+    ),
     (
         "function loadLibData(){",
         'function loadLibData(){var library=Module["libraries"]?.[libName];'
@@ -148,8 +158,7 @@ ENGINE = (
     ),
     (
         "updateGOT(origExports);",
-        "linked=origExports;"
-        "for(var symName in GOT)if(symName in linked)updateGOT({[symName]:linked[symName]});",
+        "linked=origExports;for(var symName in GOT)if(symName in linked)updateGOT({[symName]:linked[symName]});",
     ),
     (
         "var reportUndefinedSymbols=()=>{for(var[symName,entry]of Object.entries(GOT)){",
