@@ -132,7 +132,7 @@ LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})
 
 # Lines of pyodide.asm.mjs, replaced like those above.
 # - Its linker compiles a library from its bytes while Python waits; here it takes one that worker.mjs has compiled.
-# - The linker enters all 8,600 symbols of the engine in the table by which libraries link, of which the engine and numpy
+# - The linker enters all 8,600 symbols of the engine in the table by which libraries link, of which they and the engine
 #   ask for a few hundred, and looks through the whole table for unresolved ones whenever a library is loaded. Here a
 #   symbol is entered when it is asked for, and looked at once.
 # - The function that is nearly the whole script is put in parentheses, so that browsers compile it in one go instead of
