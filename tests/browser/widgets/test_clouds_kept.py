@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from tests.browser.conftest import Reader
 from tests.browser.layout import SIDEWAYS
 from tests.browser.widgets.test_clouds_in_turn import DROP
-from tests.browser.widgets.test_own_clouds import choose, clouds, expect_message, lines, open_clouds
+from tests.browser.widgets.test_own_clouds import choose, choose_both, clouds, expect_message, lines, open_clouds
 
 
 def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[..., Reader]) -> None:
@@ -44,6 +44,35 @@ def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[.
     own.settled()
     assert own.readout("points") == points
     expect(swap).to_be_enabled()
+
+
+GIVE = """async ([first, last]) => {
+  for (let i = first; i < last; i++) {
+    const data = new TextEncoder().encode(`1,${i}\n2,${i}`);
+    await Ladder.runtime.give({ figure: "fig-own", widget: "own-clouds", name: `${i}.csv`, data });
+  }
+}"""
+
+
+def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
+    """After many others it is forgotten: its run says so beside the button that opens it, as the figure does. One in
+    use is kept, however many are opened."""
+    page, own = open_clouds(reader)
+    choose_both(own)
+    own.reached("[data-pin]").click()
+    own.warm()  # the warm-up draws these two files, and a drawn file is the last to be forgotten
+    for i in range(3):
+        page.evaluate(GIVE, (10 * i, 10 * i + 10))
+        own.button("step").click()
+        own.settled()
+        assert page.evaluate("Object.values(Ladder.figures.get('fig-own').record.given).every(Ladder.runtime.holds)")
+    page.evaluate(GIVE, (30, 50))
+    own.root.locator(".runs").get_by_role("button", name="Restore").click()
+    expect_message(own, "source", "No longer stored; open it again. It was source.csv: ")
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
+    choose_both(own)
+    expect_message(own, "source", "source.csv: ")
+    own.changes("rms", "–")
 
 
 def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> None:

@@ -333,35 +333,6 @@ def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Re
     assert set(own.record()["given"]) == {"source", "target"}
 
 
-GIVE = """async ([first, last]) => {
-  for (let i = first; i < last; i++) {
-    const data = new TextEncoder().encode(`1,${i}\n2,${i}`);
-    await Ladder.runtime.give({ figure: "fig-own", widget: "own-clouds", name: `${i}.csv`, data });
-  }
-}"""
-
-
-def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
-    """After many others it is forgotten: its run says so beside the button that opens it, as the figure does. One in
-    use is kept, however many are opened."""
-    page, own = open_clouds(reader)
-    choose_both(own)
-    own.reached("[data-pin]").click()
-    own.warm()  # the warm-up draws these two files, and a drawn file is the last to be forgotten
-    for i in range(3):
-        page.evaluate(GIVE, (10 * i, 10 * i + 10))
-        own.button("step").click()
-        own.settled()
-        assert page.evaluate("Object.values(Ladder.figures.get('fig-own').record.given).every(Ladder.runtime.holds)")
-    page.evaluate(GIVE, (30, 50))
-    own.root.locator(".runs").get_by_role("button", name="Restore").click()
-    expect_message(own, "source", "No longer stored; open it again. It was source.csv: ")
-    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
-    choose_both(own)
-    expect_message(own, "source", "source.csv: ")
-    own.changes("rms", "–")
-
-
 PRINT = "0123456789abcdef" * 2
 
 
