@@ -31,7 +31,7 @@ import { addCards, describeCards } from "./page/cards.js";
 import { addCopying } from "./page/copying.js";
 import { keepPlace } from "./page/place.js";
 import { revealNamed } from "./page/reveal.js";
-import { clear, isSaved, still } from "./page/saved.js";
+import { clear, isSaved, still } from "./page/saved_page.js";
 import { addSearch, receiveSections } from "./page/search.js";
 import { addCopyButton, addForgetButton } from "./page/storage.js";
 import { addThemeButton } from "./page/theme.js";
