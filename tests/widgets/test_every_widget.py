@@ -82,7 +82,7 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
         assert re.match('<svg class="panel(?: padded)?" viewBox="0 0 ', svg)
         assert "<path" in svg, f"{case}: the panel {panel['name']} shows no mark; draw something in every state"
         assert all(i.startswith(f"fig-x-{panel['name']}-") for i in re.findall(r' id="([^"]*)"', svg))
-        marks = re.sub(r'>[^<]*</text>|aria-label="[^"]*"', "", svg.replace(BARE, "", 1))
+        marks = re.sub(r'>[^<]*</text>|aria-label="[^"]*"|textLength="[\d.]+em"', "", svg.replace(BARE, "", 1))
         wrong = re.search(r"style=|fill=|stroke=|nan|inf|\d\.\d", marks, re.IGNORECASE)
         assert not wrong, f"{case}: the panel {panel['name']} has {wrong[0]!r} in its markup; marks hold finite numbers"
     assert frame["readouts"], f"{case}: a Picture has at least one Readout"

@@ -11,7 +11,7 @@ import pytest
 from sitegen.assets.tokens import colours
 from sitegen.pages.portable_svg import LETTER, LINE, data_address, standalone
 from widgets.drawing.picture import Label, Panel, Points, View
-from widgets.drawing.svg import panel_svg
+from widgets.drawing.svg import BARE, panel_svg
 
 VIEW = View(0.0, 1.0, 0.0, 0.5, width=120.0)
 MARKS = (Points([[0.2, 0.3]], "source"), Label((0.5, 0.4), "x < y", "truth"))
@@ -33,6 +33,7 @@ def test_it_has_the_size_of_the_drawing_which_is_inside() -> None:
         "class": "panel",
         "viewBox": re.findall(r'viewBox="([^"]*)"', DRAWING)[0],
         "focusable": "false",
+        **dict(re.findall(r'([a-z-]+)="([^"]*)"', BARE)),
         "width": "120",
         "height": "60",
     }
