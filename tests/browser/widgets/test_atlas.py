@@ -82,29 +82,15 @@ def test_the_crosshair_shows_and_picks(atlas: Figure) -> None:
     assert [entry[0] for entry in log(atlas)] == ["click"]
 
 
-SEEN = "() => { window.seen = []; Ladder.figures.get('fig-atlas').on('frame', f => seen.push(f.detail)); }"
-
-
 def test_a_touch_does_not_coarsen_a_map_that_was_left_to_itself(reader: Callable[..., Reader]) -> None:
-    """Off screen, Python reaches the resolution of the map that came with the page, and the first pick has it."""
+    """Off screen, Python reaches the resolution of the map that came with the page, and the first step has it."""
     atlas = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-atlas")
     atlas.page.evaluate(LISTEN)
     atlas.live()
     until(atlas.page, f"window.drawn.includes({FINEST})")
-    atlas.page.evaluate(SEEN)
-    atlas.page.mouse.click(*pixel(atlas, 170.0, 1.0))
-    assert atlas.changes("end", "–") == "half turn"
-    assert set(atlas.page.evaluate("seen")) == {FINEST}
-
-
-def test_the_first_run_coarsens_no_map_although_python_has_yet_to_make_it(reader: Callable[..., Reader]) -> None:
-    """Python is up but not warm; the run is on the tape, to its end."""
-    atlas = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-atlas")
-    with atlas.page.expect_response("**/tapes/icp-atlas*") as tape:
-        atlas.seen()
-    tape.value.finished()
-    atlas.live()
-    atlas.page.evaluate(SEEN)
-    atlas.button("run").click()
+    atlas.page.evaluate(
+        "() => { window.seen = []; Ladder.figures.get('fig-atlas').on('frame', f => seen.push(f.detail)); }"
+    )
+    atlas.button("finish").click()
     assert atlas.changes("end", "–") == "turned"
     assert set(atlas.page.evaluate("seen")) == {FINEST}

@@ -321,7 +321,7 @@ WIDGET = Widget(
     ),
     clicks=("map",),
     hovers=("map",),
-    tape=(({}, ("step",) * 14), ({}, ("finish",)), ({"gate": 0.2}, ())),
+    tape=(({}, ("step",) * 3), ({"gate": 0.2}, ())),
     motion=motion,
     python=python,
     lead=Lead(

@@ -138,8 +138,7 @@ export class Figure {
     this.#coarse();
     this.#state.begin();
     this.#speaks ||= !["hover", "run", "play"].includes(by);
-    const isCold = this.spec.details > 1 && !this.root.matches("[data-warm]"); // Python would draw coarsely at first
-    const frame = runtime.state === "live" && !isCold ? undefined : taped(this.id, record);
+    const frame = runtime.state === "live" ? undefined : taped(this.id, record);
     if (!frame && this.#untaped()) return;
     this.#state.record = record;
     this.#events.emit("asked", by);
