@@ -5,7 +5,8 @@ from __future__ import annotations
 import gzip
 import hashlib
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,29 @@ WAITING = """navigator.serviceWorker.getRegistration().then(registration => new 
 def until_cached(page: Page) -> None:
     """Wait until the page says that the site is stored."""
     page.wait_for_selector(KEPT, state="attached", timeout=120_000)
+
+
+@contextmanager
+def until_switched(blank: Page) -> Iterator[None]:
+    """Afterwards, wait until the version that waits now has taken over; the blank page is no client of either.
+
+    Chromium never answers a navigation that begins while it stops the old version's worker.
+    """
+    session = blank.context.new_cdp_session(blank)
+    states: dict[str, str] = {}
+
+    def note(event: dict[str, Any]) -> None:
+        states.update((version["versionId"], version["status"]) for version in event["versions"])
+        blank.evaluate("states => { globalThis.states = states; }", states)
+
+    session.on("ServiceWorker.workerVersionUpdated", note)
+    session.send("ServiceWorker.enable")
+    (waiting,) = blank.wait_for_function(
+        "() => { const all = Object.entries(globalThis.states ?? {}).filter(([, state]) => state === 'installed');"
+        " return all.length && all.map(([id]) => id); }"
+    ).json_value()
+    yield
+    blank.wait_for_function("id => states[id] === 'activated'", arg=waiting)
 
 
 def built_by(page: Page) -> str:
@@ -153,12 +177,11 @@ def test_an_update_never_mixes_two_builds(
     answers(old)
 
     # All tabs closed: from now on the new build is used, just as whole.
-    old.close()
-    new.close()
+    with until_switched(visitor.page()):
+        old.close()
+        new.close()
     page = visitor.open("icp.html")
-    while built_by(page) == "A":  # the browser switches in its own time
-        page.close()
-        page = visitor.open("icp.html")
+    assert built_by(page) == "B"
     answers(page)
     until_cached(page)
     names = page.evaluate("caches.keys()")
