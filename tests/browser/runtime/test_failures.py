@@ -188,6 +188,7 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(
     retry.click()
     solved = solve.changes("rms", moved)
     solve.becomes("live")
+    solve.warm()  # a question of the warm-up that is underway would keep its own, long limit
     server.root = published_anew(site, tmp_path)
     forget(visitor.context)
     page.evaluate("Ladder.limits.frame = 1500; Ladder.runtime.kill();")
