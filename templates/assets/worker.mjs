@@ -201,7 +201,6 @@ async function start(message) {
   };
   const address = (/** @type {RuntimeFile} */ file) => new URL(file.name, runtime).href;
   const load = (/** @type {RuntimeFile} */ file) => shared(bytesOf(address(file), file, count));
-  const alike = (/** @type {RuntimeFile} */ file) => sound(address(file), file, () => {});
   const script = async (/** @type {RuntimeFile} */ file) => {
     await sound(address(file), file, count); // import() then takes it from the browser's cache
     return import(address(file)).catch(throwMissing(file));
@@ -215,8 +214,7 @@ async function start(message) {
   // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
   /** @type {Promise<void> | undefined} */
   let intact; // awaited once everything is up: a compiler may accept bytes that differ from the build's
-  const compileCore = async () => {
-    if (careful) return WebAssembly.compile(await sound(address(wasm), wasm, count));
+  const compileStreamed = async () => {
     const response = await open(address(wasm), wasm, "default");
     if (isKnown && response.headers.get("content-type") === WASM) {
       // A browser caches compiled code only for the original response, so a clone is hashed.
@@ -229,12 +227,14 @@ async function start(message) {
     intact = shared(new Response(forHash).arrayBuffer().then((bytes) => hold(bytes, wasm)));
     return WebAssembly.compileStreaming(new Response(forModule, { headers: { "content-type": WASM } }));
   };
-  const compiledCore = shared(
-    compileCore().catch(async (error) => {
-      await alike(wasm);
-      throw error.message.startsWith(wasm.name) ? error : new Error(`${wasm.name} is damaged: ${error.message}`);
-    }),
-  );
+  const compileWhole = async () => {
+    intact = undefined; // of a stream that broke off
+    const bytes = await sound(address(wasm), wasm, count);
+    return WebAssembly.compile(bytes).catch((error) => {
+      throw new Error(`${wasm.name} could not be compiled: ${error.message}`);
+    });
+  };
+  const compiledCore = shared(careful ? compileWhole() : compileStreamed().catch(compileWhole));
   const loader = shared(script(pick("/pyodide.mjs")));
   const engine = shared(script(pick("pyodide.asm.mjs")));
   const json = (/** @type {string} */ ending) => load(pick(ending)).then((bytes) => JSON.parse(new TextDecoder().decode(bytes)));

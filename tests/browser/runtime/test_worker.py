@@ -291,6 +291,40 @@ def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
     assert "pyodide.asm.wasm is not the file that was built" in served.failure(known)
 
 
+# The connection is lost in the middle of the engine, once.
+DROPPED = """
+const plain = self.fetch;
+let lost = false;
+self.fetch = async (...asked) => {
+  const answer = await plain(...asked);
+  if (lost || !asked[0].endsWith(".wasm")) return answer;
+  lost = true;
+  let left = 3;
+  const transform = (chunk, to) => (left-- ? to.enqueue(chunk) : to.error(new TypeError("network error")));
+  return new Response(answer.body.pipeThrough(new TransformStream({ transform })), { headers: answer.headers });
+};
+"""
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_an_engine_whose_connection_is_lost_is_fetched_again(served: Served, known: bool) -> None:
+    """As every other file is; and progress never exceeds what there is to load."""
+    served.before(DROPPED)
+    messages = served.talk(known=known)
+    assert messages[-1]["type"] == "ready"
+    progress = [m["loaded"] for m in messages if m["type"] == "progress"]
+    assert progress == sorted(progress)
+    assert progress[-1] == served.info.size
+
+
+def test_an_engine_that_a_browser_cannot_compile_is_not_called_damaged(served: Served) -> None:
+    served.before("""
+      const refuse = async () => { throw new WebAssembly.CompileError("unknown section"); };
+      Object.assign(WebAssembly, { compile: refuse, compileStreaming: refuse });
+    """)
+    assert "pyodide.asm.wasm could not be compiled: unknown section" in served.failure()
+
+
 # Reports the address of what is compiled while it streams: browsers cache compiled code by that address.
 COMPILED = """
 const compile = WebAssembly.compileStreaming;
