@@ -69,6 +69,25 @@ function progressTeller(files) {
   };
 }
 
+/**
+ * A file's part of the progress, for any number of attempts to load it: what an earlier one has counted is not counted
+ * again, but told, so that the page sees that something arrives.
+ * @param {Count} count
+ * @returns {() => Count}
+ */
+function attempts(count) {
+  let most = 0;
+  return () => {
+    let loaded = 0;
+    return (bytes) => {
+      loaded += bytes;
+      const more = Math.max(0, loaded - most);
+      most += more;
+      count(more);
+    };
+  };
+}
+
 /** @param {RuntimeFile} file @returns {(error: any) => never} */
 const throwMissing = (file) => (error) => {
   throw new Error(`${file.name} could not be loaded: ${error.message.replace(/\.$/, "")}`); // Firefox's end with one
@@ -127,19 +146,20 @@ async function checked(url, file, count, cache) {
  * The file's bytes, as they were built. The browser's cache may hold a wrong answer: then they are fetched past it.
  * @param {string} url
  * @param {RuntimeFile} file
- * @param {Count} count
+ * @param {() => Count} attempt
  */
-const sound = (url, file, count) => checked(url, file, count, "default").catch(() => checked(url, file, count, "reload"));
+const sound = (url, file, attempt) =>
+  checked(url, file, attempt(), "default").catch(() => checked(url, file, attempt(), "reload"));
 
 /**
  * The file's bytes, unpacked if it is a .pack: a gzipped zip of stored members, which travels compressed from any host
  * and is inflated by the browser.
  * @param {string} url
  * @param {RuntimeFile} file
- * @param {Count} count
+ * @param {() => Count} attempt
  */
-async function bytesOf(url, file, count) {
-  const packed = await sound(url, file, count);
+async function bytesOf(url, file, attempt) {
+  const packed = await sound(url, file, attempt);
   if (!file.name.endsWith(".pack")) return new Uint8Array(packed);
   try {
     const { body } = new Response(packed);
@@ -200,9 +220,9 @@ async function start(message) {
     return file;
   };
   const address = (/** @type {RuntimeFile} */ file) => new URL(file.name, runtime).href;
-  const load = (/** @type {RuntimeFile} */ file) => shared(bytesOf(address(file), file, count));
+  const load = (/** @type {RuntimeFile} */ file) => shared(bytesOf(address(file), file, attempts(count)));
   const script = async (/** @type {RuntimeFile} */ file) => {
-    await sound(address(file), file, count); // import() then takes it from the browser's cache
+    await sound(address(file), file, attempts(count)); // import() then takes it from the browser's cache
     return import(address(file)).catch(throwMissing(file));
   };
 
@@ -214,22 +234,24 @@ async function start(message) {
   // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
   /** @type {Promise<void> | undefined} */
   let intact; // awaited once everything is up: a compiler may accept bytes that differ from the build's
+  const attempt = attempts(count);
   const compileStreamed = async () => {
+    const counter = attempt();
     const response = await open(address(wasm), wasm, "default");
     if (isKnown && response.headers.get("content-type") === WASM) {
       // A browser caches compiled code only for the original response, so a clone is hashed.
       intact = shared(response.clone().arrayBuffer().then((bytes) => hold(bytes, wasm)));
       const module = await WebAssembly.compileStreaming(response);
-      count(wasm.size);
+      counter(wasm.size);
       return module;
     }
-    const [forModule, forHash] = counted(response, count).tee();
+    const [forModule, forHash] = counted(response, counter).tee();
     intact = shared(new Response(forHash).arrayBuffer().then((bytes) => hold(bytes, wasm)));
     return WebAssembly.compileStreaming(new Response(forModule, { headers: { "content-type": WASM } }));
   };
   const compileWhole = async () => {
     intact = undefined; // of a stream that broke off
-    const bytes = await sound(address(wasm), wasm, count);
+    const bytes = await sound(address(wasm), wasm, attempt);
     return WebAssembly.compile(bytes).catch((error) => {
       throw new Error(`${wasm.name} could not be compiled: ${error.message}`);
     });
@@ -317,7 +339,7 @@ function expecting(pyodide, files, address) {
   return {
     wanted: () => packs.get(later.taken() ?? ""),
     async bring(file) {
-      install(pyodide.FS, later.folder, await bytesOf(address(file), file, () => {}));
+      install(pyodide.FS, later.folder, await bytesOf(address(file), file, () => () => {}));
       later.arrived(file.name);
     },
   };
